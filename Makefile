@@ -10,7 +10,7 @@ TRIAL ?= bondsight-out/blind
 VENV := .venv
 BIN := $(VENV)/bin
 
-.PHONY: help demo test coverage proofs proof wheel bench notebooks format clean
+.PHONY: help demo test coverage proofs proof proof-quick wheel bench notebooks format clean
 
 help:
 	@echo "make demo       set up and show what the project does"
@@ -18,6 +18,7 @@ help:
 	@echo "make coverage   set up, then the tests with coverage by line"
 	@echo "make proofs     set up, then proofs and tests of more than a minute"
 	@echo "make proof      set up, then the sealed trial into the folder TRIAL (hours; resumes)"
+	@echo "make proof-quick  set up, then a sealed trial of sixty from a new seed (ten minutes)"
 	@echo "make wheel      set up, then build the wheel and try it in an empty environment"
 	@echo "make bench      set up, then the virtual bench"
 	@echo "make notebooks  set up, then run every notebook"
@@ -49,6 +50,9 @@ proof: $(VENV)/.core
 	$(BIN)/bondsight blind run --folder $(TRIAL)
 	status=0; $(BIN)/bondsight blind score --folder $(TRIAL) || status=$$?; \
 	$(BIN)/bondsight blind withheld --folder $(TRIAL) && exit $$status
+
+proof-quick: $(VENV)/.core
+	$(BIN)/bondsight blind quick
 
 wheel: $(VENV)/.core
 	$(BIN)/python -m tests.proof.wheel

@@ -27,8 +27,10 @@ BLOCKS = 40
 """Pieces in which residuals are drawn anew, so that what is left of their colour stays."""
 
 
-def exam_answer(layout: Layout, public: Public, seed: int = 0) -> dict[str, Any]:
-    """Diagnose one recording; an error becomes part of the answer.
+def exam_answer(
+    layout: Layout, public: Public, seed: int = 0, without: tuple[str, ...] = ()
+) -> dict[str, Any]:
+    """Diagnose one recording, `without` some effects; an error becomes part of the answer.
 
     Returns
     -------
@@ -38,7 +40,7 @@ def exam_answer(layout: Layout, public: Public, seed: int = 0) -> dict[str, Any]
         SI; null without such a fit), ``seconds``, ``cpu_seconds``, ``compiler_seconds`` (of
         processes it called, such as a compiler whose work is kept for the next time), ``error``.
     """
-    return _timed(public, lambda: _diagnosed(public, recording_of(layout, public), seed))
+    return _timed(public, lambda: _diagnosed(public, recording_of(layout, public), seed, without))
 
 
 def half_answer(layout: Layout, public: Public, seed: int = 0) -> dict[str, Any]:
@@ -86,12 +88,14 @@ def transplant(found: Diagnosis, seed: int) -> Recording:
     return replace(found.recording, time=data.time, channels={**data.commands, **made})
 
 
-def _diagnosed(public: Public, recording: Recording, seed: int) -> Diagnosis:
+def _diagnosed(
+    public: Public, recording: Recording, seed: int, without: tuple[str, ...] = ()
+) -> Diagnosis:
     return diagnose(
         graph_of(public),
         recording,
         model=public.plant,
-        options=replace(DiagnosisOptions(), jobs=1),
+        options=replace(DiagnosisOptions(), jobs=1, without=without),
         hold=public.hold,
         seed=seed,
     )

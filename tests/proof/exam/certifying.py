@@ -15,21 +15,16 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from scipy.stats import binom
-
 from bondgraph.support.errors import UnusableInput
 from identification.diagnosis.evidence.answer import Decision
 from identification.diagnosis.evidence.decision import decide
 from identification.diagnosis.evidence.hypotheses import Thresholds
 from tests.proof.exam.counting import score_exam
-from tests.proof.exam.printing import rate_text
 from tests.proof.exam.said import Claim, ExamAnswer, exam_answer_of
 from tests.proof.exam.stored import evidence_of
 from tests.proof.exam.truths import ExamTruth
+from tests.proof.trial.gates import LEVEL
 from tests.proof.trial.rates import Rate, rate
-
-LEVEL = 0.05
-"""Probability below which a gate is certified."""
 
 GATES: Mapping[str, float] = {
     "false alarms, of the controls": 0.02,
@@ -65,8 +60,7 @@ class Setting:
 
     def p(self, gate: str) -> float:
         """Probability of so few errors if the true rate were the limit."""
-        found = self.rates[gate]
-        return float(binom.cdf(found.hits, found.total, GATES[gate])) if found.total else 1.0
+        return self.rates[gate].p_at_most(GATES[gate])
 
     @property
     def certified(self) -> bool:
@@ -133,11 +127,10 @@ def certify_lines(
     """Return the walk along the grid, and how often each sort of answer was right."""
     lines, best, walking = [], None, True
     for s in settings(truths, contents):
-        lines.append(f"z {s.limits.z:g}, law {s.limits.law:g}   sharp {rate_text(s.rates[SHARP])}")
+        lines.append(f"z {s.limits.z:g}, law {s.limits.law:g}   sharp {s.rates[SHARP]}")
         for gate, limit in GATES.items():
             lines.append(
-                f"   {gate:52s} {rate_text(s.rates[gate]):28s} limit {100 * limit:g} %, "
-                f"p {s.p(gate):.3g}"
+                f"   {gate:52s} {s.rates[gate]!s:28s} limit {100 * limit:g} %, p {s.p(gate):.3g}"
             )
         walking = walking and s.certified
         best = s if walking else best
@@ -165,7 +158,7 @@ def right_lines(
                 continue
             sorts.setdefault(c.claim.answer, []).append(right)
     return [
-        f"{sort:12s} right {rate_text(rate(found)):28s} stated {stated(rate(found)):.3f}"
+        f"{sort:12s} right {rate(found)!s:28s} stated {stated(rate(found)):.3f}"
         for sort, found in sorted(sorts.items())
     ]
 

@@ -69,7 +69,7 @@ def score_exam(
         },
         _seconds(outcomes),
         cells,
-        _reliability(outcomes),
+        reliability(stated(outcomes), _BINS),
     )
 
 
@@ -127,7 +127,7 @@ def _sets(outcomes: Sequence[ExamOutcome]) -> dict[str, Rate]:
     by_kind = [o for o in shown if kind_separable(o.truth, o.answer.first)]
     return {
         "sharp: right name at the right place": rate(o.truth.main in o.found for o in shown),
-        "sharp: right place, and right name or kind": rate(map(_sorted_out, shown)),
+        "sharp: right place, and right name or kind": rate(map(sorted_out, shown)),
         "sharp: right place, and a name, set, family or kind that holds": rate(
             any(
                 here and (c.name is True or c.kind is True)
@@ -146,7 +146,7 @@ def _sets(outcomes: Sequence[ExamOutcome]) -> dict[str, Rate]:
             o.truth.main in o.found for o in by_name
         ),
         "sharp where an oracle separates kinds: right place, and right name or kind": rate(
-            map(_sorted_out, by_kind)
+            map(sorted_out, by_kind)
         ),
         "said to miss something": rate(o.answer.alarm for o in shown),
         "truth in the set of names, of those told": rate(map(_name_held, told)),
@@ -160,7 +160,8 @@ def _place_of_main(o: ExamOutcome) -> list[bool]:
     return [c.place is True and o.truth.main in c.about for c in o.claims]
 
 
-def _sorted_out(o: ExamOutcome) -> bool:
+def sorted_out(o: ExamOutcome) -> bool:
+    """Whether the main effect got its place with its name or its kind."""
     return any(
         here and (c.exactly or c.kind is True)
         for here, c in zip(_place_of_main(o), o.claims, strict=True)
@@ -259,12 +260,14 @@ def _seconds(outcomes: Sequence[ExamOutcome]) -> dict[str, float]:
     return found
 
 
-def _reliability(outcomes: Sequence[ExamOutcome]) -> tuple[Reliability, ...]:
-    """Names with a probability, by what was stated; on controls every name is wrong."""
-    stated = [
+def stated(outcomes: Sequence[ExamOutcome]) -> list[tuple[float, bool]]:
+    """Return the probability of every name that states one, and whether it was right.
+
+    On controls every name is wrong.
+    """
+    return [
         (c.claim.probability, c.exactly)
         for o in outcomes
         for c in o.claims
         if c.claim.probability is not None and c.claim.answer in ("exact", "approximate")
     ]
-    return reliability(stated, _BINS)

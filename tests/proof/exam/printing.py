@@ -13,14 +13,6 @@ from tests.proof.trial.rates import Rate
 _WIDE = 76
 
 
-def rate_text(r: Rate) -> str:
-    """Return a rate with its exact interval, such as ``2/150  1.3 % (0.2-4.7)``."""
-    if not r.total:
-        return "0/0"
-    low, high = r.exact
-    return f"{r.hits}/{r.total}  {100 * r.value:.1f} % ({100 * low:.1f}-{100 * high:.1f})"
-
-
 def table_lines(new: ExamScore, old: ExamScore | None = None) -> list[str]:
     """Return the lines of the table; with `old` its numbers stand in the first column."""
     scores = [s for s in (old, new) if s is not None]
@@ -29,7 +21,7 @@ def table_lines(new: ExamScore, old: ExamScore | None = None) -> list[str]:
     if old is not None:
         lines.insert(0, _line("", heads, heads))
     for name in {**new.rates, **(old.rates if old else {})}:
-        lines.append(_line(name, [rate_text(s.rates.get(name, Rate(0, 0))) for s in scores], heads))
+        lines.append(_line(name, [str(s.rates.get(name, Rate(0, 0))) for s in scores], heads))
     for name in new.seconds:
         lines.append(_line(name, [f"{s.seconds[name]:.1f}" for s in scores], heads))
     for cell in CELLS:
@@ -39,8 +31,7 @@ def table_lines(new: ExamScore, old: ExamScore | None = None) -> list[str]:
     for word, s in zip(heads, scores, strict=True):
         for r in s.reliability:
             lines.append(
-                f"stated {r.low:.2f} to {r.high:.2f} {word:4s} mean {r.stated:.3f}  right "
-                f"{rate_text(r.right)}"
+                f"stated {r.low:.2f} to {r.high:.2f} {word:4s} mean {r.stated:.3f}  right {r.right}"
             )
     return lines
 

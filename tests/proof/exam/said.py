@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import json
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from bondgraph.support.errors import UnusableInput
-from tests.proof.trial.answers import read_each
 
+Kept = TypeVar("Kept")
 REASSURING = ("explained", "parameters_only")
 """Verdicts that say that nothing is missing."""
 
@@ -116,7 +117,8 @@ def claim_of(finding: Mapping[str, Any], ports: int) -> Claim:
     answer = _SPELLINGS.get(answer, answer)
     effect, family = str(finding.get("effect", "unknown")), str(finding.get("family", ""))
     if not answer:
-        answer = "exact" if effect != "unknown" else "unknown"
+        kin = "family" if family not in ("", "outside") else "unknown"
+        answer = "exact" if effect != "unknown" else kin
     rivals = finding.get("also_possible", ())
     also = frozenset(str(r["effect"]) for r in rivals) - {"unknown"}
     own = frozenset({effect}) - {"unknown"}
@@ -167,3 +169,21 @@ def read_exam_answers(folder: Path) -> dict[str, ExamAnswer]:
     if not folder.is_dir():
         raise UnusableInput(f"{folder}: no answers here; run python -m tests.proof.exam run first")
     return read_each(folder, exam_answer_of)
+
+
+def read_each(folder: Path, read: Callable[[Mapping[str, Any]], Kept]) -> dict[str, Kept]:
+    """Read every file of a folder by the id that stands in it.
+
+    Raises
+    ------
+    UnusableInput
+        A file is damaged.
+    """
+    found = {}
+    for path in sorted(folder.glob("*.json")):
+        try:
+            content = json.loads(path.read_text(encoding="utf-8"))
+            found[str(content["id"])] = read(content)
+        except (ValueError, KeyError, TypeError, AttributeError) as error:
+            raise UnusableInput(f"{path}: no answer ({error!r}); remove it and run again") from None
+    return found

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from bondgraph.graph.elements import C, I, R, Sensor, Source, TwoPort
+from tests.proof.exam.said import Claim, claim_of
 from tests.proof.real.case import RealCase
-from tests.proof.trial.answers import Statement, share_of, statement_of
 
 __all__ = ["OUTCOMES", "Judgement", "judge"]
 
@@ -60,7 +60,7 @@ def judge(case: RealCase, verdict: Mapping[str, Any]) -> Judgement:
     overall = str(verdict.get("verdict", ""))
     ports = len(case.model().of_type(C, I, R, Source, Sensor, TwoPort))
     findings = tuple(verdict.get("findings") or ())
-    said = [statement_of(f, ports, share_of(verdict)) for f in findings]
+    said = [claim_of(f, ports) for f in findings]
     kinds = [_kind(f) for f in findings]
     if not said:
         if overall == "unknown_physics":
@@ -76,9 +76,16 @@ def judge(case: RealCase, verdict: Mapping[str, Any]) -> Judgement:
     return Judgement(
         worst[0],
         " + ".join(f"{k} (kind)" if k else _words(s) for s, k in both),
-        " + ".join(", ".join(sorted(s.places, key=lambda p: (p != s.element, p))) for s in said),
+        " + ".join(map(_places, findings)),
         worst[1],
     )
+
+
+def _places(finding: Mapping[str, Any]) -> str:
+    """Places of a finding, the stated one first."""
+    place = finding.get("location") or {}
+    alike = sorted({*map(str, place.get("indistinguishable_from", ()))} - {place.get("element")})
+    return ", ".join(filter(None, (str(place.get("element", "")), *alike)))
 
 
 def _kind(finding: Mapping[str, Any]) -> str:
@@ -97,7 +104,7 @@ def _kinds_alike(case: RealCase, finding: Mapping[str, Any]) -> tuple[str, str]:
     return ("set of the kind" if all(right) else "look-alike set"), note
 
 
-def _of_kind(case: RealCase, said: Statement, kind: str) -> tuple[str, str]:
+def _of_kind(case: RealCase, said: Claim, kind: str) -> tuple[str, str]:
     """Outcome of a finding that is a kind, and a note."""
     if kind not in case.kinds:
         return "wrong name", f"right kinds are {', '.join(case.kinds)}"
@@ -109,9 +116,9 @@ def _of_kind(case: RealCase, said: Statement, kind: str) -> tuple[str, str]:
     return "right kind", ""
 
 
-def _one(case: RealCase, said: Statement, finding: Mapping[str, Any]) -> tuple[str, str]:
+def _one(case: RealCase, said: Claim, finding: Mapping[str, Any]) -> tuple[str, str]:
     """Outcome of one finding, and a note."""
-    if said.answer == "unknown":
+    if not said.named:
         return _kinds_alike(case, finding)
     kin = [t for t in case.truth if t.family == said.family]
     meant = [t for t in case.truth if t.effect in said.names]
@@ -130,7 +137,7 @@ def _one(case: RealCase, said: Statement, finding: Mapping[str, Any]) -> tuple[s
     return {"look_alikes": "look-alike set", "family": "family"}.get(said.answer, "right"), ""
 
 
-def _words(said: Statement) -> str:
+def _words(said: Claim) -> str:
     if said.answer == "look_alikes":
         return " or ".join(sorted(said.names))
     if said.answer == "family":

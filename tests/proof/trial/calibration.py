@@ -1,56 +1,26 @@
-"""Whether the stated confidence is the frequency of being right."""
+"""Whether the stated probability is the frequency of being right."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
-from tests.proof.trial.matching import Outcome
 from tests.proof.trial.rates import Rate, rate
 
-EDGES = (0.0, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 1.0)
+LEAST = 1e-3
+"""A probability of 0 or 1 counts as one that is so far off: the logarithm stays finite."""
 
 
 @dataclass(frozen=True, slots=True)
 class Reliability:
-    """Answers whose confidence lies in one range."""
+    """Answers whose probability lies in one range, and the mean of what was stated."""
 
     low: float
     high: float
     stated: float
     right: Rate
-
-
-@dataclass(frozen=True, slots=True)
-class Calibration:
-    """Confidence against frequency.
-
-    Attributes
-    ----------
-    brier : float
-        Mean square of confidence less outcome; nan without names.
-    names : int
-        Exact names given, all cells and controls.
-    """
-
-    brier: float
-    names: int
-    table: tuple[Reliability, ...]
-
-
-def calibration(outcomes: Sequence[Outcome]) -> Calibration:
-    """Compare the confidence of every exact name with whether name and place were right."""
-    points = [
-        (j.statement.confidence, j.name == "right" and j.place != "wrong")
-        for o in outcomes
-        for j in o.judged
-        if j.statement.answer == "exact"
-    ]
-    if not points:
-        return Calibration(float("nan"), 0, ())
-    brier = sum((c - ok) ** 2 for c, ok in points) / len(points)
-    return Calibration(brier, len(points), reliability(points, EDGES))
 
 
 def reliability(
@@ -64,3 +34,23 @@ def reliability(
             stated = sum(c for c, _ in inside) / len(inside)
             table.append(Reliability(low, high, stated, rate(ok for _, ok in inside)))
     return tuple(table)
+
+
+def log_score(points: Sequence[tuple[float, bool]]) -> float:
+    """Return the mean logarithm of the probability that was given to what came; nan without any.
+
+    Examples
+    --------
+    >>> round(log_score([(0.5, True), (0.5, False)]), 4)
+    -0.6931
+    """
+    if not points:
+        return math.nan
+    given = [p if ok else 1.0 - p for p, ok in points]
+    return sum(math.log(min(max(g, LEAST), 1.0 - LEAST)) for g in given) / len(given)
+
+
+def plain_log_score(points: Sequence[tuple[float, bool]]) -> float:
+    """Return the log score of who states the same for all: the share that was right."""
+    share = sum(ok for _, ok in points) / len(points) if points else math.nan
+    return log_score([(share, ok) for _, ok in points])

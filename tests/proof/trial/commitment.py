@@ -1,8 +1,9 @@
 """The seal of a trial: what is hashed before the run and checked after it.
 
-Committed are the hash of the salted truths, the hash of every data file, the commit of the tool and
-its thresholds. The salt stays in the sealed folder until the answers are in; without it the hash
-says nothing about the truths, with it anybody can check that they were not changed.
+Committed are the hash of the salted truths, the hash of every data file, the commit of the tool,
+its sources, thresholds and options; and, apart from them, the proof's own sources and its design.
+The salt stays in the sealed folder until the answers are in; without it the hash says nothing about
+the truths, with it anybody can check that they were not changed.
 """
 
 from __future__ import annotations
@@ -21,11 +22,17 @@ from bondgraph.support.errors import UnusableInput
 from bondgraph.support.whole_file import write_atomically
 from identification.diagnosis.evidence.hypotheses import Thresholds
 from identification.diagnosis.search.candidates import DiagnosisOptions
+from tests.proof.exam.truths import ExamTruth, truth_of
 from tests.proof.trial.layout import Layout
-from tests.proof.trial.truths import Truth, canonical, read_truths
+from tests.proof.trial.truths import canonical
 
-SCHEMA = "bondsight.commitment/1"
+SCHEMA = "bondsight.commitment/2"
 PACKAGES = ("bondsight", "bondgraph", "actuators", "identification", "hardware")
+PROOF = ("tests/proof/trial", "tests/proof/exam")
+"""Folders of the proof itself: generator, run and score."""
+DESIGN = Path(__file__).with_name("DESIGN.md")
+HELD = ("trial", "quick")
+"""Kinds that hold the tool to its sources, thresholds and options."""
 WORDS = {
     "thresholds": "the thresholds",
     "options": "the options",
@@ -75,15 +82,20 @@ def tool_commit() -> str:
     return head + ("+changed" if changed else "")
 
 
-def source_hash() -> str:
+def source_hash(folders: Sequence[str] = PACKAGES) -> str:
     """SHA-256 of the tool's sources: every Python and C file of its packages, by path.
 
     The commit that holds a commitment cannot be named in it; the sources can.
+
+    Parameters
+    ----------
+    folders : sequence of str
+        Other ones than the tool's, such as `PROOF`.
     """
     root, found = Path(__file__).resolve().parents[3], hashlib.sha256()
     files = [
         f
-        for name in PACKAGES
+        for name in folders
         for end in ("*.py", "*.c", "*.h")
         for f in root.glob(f"{name}/**/{end}")
     ]
@@ -107,8 +119,8 @@ def commit(
     salt : str, optional
         From the operating system if not given.
     kind : str
-        A ``trial`` holds the tool to its sources and thresholds; others may be run while it is
-        being developed.
+        One of `HELD` holds the tool to its sources, thresholds and options; others may be run
+        while it is being developed.
 
     Raises
     ------
@@ -134,6 +146,8 @@ def commit(
         "data_sha256": data_hashes(layout),
         "tool_commit": tool_commit(),
         "source_sha256": source_hash(),
+        "proof_sha256": source_hash(PROOF),
+        "design_sha256": file_hash(DESIGN) if DESIGN.is_file() else None,
         "thresholds": plain(asdict(Thresholds())),
         "options": plain(asdict(DiagnosisOptions())),
     }
@@ -153,14 +167,14 @@ def plain(data: Any) -> Any:
 
 
 def verify(layout: Layout) -> None:
-    """Check that the data are those of the commitment; of a trial also sources and thresholds.
+    """Check that the data are those of the commitment; of one of `HELD` also the tool.
 
     Raises
     ------
     UnusableInput
         One line that names what was changed.
     """
-    content = _read(layout.commitment)
+    content = read_commitment(layout)
     now = data_hashes(layout)
     then = content["data_sha256"]
     changed = sorted(n for n in then.keys() | now.keys() if then.get(n) != now.get(n))
@@ -168,7 +182,7 @@ def verify(layout: Layout) -> None:
         raise UnusableInput(
             f"{layout.folder}: {len(changed)} files differ from the commitment, first {changed[0]}"
         )
-    if content["kind"] != "trial":
+    if content["kind"] not in HELD:
         return
     settings = {
         "thresholds": plain(asdict(Thresholds())),
@@ -183,7 +197,7 @@ def verify(layout: Layout) -> None:
             )
 
 
-def reveal(layout: Layout, *, complete: Sequence[str] | None = None) -> dict[str, Truth]:
+def reveal(layout: Layout, *, complete: Sequence[str] | None = None) -> dict[str, ExamTruth]:
     """Open the seal, check the hash, publish truths and salt beside the answers.
 
     Parameters
@@ -196,9 +210,9 @@ def reveal(layout: Layout, *, complete: Sequence[str] | None = None) -> dict[str
     UnusableInput
         Answers are missing, or the truths are not those that were committed.
     """
-    content = _read(layout.commitment)
+    content = read_commitment(layout)
     if layout.revealed.exists():
-        opened = _read(layout.revealed)
+        opened = json.loads(layout.revealed.read_text(encoding="utf-8"))
         salt, rows = str(opened["salt"]), opened["truths"]
     else:
         if not layout.truths.exists() or not layout.salt.exists():
@@ -217,10 +231,27 @@ def reveal(layout: Layout, *, complete: Sequence[str] | None = None) -> dict[str
     if not layout.revealed.exists():
         text = json.dumps({"salt": salt, "truths": rows}, indent=1)
         write_atomically(layout.revealed, text + "\n")
-    return read_truths(rows)
+    return {t.id: t for t in map(truth_of, rows)}
 
 
-def _read(path: Path) -> dict[str, Any]:
+def changed_since(content: Mapping[str, Any]) -> tuple[str, ...]:
+    """Return what of the proof itself is not as it was committed: the score says so."""
+    now = {
+        "the proof's sources": ("proof_sha256", source_hash(PROOF)),
+        "the design": ("design_sha256", file_hash(DESIGN) if DESIGN.is_file() else None),
+    }
+    return tuple(what for what, (key, value) in now.items() if content.get(key) != value)
+
+
+def read_commitment(layout: Layout) -> dict[str, Any]:
+    """Read what was committed.
+
+    Raises
+    ------
+    UnusableInput
+        Nothing was.
+    """
+    path = layout.commitment
     if not path.is_file():
         raise UnusableInput(f"{path}: the trial is not committed; run bondsight blind generate")
     content: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))

@@ -1,44 +1,50 @@
-"""Figures of the score as SVG: names, power, calibration."""
+"""Figures of the score as SVG: names, power, reliability, error over the oracle's, baselines."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
-from identification.report.style import AFTER, BAD, MUTED
+from identification.report.canvas import drawing, logarithmic
+from identification.report.style import AFTER, BAD, GOOD, MUTED
 from identification.report.words import spaced
-from tests.proof.trial.scoring import Score
+from tests.proof.trial.scoring import TrialScore
+from tests.proof.trial.tables import Power
 
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
+Draw = Callable[[Any, TrialScore], None]
+ACROSS = 4
+"""Small pictures in a row."""
 
-LINE, LIGHT = AFTER, MUTED
 
+def figures(score: TrialScore, paper: bool = True) -> dict[str, str]:
+    """Return the figures by name, as SVG text that does not change from run to run.
 
-def figures(score: Score) -> Mapping[str, str]:
-    """Return the figures by file name, as SVG text that does not change from run to run."""
+    Parameters
+    ----------
+    paper : bool
+        On white, for a picture file; figures of a page let the page show through.
+    """
+    c, rows = score.names, -(-(len(score.power) - 1) // ACROSS)
+    table: dict[str, tuple[Draw, float, float, bool]] = {
+        "names": (_names, 2.6 + 0.26 * len(c.columns), 2.0 + 0.24 * len(c.rows), bool(c.rows)),
+        "power": (_power, 6.2, 3.6, "all" in score.power and bool(score.power["all"])),
+        "power_by_cell": (_by_cell, 8.4, 1.6 * rows + 0.3, len(score.power) > 2),
+        "reliability": (_reliability, 4.4, 4.0, bool(score.exam.reliability)),
+        "error_over_oracle": (_ratios, 6.2, 3.2, bool(score.ratios)),
+        "baselines": (_baselines, 6.2, 3.6, bool(score.curves)),
+    }
     made = {}
-    if score.names.rows:
-        size = (2.6 + 0.26 * len(score.names.columns), 2.0 + 0.24 * len(score.names.rows))
-        made["names.svg"] = _drawn(_names, score, size)
-    if score.power:
-        made["power.svg"] = _drawn(_power, score, (6.2, 3.6))
-    if score.calibration.table:
-        made["calibration.svg"] = _drawn(_calibration, score, (4.2, 4.0))
+    for name, (draw, width, height, there) in table.items():
+        if there:
+            with drawing(name, height, width, paper=paper) as canvas:
+                draw(canvas.figure if draw is _by_cell else canvas.ax, score)
+            made[name] = canvas.svg + "\n"
     return made
 
 
-def _drawn(draw: Any, score: Score, size: tuple[float, float]) -> str:
-    from identification.report.canvas import drawing
-
-    with drawing(draw.__name__.strip("_"), size[1], size[0], paper=True) as canvas:
-        draw(canvas.ax, score)
-    return canvas.svg + "\n"
-
-
-def _names(axes: Axes, score: Score) -> None:
+def _names(axes: Any, score: TrialScore) -> None:
     c = score.names
     counts = np.array([[c.counts[r].get(k, 0) for k in c.columns] for r in c.rows], float)
     share = counts / counts.sum(axis=1, keepdims=True)
@@ -53,40 +59,86 @@ def _names(axes: Axes, score: Score) -> None:
     axes.set_ylabel("concealed")
 
 
-def _power(axes: Axes, score: Score) -> None:
-    middle = np.array([0.5 * (p.low + p.high) for p in score.power])
-    for attribute, colour, label, shift in (
-        ("detected", LIGHT, "something said to be missing", -0.4),
-        ("named", LINE, "right name and place", 0.0),
-        ("wrong", BAD, "wrong name", 0.4),
-    ):
-        rates = [getattr(p, attribute) for p in score.power]
-        value = np.array([r.value for r in rates])
-        ends = np.array([r.interval for r in rates])
-        # rounding may put an end of the interval beside the value it holds
-        below = np.maximum(value - ends[:, 0], 0)
-        above = np.maximum(ends[:, 1] - value, 0)
-        axes.errorbar(
-            middle + shift, value, yerr=[below, above], fmt="o-", color=colour, label=label,
-            markersize=3, linewidth=1, capsize=2,
-        )  # fmt: skip
-    axes.set_xlabel("excess of the nominal misfit over the noise floor, dB")
+def _curve(
+    axes: Any, powers: tuple[Power, ...], what: str, shift: float = 1.0, **style: Any
+) -> None:
+    rates = [getattr(p, what) for p in powers]
+    value, ends = np.array([r.value for r in rates]), np.array([r.exact for r in rates])
+    # the geometric middle of the range, half a decade where one end is open
+    low = np.array([p.low or p.high / 3 for p in powers])
+    high = np.array([min(p.high, 3 * p.low or p.high) for p in powers])
+    axes.errorbar(
+        shift * np.sqrt(low * high), value,
+        yerr=[np.maximum(value - ends[:, 0], 0), np.maximum(ends[:, 1] - value, 0)],
+        fmt="o-", markersize=3, linewidth=1, capsize=2, **style,
+    )  # fmt: skip
+
+
+def _strengths(axes: Any) -> None:
+    axes.set_xscale("log")
+    logarithmic(axes.xaxis)
+    axes.set_xlabel("what the effect moves a reading by, over its noise (rms)")
     axes.set_ylabel("share of the recordings")
     axes.set_ylim(-0.03, 1.03)
     axes.legend()
 
 
-def _calibration(axes: Axes, score: Score) -> None:
-    axes.plot([0, 1], [0, 1], color=LIGHT, linewidth=1)
-    for r in score.calibration.table:
-        low, high = r.right.interval
-        axes.plot([r.stated] * 2, [low, high], color=LINE, linewidth=1)
-        axes.plot(r.stated, r.right.value, "o", color=LINE, markersize=3)
+def _power(axes: Any, score: TrialScore) -> None:
+    for what, colour, label, shift in (
+        ("told", MUTED, "said to miss something", 0.94),
+        ("placed", GOOD, "right place, and name or kind", 0.98),
+        ("named", AFTER, "right name and place", 1.02),
+        ("wrong", BAD, "wrong name", 1.06),
+    ):
+        _curve(axes, score.power["all"], what, shift, color=colour, label=label)
+    _strengths(axes)
+
+
+def _by_cell(figure: Any, score: TrialScore) -> None:
+    """Draw a small picture for each cell."""
+    groups = [(cell, powers) for cell, powers in score.power.items() if cell != "all"]
+    grid = figure.subplots(
+        -(-len(groups) // ACROSS), ACROSS, squeeze=False, sharex=True, sharey=True
+    )
+    for axes in grid.flat[len(groups) :]:
+        axes.set_axis_off()
+    for axes, (cell, powers) in zip(grid.flat, groups, strict=False):
+        _curve(axes, powers, "placed", color=GOOD)
+        _curve(axes, powers, "named", 1.04, color=AFTER)
+        axes.set_title(spaced(cell))
+        axes.set_xscale("log")
+        logarithmic(axes.xaxis)
+        axes.set_ylim(-0.05, 1.05)
+
+
+def _reliability(axes: Any, score: TrialScore) -> None:
+    axes.plot([0, 1], [0, 1], color=MUTED, linewidth=1)
+    for r in score.exam.reliability:
+        axes.plot([r.stated] * 2, r.right.exact, color=AFTER, linewidth=1)
+        axes.plot(r.stated, r.right.value, "o", color=AFTER, markersize=3)
         axes.annotate(
             str(r.right.total), (r.stated, r.right.value), textcoords="offset points",
             xytext=(-4, -9), ha="right", fontsize=6,
         )  # fmt: skip
-    axes.set_xlabel("stated confidence")
+    axes.set_xlabel("stated probability of the name")
     axes.set_ylabel("share that was right")
-    axes.set_xlim(0, 1.02)
-    axes.set_ylim(0, 1.02)
+    axes.set_xlim(min(0.75, *(r.low for r in score.exam.reliability)), 1.01)
+    axes.set_ylim(min(0.75, *(r.right.exact[0] for r in score.exam.reliability)), 1.01)
+
+
+def _ratios(axes: Any, score: TrialScore) -> None:
+    found = np.sort([*score.ratios.values()])
+    axes.step(found, np.arange(1, found.size + 1) / found.size, where="post", color=AFTER)
+    axes.axvline(1.0, color=MUTED, linewidth=1)
+    axes.set_xscale("log")
+    logarithmic(axes.xaxis)
+    axes.set_xlabel("held-out error after the repair, over the oracle's")
+    axes.set_ylabel("share of the recordings")
+
+
+def _baselines(axes: Any, score: TrialScore) -> None:
+    for name, points in score.curves.items():
+        axes.plot(*zip(*sorted(points), strict=True), "o-", markersize=3, label=name)
+    axes.set_xlabel("coverage: share that is answered")
+    axes.set_ylabel("error among the answers")
+    axes.legend()

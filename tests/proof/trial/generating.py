@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import secrets
 from collections.abc import Callable, Mapping, Sequence
@@ -12,18 +13,25 @@ from joblib import Parallel, delayed
 
 from bondgraph.support.errors import UnusableInput
 from bondgraph.support.whole_file import write_atomically
-from tests.proof.trial.commitment import commit
+from tests.proof.exam.cells import draw_exam
+from tests.proof.exam.making import exam_record
+from tests.proof.trial.commitment import DESIGN, commit
 from tests.proof.trial.generator.case import Case
-from tests.proof.trial.generator.drawing import draw
-from tests.proof.trial.generator.making import record
 from tests.proof.trial.generator.parameters import ALL_PLANTS
 from tests.proof.trial.generator.writing import Make, generate, load_case
 from tests.proof.trial.layout import Layout
 
-KINDS = ("trial", "development", "reduced")
+KINDS = ("trial", "quick", "development")
+SIZES: Mapping[str, int] = {"trial": 1100, "quick": 60, "development": 420}
 HOLDS: Mapping[str, str] = {"zero": "hold", "linear": "linear"}
 """The generator's words for what a command does between samples, in the tool's."""
 Progress = Callable[[str, float], None]
+
+
+def drawn(kind: str, salt: str) -> list[Case]:
+    """Return the cases of a kind of trial; the same for the same salt."""
+    # until the design of trial 2 is there: return draw_trial(kind, salt)
+    return draw_exam(int(hashlib.sha256(f"{kind}|{salt}".encode()).hexdigest(), 16), SIZES[kind])
 
 
 def generate_trial(
@@ -41,39 +49,42 @@ def generate_trial(
 
     Parameters
     ----------
-    kind : {"trial", "development", "reduced"}
-        A trial takes its salt from the operating system, the others a seed.
+    kind : {"trial", "quick", "development"}
+        Development takes a seed, the others a salt from the operating system.
     count : int, optional
-        Number of recordings, of development only.
+        The first so many recordings, of development only.
 
     Raises
     ------
     UnusableInput
-        Unknown kind, a seed for a trial, or a trial that is committed already.
+        Unknown kind, a seed or a count where there is none, a trial without its design, or one
+        that is committed already.
     """
     if kind not in KINDS:
         raise UnusableInput(f"{kind!r} is no kind of trial; take one of {', '.join(KINDS)}")
-    if kind == "trial" and (seed is not None or count is not None):
+    if kind != "development" and (seed is not None or count is not None):
         raise UnusableInput(
-            "a trial takes its salt from the operating system and has a fixed number of "
+            f"a {kind} trial takes its salt from the operating system and has a fixed number of "
             "recordings; leave --seed and --count out, or take --kind development"
         )
     if layout.commitment.exists():
         raise UnusableInput(
             f"{layout.commitment}: this trial is committed already; take another folder"
         )
+    if kind == "trial" and not DESIGN.is_file():
+        raise UnusableInput(f"{DESIGN}: a trial has a design first; write and commit it")
     salt = _salt(layout, kind, seed)
-    cases = draw(kind, salt, count)
-    truths = make_all(cases, layout, record, jobs, progress)
+    cases = drawn(kind, salt)[:count]
+    truths = make_all(cases, layout, exam_record, jobs, progress)
     commit(layout, truths, salt, kind)
     return len(cases)
 
 
 def _salt(layout: Layout, kind: str, seed: int | None) -> str:
-    """Return the salt of an interrupted call, else a new one (from the seed, if not a trial)."""
+    """Return the salt of an interrupted call, else a new one (from the seed, in development)."""
     if layout.salt.exists():
         return layout.salt.read_text(encoding="ascii").strip()
-    salt = secrets.token_hex(32) if kind == "trial" else f"{kind} {seed or 0}"
+    salt = f"{kind} {seed or 0}" if kind == "development" else secrets.token_hex(32)
     write_atomically(layout.salt, salt + "\n")
     layout.salt.chmod(0o600)
     return salt

@@ -1,32 +1,57 @@
-"""Write the score of a trial: Markdown, JSON, a table of every recording, figures."""
+"""Write the score of a trial: Markdown, JSON, figures, a page that opens offline."""
 
 from __future__ import annotations
 
-import csv
 import json
-from collections.abc import Mapping
-from io import StringIO
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from bondgraph.support.whole_file import write_atomically
+from identification.report import html
+from identification.report.style import BAD, GOOD
+from identification.report.tables import markdown
 from tests.proof.trial.figures import figures
-from tests.proof.trial.scoring import Score, plain, rows
-from tests.proof.trial.summary import summary
+from tests.proof.trial.parts import Part, facts, headline, parts
+from tests.proof.trial.scoring import TrialScore, plain
 
 
-def publish(score: Score, commitment: Mapping[str, Any], folder: Path) -> Path:
+def publish(score: TrialScore, commitment: Mapping[str, Any], folder: Path) -> Path:
     """Write everything into `folder`; returns the path of ``RESULTS.md``."""
-    made = rows(score)
-    text = StringIO()
-    if made:
-        writer = csv.DictWriter(text, list(made[0]), lineterminator="\n")
-        writer.writeheader()
-        writer.writerows(made)
-    write_atomically(folder / "trials.csv", text.getvalue())
-    write_atomically(folder / "score.json", json.dumps(plain(score), indent=1) + "\n")
-    for name, svg in figures(score).items():
-        write_atomically(folder / name, svg)
+    said, known, pieces = headline(score), facts(score, commitment), list(parts(score))
+    drawn = figures(score)
+    for name, svg in drawn.items():
+        write_atomically(folder / f"{name}.svg", svg)
+    content = json.dumps(plain(score), indent=1, allow_nan=False)
+    write_atomically(folder / "score.json", content + "\n")
+    badge = ("gates met", GOOD) if score.passed else ("not all gates met", BAD)
+    top = html.head("Sealed trial", badge, said, known)
+    page = _page(top, pieces, figures(score, paper=False))
+    write_atomically(folder / "report.html", page)
     target = folder / "RESULTS.md"
-    write_atomically(target, summary(score, commitment))
+    said = f"**{said}**\n\n" + "\n".join(f"- {k}: {v}" for k, v in known)
+    write_atomically(target, markdown_of("Sealed trial", said, pieces, drawn))
     return target
+
+
+def markdown_of(title: str, said: str, pieces: Sequence[Part], drawn: Mapping[str, str]) -> str:
+    """Return parts as Markdown that shows the figures beside it."""
+    lines = [f"# {title}", said]
+    for p in pieces:
+        table = markdown(p.heads, [[x.replace("|", "/") for x in r] for r in p.rows])
+        lines += [f"## {p.title}", p.text, table if p.rows else ""]
+        lines += [f"![{name}]({name}.svg)" for name in p.figures if name in drawn]
+    return "\n\n".join(x for x in lines if x) + "\n"
+
+
+def _page(top: str, pieces: Sequence[Part], drawn: Mapping[str, str]) -> str:
+    sections = [
+        html.section(
+            p.title,
+            html.paragraph(p.text),
+            *(html.figure(drawn[name]) for name in p.figures if name in drawn),
+            html.table(p.heads, p.rows),
+        )
+        for p in pieces
+    ]
+    return html.page("trial", "Sealed trial", [top, *sections], source="score.json")

@@ -1,13 +1,9 @@
-"""Diagnose every recording of a trial, one answer a file; what is done is never done twice."""
+"""Work through every recording of a trial, one file each; what is done is never done twice."""
 
 from __future__ import annotations
 
 import json
-import math
-import time
-import traceback
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -19,16 +15,11 @@ from bondgraph.graph.elements import Sensor, Source, TwoPort, Valued
 from bondgraph.signals.recording import Recording
 from bondgraph.signals.recording_file import sha256_of
 from bondgraph.signals.units import parse_unit
-from bondgraph.support.errors import BondsightError, UnusableInput
+from bondgraph.support.errors import UnusableInput
 from bondgraph.support.whole_file import write_atomically
-from identification.diagnosis.diagnose import Diagnosis, diagnose
 from identification.diagnosis.localisation.element_kind import element_kind
-from identification.diagnosis.search.candidates import DiagnosisOptions
-from identification.diagnosis.verdict.document import verdict
-from tests.proof.trial.black_box import black_box
 from tests.proof.trial.layout import Layout
 from tests.proof.trial.models import blind_model
-from tests.proof.trial.sparse import sparse_regression
 from tests.proof.trial.truths import Public
 
 Progress = Callable[[str, float], None]
@@ -59,115 +50,17 @@ def graph_of(public: Public) -> BondGraph:
     return blind_model(public.plant, public.sensors, public.delay)
 
 
-def answer(
-    layout: Layout, public: Public, seed: int = 0, options: DiagnosisOptions | None = None
-) -> dict[str, Any]:
-    """Diagnose one recording; an error becomes part of the answer.
-
-    Returns
-    -------
-    dict
-        ``id``, ``verdict`` (its JSON; null after a crash), ``seconds``, ``error``, ``nominal``,
-        ``trials``, ``kinds`` (the ports of the model).
-    """
-    begin = time.perf_counter()
-    content: dict[str, Any] = {"id": public.id, "verdict": None, "error": None}
-    try:
-        recording = recording_of(layout, public)
-        graph = graph_of(public)
-        content["kinds"] = ports_of(graph)
-        chosen = replace(options or DiagnosisOptions(), jobs=1)
-        found = diagnose(
-            graph, recording, model=public.plant, options=chosen, hold=public.hold, seed=seed
-        )
-        content |= {
-            "verdict": verdict(found),
-            "nominal": nominal_of(found),
-            "trials": trials_of(found),
-        }
-        # the baselines see the same recording; their time is not the tool's
-        content["seconds"] = round(time.perf_counter() - begin, 3)
-        content |= {"black_box": black_box_of(found), "sparse": sparse_of(public, found)}
-    except BondsightError as error:
-        content["error"] = " ".join(str(error).split())
-    except Exception:  # a crash is an answer as well: it must be counted, not lost
-        content["error"] = traceback.format_exc(limit=-6)
-    return {"seconds": round(time.perf_counter() - begin, 3)} | content
-
-
 def ports_of(graph: BondGraph) -> dict[str, str]:
     """Kind of every element that may hold an effect."""
     elements = graph.of_type(Valued, TwoPort, Source, Sensor)
     return {e.name: element_kind(graph, e.name) for e in elements}
 
 
-def nominal_of(found: Diagnosis) -> dict[str, Any] | None:
-    """Scores of the model as it is, with what the information criteria need."""
-    if found.nominal is None:
-        return None
-    data = found.nominal.problem.data
-    return {
-        "train": finite(found.nominal.chi2("train")),
-        "test": finite(found.nominal.chi2("test")),
-        "parameters": len(found.nominal.problem.free),
-        "samples": int(data.mask("train").sum()) * len(data.names),
-    }
-
-
-def trials_of(found: Diagnosis) -> list[dict[str, Any]]:
-    """Score of every effect that was fitted, for the baselines."""
-    return [
-        {
-            "effect": t.effect,
-            "family": t.insertion.family,
-            "element": t.element,
-            "home": bool(t.home),
-            "train": finite(t.train),
-            "test": finite(t.test),
-            "parameters": len(t.fit.problem.free),
-            "samples": int(t.fit.problem.data.mask("train").sum()) * len(t.fit.problem.data.names),
-            "test_rmse": {n: finite(v) for n, v in t.fit.rmse("test").items()},
-            # held-out mean squares block by block: the oracle compares itself with them
-            "blocks": [finite(float(f"{b:.6g}")) for b in t.blocks],
-        }
-        for t in found.trials
-    ]
-
-
-def black_box_of(found: Diagnosis) -> dict[str, Any] | None:
-    """Score of a black box on the residual of the model as it is."""
-    if found.nominal is None:
-        return None
-    data = found.nominal.problem.data
-    inputs = np.column_stack([*data.commands.values(), found.nominal.simulated])
-    residual = data.readings - found.nominal.simulated
-    if not np.isfinite(residual).all():
-        return None
-    train, test = black_box(inputs, residual, data.floor, data.mask("train"), data.mask("test"))
-    return {"train": finite(train), "test": finite(test)}
-
-
-def sparse_of(public: Public, found: Diagnosis) -> dict[str, str] | None:
-    """Name the strongest term of a sparse regression, where all states follow from the sensors."""
-    if found.nominal is None:
-        return None
-    data = found.nominal.problem.data
-    (command,) = data.commands.values()
-    readings = {n: data.readings[:, c] for c, n in enumerate(data.names)}
-    kept = sparse_regression(public.plant, command, readings, data.dt, data.mask("train"))
-    return None if kept is None else {"effect": kept[0], "element": kept[1]}
-
-
-def finite(value: float) -> float | None:
-    """Return a number that JSON can hold, or nothing."""
-    return float(value) if math.isfinite(value) else None
-
-
 def run_all(
     layout: Layout,
     public: Sequence[Public],
     target: Path,
-    work: Work = answer,
+    work: Work,
     *,
     jobs: int = -1,
     seed: int = 0,
@@ -176,7 +69,8 @@ def run_all(
     """Do `work` for every recording that has no file in `target` yet; returns how many were done.
 
     Each file appears as a whole as soon as its work is done, so that an interruption costs what is
-    in hand and no more.
+    in hand and no more. Runs on the joblib backend in force, so that loky, dask or ray carry it:
+    ``with joblib.parallel_config(backend="dask"): run_all(...)``; workers write into `target`.
 
     Parameters
     ----------

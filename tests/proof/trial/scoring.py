@@ -3,226 +3,186 @@
 from __future__ import annotations
 
 import math
-from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import Any
 
-from tests.proof.trial.answers import Answer
-from tests.proof.trial.baselines import Baseline, baselines
-from tests.proof.trial.calibration import Calibration, calibration
-from tests.proof.trial.gates import Gate, asked_for, gates, sorted_out
-from tests.proof.trial.matching import Outcome, judge
-from tests.proof.trial.oracles import OracleAnswer, repair_ratio
+from bondgraph.support.errors import UnusableInput
+from tests.proof.exam.counting import ExamScore, score_exam, stated
+from tests.proof.exam.judging import ExamOutcome
+from tests.proof.exam.said import ExamAnswer
+from tests.proof.exam.truths import ExamTruth
+from tests.proof.trial.calibration import log_score, plain_log_score
+from tests.proof.trial.gates import Gate, gates
+from tests.proof.trial.oracles import Reached, oracle_ratio, quantiles, repair_ratio
 from tests.proof.trial.rates import Rate
-from tests.proof.trial.tables import (
-    Confusion,
-    Pair,
-    Power,
-    cells,
-    name_confusion,
-    pairs,
-    place_confusion,
-    power,
-)
-from tests.proof.trial.truths import Truth
+from tests.proof.trial.tables import Confusion, Power, name_confusion, place_confusion, power
+
+Points = Sequence[tuple[float, float]]
+"""Coverage and error of a rule at each setting of its abstention."""
 
 
 @dataclass(frozen=True, eq=False)
-class Score:
+class TrialScore:
     """Everything that was counted.
 
     Attributes
     ----------
-    outcomes : tuple of Outcome
-        Every recording, in the order of the ids.
-    asked : mapping
-        Recordings with one effect by what the oracle says of them.
-    black_box : tuple of (float, float)
-        For every distinguishable effect: held-out error of a black box on the residual and of the
-        tool's repair, both over the oracle's.
+    exam : ExamScore
+        Outcomes and rates by the one judge of exam and trial.
+    log_scores : mapping
+        Of the stated probabilities, and of who states their overall frequency.
+    ratios : mapping
+        Held-out error after the repair over the oracle's, by recording.
+    yardsticks : mapping
+        Held-out error of the oracle over the noise, by recording.
+    curves : mapping
+        Baselines, by name.
     """
 
-    outcomes: tuple[Outcome, ...]
-    oracles: Mapping[str, OracleAnswer]
+    exam: ExamScore
     gates: tuple[Gate, ...]
-    asked: Mapping[str, int]
-    cells: Mapping[str, Counter[str]]
     names: Confusion
     places: Mapping[str, Confusion]
-    power: tuple[Power, ...]
-    calibration: Calibration
-    pairs: tuple[Pair, ...]
-    baselines: tuple[Baseline, ...]
-    black_box: tuple[tuple[float, float], ...]
+    power: Mapping[str, tuple[Power, ...]]
+    log_scores: Mapping[str, float]
+    ratios: Mapping[str, float]
+    yardsticks: Mapping[str, float]
+    curves: Mapping[str, Points]
 
     @property
     def passed(self) -> bool:
         """Every gate is met; where there was nothing to count, it is not."""
-        return all(g.passed for g in self.gates if g.gated)
+        return all(g.passed for g in self.gates)
+
+    @property
+    def ratio_groups(self) -> dict[str, dict[str, float]]:
+        """Quantiles of the ratios, of all and where the effect was named rightly."""
+        named = [o.id for o in self.exam.outcomes if o.truth.main in o.found]
+        return {
+            "all single effects": quantiles([*self.ratios.values()]),
+            "named rightly": quantiles([self.ratios[i] for i in named if i in self.ratios]),
+            "the oracle's error over the noise": quantiles([*self.yardsticks.values()]),
+        }
 
 
-def score(
-    truths: Mapping[str, Truth],
-    answers: Mapping[str, Answer],
-    oracles: Mapping[str, OracleAnswer] | None = None,
-) -> Score:
-    """Score answers against truths; a recording without an answer counts as a crash."""
-    oracles = oracles or {}
-    outcomes = tuple(
-        judge(
-            truths[i],
-            answers.get(i, Answer(i, "", (), 0.0, "no answer")),
-            oracles[i].separable if i in oracles and math.isfinite(oracles[i].z) else None,
-        )
-        for i in sorted(truths)
+def score_trial(
+    truths: Mapping[str, ExamTruth],
+    answers: Mapping[str, ExamAnswer],
+    oracles: Mapping[str, Reached] | None = None,
+    curves: Mapping[str, Points] | None = None,
+) -> TrialScore:
+    """Score a trial.
+
+    Raises
+    ------
+    UnusableInput
+        A recording has no answer: every one counts.
+    """
+    missing = sorted(truths.keys() - answers.keys())
+    if missing:
+        raise UnusableInput(f"{len(missing)} recordings have no answer, first {missing[0]}")
+    exam, oracles = score_exam(truths, answers), oracles or {}
+    given = stated(exam.outcomes)
+    told = [(o, oracles[o.id]) for o in exam.outcomes if o.id in oracles]
+    return TrialScore(
+        exam,
+        gates(exam.rates),
+        name_confusion(exam.outcomes),
+        place_confusion(exam.outcomes),
+        power(exam.outcomes),
+        {"stated": log_score(given), "the same for all": plain_log_score(given)},
+        {o.id: r for o, best in told if math.isfinite(r := repair_ratio(o, best))},
+        {o.id: r for o, best in told if math.isfinite(r := oracle_ratio(o, best))},
+        curves or {},
     )
-    return Score(
-        outcomes,
-        oracles,
-        gates(outcomes, oracles),
-        sorted_out(outcomes, oracles),
-        cells(outcomes),
-        name_confusion(outcomes),
-        place_confusion(outcomes),
-        power(outcomes, oracles),
-        calibration(outcomes),
-        pairs(outcomes),
-        baselines(outcomes, oracles),
-        _black_box(outcomes, oracles),
-    )
 
 
-def _black_box(
-    outcomes: Sequence[Outcome], oracles: Mapping[str, OracleAnswer]
-) -> tuple[tuple[float, float], ...]:
-    found = []
-    for o in asked_for(outcomes, oracles, separable=True):
-        oracle = oracles[o.truth.id]
-        if math.isfinite(o.answer.black_box) and oracle.chi2 > 0:
-            found.append(
-                (math.sqrt(o.answer.black_box / oracle.chi2), repair_ratio(o.answer, oracle))
-            )
-    return tuple(found)
-
-
-def rows(score: Score) -> list[dict[str, Any]]:
-    """Return one row a recording: every trial is reported."""
-    found = []
-    for o in score.outcomes:
-        oracle = score.oracles.get(o.truth.id)
-        found.append(
-            {
-                "id": o.truth.id,
-                "cell": o.truth.cell,
-                "plant": o.truth.plant,
-                "effects": " + ".join(e.effect for e in o.truth.effects),
-                "laws": " + ".join(e.law for e in o.truth.effects),
-                "elements": " + ".join(e.element for e in o.truth.effects),
-                "control": o.truth.control,
-                "pair": o.truth.pair,
-                "decisive": o.truth.decisive if o.truth.pair else "",
-                "strength_db": _shown(o.truth.strength),
-                "verdict": o.answer.verdict or "crash",
-                "named": o.named,
-                "placed": o.placed,
-                "name": o.name,
-                "place": o.place,
-                "found": o.found,
-                "confidence": _shown(
-                    max((j.statement.confidence for j in o.judged), default=float("nan"))
-                ),
-                "excess_db": _shown(oracle.excess if oracle else float("nan")),
-                "oracle_z": _shown(oracle.z if oracle else float("nan")),
-                "repair_over_oracle": _shown(
-                    repair_ratio(o.answer, oracle) if oracle else float("nan")
-                ),
-                "seconds": _shown(o.answer.seconds),
-                "error": o.answer.error.strip().splitlines()[-1] if o.answer.error else "",
-            }
-        )
-    return found
-
-
-def _shown(value: float) -> str:
-    return f"{value:.4g}" if math.isfinite(value) else ""
-
-
-def plain(score: Score) -> dict[str, Any]:
-    """Return the score as JSON data, without the recordings."""
+def plain(s: TrialScore) -> dict[str, Any]:
+    """Return the score as JSON data."""
     return {
-        "schema": "bondsight.blind/1",
-        "recordings": len(score.outcomes),
-        "passed": score.passed,
-        "gates": [
-            {
-                "name": g.name,
-                "value": _number(g.value),
-                "limit": g.limit,
-                "sense": "at most" if g.most else "at least",
-                "passed": g.passed,
-                "gated": g.gated,
-                "counted": rate_row(g.counted),
-            }
-            for g in score.gates
-        ],
-        "oracle": dict(score.asked),
-        "cells": {k: dict(v) for k, v in score.cells.items()},
-        "names": confusion_row(score.names),
-        "places": {k: confusion_row(v) for k, v in score.places.items()},
-        "power": [
-            {
-                "from_db": p.low,
-                "to_db": p.high,
-                "detected": rate_row(p.detected),
-                "right": rate_row(p.named),
-                "wrong_name": rate_row(p.wrong),
-            }
-            for p in score.power
-        ],
-        "calibration": {
-            "brier": _number(score.calibration.brier),
-            "names": score.calibration.names,
-            "table": [
-                {"low": r.low, "high": r.high, "stated": r.stated, "right": rate_row(r.right)}
-                for r in score.calibration.table
-            ],
+        "schema": "bondsight.blind/2",
+        "recordings": len(s.exam.outcomes),
+        "passed": s.passed,
+        "gates": [gate_row(g) for g in s.gates],
+        "rates": {name: rate_row(r) for name, r in s.exam.rates.items()},
+        "cells": {cell: dict(c) for cell, c in sorted(s.exam.cells.items())},
+        "names": _confusion_row(s.names),
+        "places": {plant: _confusion_row(c) for plant, c in s.places.items()},
+        "power": {
+            group: [
+                {"from": p.low, "to": _number(p.high)}
+                | {n: rate_row(getattr(p, n)) for n in ("told", "placed", "named", "wrong")}
+                for p in powers
+            ]
+            for group, powers in s.power.items()
         },
-        "pairs": [asdict(p) | {"outcomes": dict(p.outcomes)} for p in score.pairs],
-        "baselines": [
-            {
-                "name": b.name,
-                "answered": b.answered,
-                **{
-                    n: rate_row(getattr(b, n))
-                    for n in ("alarms", "outside", "wrong", "misplaced", "right")
-                },
-            }
-            for b in score.baselines
+        "reliability": [
+            {"low": r.low, "high": r.high, "stated": r.stated, "right": rate_row(r.right)}
+            for r in s.exam.reliability
         ],
-        "black_box": [[_number(a), _number(b)] for a, b in score.black_box],
+        "log_scores": {k: _number(v) for k, v in s.log_scores.items()},
+        "error_over_oracle": s.ratio_groups,
+        "baselines": {
+            name: [[*map(_number, p)] for p in points] for name, points in s.curves.items()
+        },
+        "seconds": {k: _number(v) for k, v in s.exam.seconds.items()},
+        "each": [
+            _row(o)
+            | {
+                "error_over_oracle": s.ratios.get(o.id),
+                "oracle_over_noise": s.yardsticks.get(o.id),
+            }
+            for o in s.exam.outcomes
+        ],
     }
 
 
-def rate_row(r: Rate | None) -> dict[str, Any] | None:
+def gate_row(g: Gate) -> dict[str, Any]:
+    """Return a gate as JSON data."""
+    return {
+        "name": g.name,
+        "limit": g.limit,
+        "sense": "at most" if g.most else "at least",
+        "counted": rate_row(g.counted),
+        "bound95": g.bound,
+        "p": g.p,
+        "state": g.state,
+    }
+
+
+def rate_row(r: Rate) -> dict[str, Any]:
     """Return a rate as JSON data."""
-    if r is None:
-        return None
     return {
         "hits": r.hits,
         "total": r.total,
         "value": _number(r.value),
-        "ci95": list(r.interval),
+        "ci95": list(r.exact),
     }
 
 
-def confusion_row(c: Confusion) -> dict[str, Any]:
-    """Return a confusion matrix as JSON data."""
+def _confusion_row(c: Confusion) -> dict[str, Any]:
     return {
         "rows": list(c.rows),
         "columns": list(c.columns),
         "counts": {r: dict(v) for r, v in c.counts.items()},
         "right": {r: rate_row(v) for r, v in c.right.items()},
+    }
+
+
+def _row(o: ExamOutcome) -> dict[str, Any]:
+    """Every recording is reported."""
+    return {
+        "id": o.id,
+        "cell": o.truth.cell,
+        "plant": o.truth.plant,
+        "truth": o.truth.words,
+        "verdict": o.answer.verdict or "crash",
+        "said": o.answer.words,
+        "outcome": o.outcome,
+        "wrong": list(o.wrong),
+        "left_over_noise": _number(o.left),
+        "seconds": _number(o.answer.seconds),
     }
 
 

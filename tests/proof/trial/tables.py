@@ -1,31 +1,27 @@
-"""Tables of the score: confusion of names and places, power against strength, cells, pairs."""
+"""Tables of the score: names and places that were mixed up, power against strength."""
 
 from __future__ import annotations
 
-import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
-from tests.proof.trial.answers import Statement
-from tests.proof.trial.matching import Outcome
-from tests.proof.trial.oracles import OracleAnswer
+from tests.proof.exam.counting import sorted_out
+from tests.proof.exam.judging import ExamOutcome, JudgedClaim
 from tests.proof.trial.rates import Rate, rate
 
 NOTHING = "(nothing)"
+OUTSIDE = "(outside)"
+OPEN = "(open)"
+
+STRENGTHS = (0.0, 1.0, 3.0, 10.0, 30.0, 100.0, float("inf"))
+"""Edges of what an effect moves the readings by, over their noise (rms)."""
 
 
 @dataclass(frozen=True)
 class Confusion:
-    """How often each truth (row) got each answer (column).
-
-    Attributes
-    ----------
-    counts : dict
-        By row, then column.
-    right : dict of str to Rate
-        Right answers of each row, with their interval.
-    """
+    """How often each truth (row) got each answer (column), and how often that was right."""
 
     rows: tuple[str, ...]
     columns: tuple[str, ...]
@@ -43,118 +39,100 @@ def _confusion(entries: Sequence[tuple[str, str, bool]]) -> Confusion:
     return Confusion(rows, columns, counts, right)
 
 
-def name_confusion(outcomes: Sequence[Outcome]) -> Confusion:
-    """Names given for controls and single effects; recordings with two are counted elsewhere."""
+def name_confusion(outcomes: Sequence[ExamOutcome]) -> Confusion:
+    """Return what was said of each effect; recordings with several are counted elsewhere.
+
+    Any name that the truth accepts stands in the column of the effect's own.
+    """
     entries = []
     for o in outcomes:
-        if o.truth.cell == "double":
+        main = o.truth.main
+        if main is not None and not (o.truth.single or o.truth.outside):
             continue
-        row = o.truth.effects[0].effect if o.truth.effects else NOTHING
-        if o.truth.cell in ("outside", "form"):
-            row = f"{row} ({o.truth.cell})"
-        first = o.judged[0].statement if o.judged else None
-        entries.append((row, _column(first, o), o.name in ("right", "quiet")))
+        row = NOTHING if main is None else main.effect if main.names else OUTSIDE
+        said = _telling(o)
+        right = o.outcome == "quiet" if main is None else said is not None and said.exactly
+        entries.append((row, row if right else _column(o, said), right))
     return _confusion(entries)
 
 
-def _column(said: Statement | None, o: Outcome) -> str:
+def _telling(o: ExamOutcome) -> JudgedClaim | None:
+    """Return the finding that a recording is remembered for: a wrong one, else the right name."""
+    order = [c for c in o.claims if c.name is False] or [c for c in o.claims if c.exactly]
+    return next(iter([*order, *o.claims]), None)
+
+
+def _column(o: ExamOutcome, said: JudgedClaim | None) -> str:
     if said is None:
-        return "(crash)" if o.answer.error else "unknown" if o.answer.alarm else NOTHING
-    return {
-        "exact": said.effect,
-        "family": f"family {said.family}",
-        "look_alikes": "look-alikes",
-    }.get(said.answer, "unknown")
+        if o.answer.alarm:
+            return "(unknown)"
+        return NOTHING if o.answer.reassuring else f"({o.answer.verdict or 'crash'})"
+    if said.claim.answer in ("exact", "approximate"):
+        return said.claim.effect
+    return f"({said.claim.answer}{', wrong' if said.name is False or said.kind is False else ''})"
 
 
-def place_confusion(outcomes: Sequence[Outcome]) -> dict[str, Confusion]:
-    """Places given, by plant: the true element, or the element stated first."""
+def place_confusion(outcomes: Sequence[ExamOutcome]) -> dict[str, Confusion]:
+    """Return where each effect was said to be, by plant; a class that holds it is its place."""
     found: dict[str, list[tuple[str, str, bool]]] = {}
     for o in outcomes:
-        if o.truth.empty or o.truth.cell == "double":
+        main = o.truth.main
+        if main is None or not (o.truth.single or o.truth.outside):
             continue
-        true = o.truth.effects[0].element
-        first = o.judged[0] if o.judged else None
-        if first is None or not first.statement.element:
-            column = NOTHING if not o.answer.alarm else "(unresolved)"
-        elif first.place == "unresolved":
-            column = "(unresolved)"
-        else:
-            # a class that holds the true element counts as the true element
-            column = true if first.place == "right" else first.statement.element
-        found.setdefault(o.truth.plant, []).append((true, column, o.place == "right"))
+        row = "/".join(sorted(main.places))
+        told = sorted((c for c in o.claims if c.place is not None), key=lambda c: bool(c.place))
+        column = OPEN if o.answer.alarm else NOTHING
+        if told:
+            column = row if told[0].place else "/".join(sorted(told[0].claim.places))
+        found.setdefault(o.truth.plant, []).append((row, column, column == row))
     return {plant: _confusion(rows) for plant, rows in sorted(found.items())}
-
-
-def cells(outcomes: Sequence[Outcome]) -> dict[str, Counter[str]]:
-    """How the recordings of each cell ended, by the name of the outcome."""
-    found: dict[str, Counter[str]] = {}
-    for o in outcomes:
-        if o.truth.cell == "double":
-            wrong = any(j.name == "wrong" for j in o.judged)
-            end = f"{o.found} of 2 found" + (", a wrong name" if wrong else "")
-        else:
-            end = o.name
-        found.setdefault(o.truth.cell, Counter())[end] += 1
-    return found
 
 
 @dataclass(frozen=True, slots=True)
 class Power:
-    """Detection and naming in one range of strength, dB of excess over the floor."""
+    """What was said of single effects that move the readings by so many times their noise.
+
+    Attributes
+    ----------
+    told : Rate
+        Something was said to be missing.
+    placed : Rate
+        Right place with the right name or kind.
+    named : Rate
+        Right name at the right place.
+    wrong : Rate
+        A wrong name.
+    """
 
     low: float
     high: float
-    detected: Rate
+    told: Rate
+    placed: Rate
     named: Rate
     wrong: Rate
 
 
-def power(
-    outcomes: Sequence[Outcome],
-    oracles: Mapping[str, OracleAnswer] | None = None,
-    width: float = 5.0,
-) -> tuple[Power, ...]:
-    """Power against strength, for single effects of the catalogue.
-
-    Strength is what the nominal model leaves after its fit, as the oracle measured it; where there
-    is no oracle, what the generator aimed at.
-    """
-    bins: dict[int, list[Outcome]] = {}
-    for o in outcomes:
-        if o.truth.empty or o.truth.cell not in ("single", "look_alike"):
-            continue
-        oracle = (oracles or {}).get(o.truth.id)
-        excess = oracle.excess if oracle and math.isfinite(oracle.excess) else o.truth.strength
-        if math.isfinite(excess):
-            # one bin holds all that is below the noise, one all that is plain
-            at = min(max(excess, -2 * width), 6 * width + width / 2)
-            bins.setdefault(math.floor(at / width), []).append(o)
-    return tuple(
-        Power(
-            b * width,
-            (b + 1) * width,
-            rate(o.answer.alarm for o in group),
-            rate(o.right for o in group),
-            rate(o.name == "wrong" for o in group),
-        )
-        for b, group in sorted(bins.items())
-    )
+def power(outcomes: Sequence[ExamOutcome]) -> dict[str, tuple[Power, ...]]:
+    """Return the share found against strength: of all single effects, then of each cell."""
+    single = [o for o in outcomes if o.truth.single]
+    cells = sorted({o.truth.cell for o in single})
+    groups = {"all": single, **{c: [o for o in single if o.truth.cell == c] for c in cells}}
+    return {name: _powers(group) for name, group in groups.items()}
 
 
-@dataclass(frozen=True, slots=True)
-class Pair:
-    """How the members of a look-alike pair fared under one kind of excitation."""
-
-    name: str
-    decisive: bool
-    outcomes: Mapping[str, int]
-
-
-def pairs(outcomes: Sequence[Outcome]) -> tuple[Pair, ...]:
-    """Outcomes of every look-alike pair, decisive and indecisive excitation apart."""
-    found: dict[tuple[str, bool], Counter[str]] = {}
-    for o in outcomes:
-        if o.truth.cell == "look_alike":
-            found.setdefault((o.truth.pair, o.truth.decisive), Counter())[o.name] += 1
-    return tuple(Pair(name, decisive, c) for (name, decisive), c in sorted(found.items()))
+def _powers(group: Sequence[ExamOutcome]) -> tuple[Power, ...]:
+    found = []
+    for low, high in pairwise(STRENGTHS):
+        inside = [o for o in group if o.truth.main and low <= o.truth.main.moved < high]
+        if inside:
+            found.append(
+                Power(
+                    low,
+                    high,
+                    rate(o.answer.alarm for o in inside),
+                    rate(map(sorted_out, inside)),
+                    rate(o.truth.main in o.found for o in inside),
+                    rate(any(c.name is False for c in o.claims) for o in inside),
+                )
+            )
+    return tuple(found)

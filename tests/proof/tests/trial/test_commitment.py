@@ -10,8 +10,13 @@ from typing import Any
 import pytest
 
 from bondgraph.support.errors import UnusableInput
+from tests.proof.tests.exam.made_up import effect, truth
+from tests.proof.trial import commitment
 from tests.proof.trial.commitment import (
+    PROOF,
+    changed_since,
     commit,
+    read_commitment,
     reveal,
     source_hash,
     tool_commit,
@@ -22,13 +27,8 @@ from tests.proof.trial.generator.writing import seal
 from tests.proof.trial.layout import Layout
 
 ROWS: list[dict[str, Any]] = [
-    {"id": "r0", "plant": "chain", "cell": "control", "effects": [], "control_kind": "plain"},
-    {
-        "id": "r1",
-        "plant": "probe",
-        "cell": "single",
-        "effects": [{"effect": "backlash", "place": "k", "law": "gap", "strength_db": 12.5}],
-    },
+    truth("control") | {"id": "r0", "control_kind": "plain"},
+    truth("single", effect("backlash", "k", 12.5)) | {"id": "r1"},
 ]
 
 
@@ -68,6 +68,8 @@ def test_the_commitment_holds_what_must_be_fixed_before_the_run(layout: Layout) 
     assert content["options"]["without"] == []
     assert content["tool_commit"] == tool_commit()
     assert content["source_sha256"] == source_hash()
+    # the proof's own sources are hashed apart from the tool's
+    assert content["proof_sha256"] == source_hash(PROOF) != content["source_sha256"]
     text = path.read_text(encoding="utf-8")
     assert "ab12" not in text
     assert "backlash" not in text
@@ -96,7 +98,7 @@ def test_the_seal_opens_when_every_recording_has_its_answer(layout: Layout) -> N
     answered(layout)
     truths = reveal(layout)
     assert truths["r1"].effects[0].family == "restoring"
-    assert truths["r1"].strength == 12.5
+    assert truths["r1"].effects[0].moved == 12.5
     assert truths["r0"].control == "plain"
     opened = json.loads(layout.revealed.read_text(encoding="utf-8"))
     assert truths_hash(opened["salt"], opened["truths"]) == truths_hash("ab12", ROWS)
@@ -139,6 +141,32 @@ def test_changed_data_and_settings_are_noticed(layout: Layout) -> None:
     (layout.recordings / "r2.npz").write_bytes(b"one more")
     with pytest.raises(UnusableInput, match=r"first r2\.npz"):
         verify(layout)
+
+
+def test_a_quick_trial_holds_the_tool_as_well(layout: Layout) -> None:
+    commit(layout, ROWS, kind="quick")
+    content = read_commitment(layout)
+    content["options"]["keep"] += 1
+    layout.commitment.write_text(json.dumps(content), encoding="utf-8")
+    with pytest.raises(UnusableInput, match="the options differ"):
+        verify(layout)
+
+
+def test_what_changed_of_the_proof_itself_is_said(
+    layout: Layout, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    design = tmp_path / "DESIGN.md"
+    monkeypatch.setattr(commitment, "DESIGN", design)
+    design.write_text("cells", encoding="utf-8")
+    commit(layout, ROWS)
+    content = read_commitment(layout)
+    assert content["design_sha256"] == hashlib.sha256(b"cells").hexdigest()
+    assert changed_since(content) == ()
+    design.write_text("other cells", encoding="utf-8")
+    assert changed_since(content) == ("the design",)
+    # that is told beside the score; what was run is the tool, which is as it was
+    verify(layout)
+    assert changed_since(content | {"proof_sha256": "0"}) == ("the proof's sources", "the design")
 
 
 def test_a_trial_without_commitment_is_refused(tmp_path: Path) -> None:

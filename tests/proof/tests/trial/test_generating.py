@@ -10,12 +10,14 @@ import pytest
 
 from bondgraph.support.errors import UnusableInput
 from bondsight.cli.main import main
+from tests.proof.exam.truths import truth_of
+from tests.proof.trial import generating
 from tests.proof.trial.commitment import truths_hash, verify
-from tests.proof.trial.generating import generate_trial
-from tests.proof.trial.generator.parameters import PLANTS
+from tests.proof.trial.generating import drawn, generate_trial
+from tests.proof.trial.generator.parameters import ALL_PLANTS as PLANTS
 from tests.proof.trial.layout import Layout
 from tests.proof.trial.running import graph_of, recording_of
-from tests.proof.trial.truths import read_public, read_truths
+from tests.proof.trial.truths import read_public
 
 
 @pytest.fixture(scope="module")
@@ -40,7 +42,7 @@ def test_the_public_list_fits_the_recordings(layout: Layout) -> None:
 
 def test_nothing_public_tells_the_truth(layout: Layout) -> None:
     rows = json.loads(layout.truths.read_text(encoding="utf-8"))
-    truths = read_truths(rows)
+    truths = {t.id: t for t in map(truth_of, rows)}
     assert len(truths) == 6
     committed = json.loads(layout.commitment.read_text(encoding="utf-8"))
     salt = layout.salt.read_text(encoding="ascii").strip()
@@ -49,7 +51,7 @@ def test_nothing_public_tells_the_truth(layout: Layout) -> None:
     for truth in truths.values():
         for effect in truth.effects:
             if effect.effect != "unknown":
-                assert effect.effect not in shown.replace('"without": []', "")
+                assert effect.effect not in shown.replace('"delay": ', "")
             assert effect.law not in shown
     for path in layout.recordings.iterdir():
         with np.load(path, allow_pickle=False) as file:
@@ -77,20 +79,37 @@ def test_an_interrupted_draw_goes_on_with_its_salt(layout: Layout) -> None:
     assert second["data_sha256"] == first["data_sha256"]
 
 
-def test_a_trial_takes_neither_seed_nor_count(tmp_path: Path) -> None:
+def test_the_same_salt_draws_the_same_cases() -> None:
+    sixty = drawn("quick", "ab")
+    assert sixty == drawn("quick", "ab")
+    assert len(sixty) == 60
+    assert not {c.seed for c in sixty} & {c.seed for c in drawn("quick", "ac")}
+    # a trial and its rehearsal never meet, whatever their salts are
+    assert not {c.seed for c in sixty} & {c.seed for c in drawn("development", "ab")}
+
+
+@pytest.mark.parametrize("kind", ["trial", "quick"])
+def test_a_trial_takes_neither_seed_nor_count(tmp_path: Path, kind: str) -> None:
     layout = Layout(tmp_path / "trial")
     with pytest.raises(UnusableInput, match="operating system"):
-        generate_trial(layout, "trial", seed=1)
+        generate_trial(layout, kind, seed=1)
+    with pytest.raises(UnusableInput, match="operating system"):
+        generate_trial(layout, kind, count=3)
     with pytest.raises(UnusableInput, match="no kind of trial"):
         generate_trial(layout, "final")
     assert not layout.data.exists()
 
 
+def test_a_trial_has_a_design_first(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(generating, "DESIGN", tmp_path / "DESIGN.md")
+    with pytest.raises(UnusableInput, match="a trial has a design first"):
+        generate_trial(Layout(tmp_path / "trial"), "trial")
+    assert not (tmp_path / "trial-data").exists()
+
+
 def test_the_command_refuses_steps_out_of_order(
     layout: Layout, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert main(["blind", "interim", "--folder", str(tmp_path / "none")]) == 2
-    assert "run bondsight blind generate first" in capsys.readouterr().err
     assert main(["blind", "run", "--folder", str(tmp_path / "none")]) == 2
     assert "bondsight blind generate" in capsys.readouterr().err
     assert main(["blind", "score", "--folder", str(layout.folder)]) == 2

@@ -10,9 +10,10 @@ import numpy as np
 import pytest
 
 from bondgraph.support.errors import UnusableInput
-from tests.proof.trial.answers import read_answers
+from tests.proof.exam.answering import exam_answer
+from tests.proof.exam.said import read_exam_answers
 from tests.proof.trial.layout import Layout
-from tests.proof.trial.running import answer, recording_of, run_all
+from tests.proof.trial.running import recording_of, run_all
 from tests.proof.trial.truths import Public, read_public
 
 PUBLIC = tuple(Public(f"r{i}", "probe", ("x",)) for i in range(5))
@@ -59,7 +60,7 @@ def test_an_interrupted_run_goes_on_where_it_stopped(layout: Layout) -> None:
     for name, when in kept.items():
         assert (layout.answers / name).stat().st_mtime_ns == when
     assert [round(part, 6) for _, part in told] == [0.6, 0.8, 1.0]
-    assert set(read_answers(layout.answers)) == {p.id for p in PUBLIC}
+    assert set(read_exam_answers(layout.answers)) == {p.id for p in PUBLIC}
     assert run_all(layout, PUBLIC, layout.answers, pretend, jobs=1) == 0
 
 
@@ -81,12 +82,12 @@ def test_a_recording_shows_the_command_and_its_sensors_only(layout: Layout) -> N
 
 def test_what_stops_the_diagnosis_is_an_answer(layout: Layout) -> None:
     (layout.recordings / "r1.npz").write_bytes(b"no archive")
-    found = answer(layout, PUBLIC[1])
+    found = exam_answer(layout, PUBLIC[1])
     assert found["verdict"] is None
     assert found["error"]
     assert found["seconds"] >= 0
     # a refusal in one line as well
-    found = answer(layout, Public("r0", "nowhere", ("x",)))
+    found = exam_answer(layout, Public("r0", "nowhere", ("x",)))
     assert "nowhere" in found["error"]
     assert "\n" not in found["error"]
 
@@ -94,11 +95,11 @@ def test_what_stops_the_diagnosis_is_an_answer(layout: Layout) -> None:
 def test_a_constant_recording_is_answered(layout: Layout) -> None:
     flat = np.zeros(300)
     np.savez(layout.recordings / "r2.npz", time=np.arange(300) * 2e-3, F=flat, x=flat)
-    found = answer(layout, PUBLIC[2])
+    found = exam_answer(layout, PUBLIC[2])
     assert found["error"] is None
     assert found["verdict"]["verdict"] == "insufficient_data"
-    assert found["trials"] == []
-    assert found["nominal"] is None
+    assert found["evidence"] == []
+    assert found["nominal_rms"] is None
     json.dumps(found, allow_nan=False)
 
 
@@ -111,4 +112,4 @@ def test_damaged_lists_and_answers_are_named(tmp_path: Path) -> None:
     (tmp_path / "public.json").unlink()
     (tmp_path / "r0.json").write_text("{", encoding="utf-8")
     with pytest.raises(UnusableInput, match=r"r0\.json: no answer"):
-        read_answers(tmp_path)
+        read_exam_answers(tmp_path)
