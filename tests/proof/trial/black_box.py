@@ -15,9 +15,7 @@ LAGS = (0, 1, 2, 3, 5, 8, 12, 18, 27, 40)
 RIDGES = tuple(10.0**k for k in range(-6, 5))
 
 
-def black_box(
-    inputs: Array, residual: Array, floor: Array, train: NDArray[np.bool_]
-) -> Array:
+def black_box(inputs: Array, residual: Array, floor: Array, train: NDArray[np.bool_]) -> Array:
     """Learn the residual on the training part; returns what is left of it over the floor.
 
     Parameters

@@ -52,9 +52,7 @@ def columns_of(scene: FittedModel, ranking: Sequence[Screened]) -> Columns:
     return Columns(tuple(labels), np.hstack([nothing, *parts]), onto.residual)
 
 
-def _responses(
-    scene: FittedModel, probe: Probes, element: str, here: Sequence[Screened]
-) -> Array:
+def _responses(scene: FittedModel, probe: Probes, element: str, here: Sequence[Screened]) -> Array:
     latent = np.stack([s.latent for s in here if s.latent is not None], axis=1)
     flow = None
     if element in probe.flows:

@@ -1,7 +1,7 @@
 """Baseline: sparse regression of what the nominal model leaves on the columns of the screening.
 
-The regression for discrepancies (Kaheman and others, IEEE Access 7 (2019) 169404) by the optimisers
-of pysindy: sequentially thresholded least squares (Brunton, Proctor and Kutz, PNAS 113 (2016) 3932),
+The regression for discrepancies (Kaheman and others, IEEE Access 7 (2019) 169404) by optimisers of
+pysindy: sequentially thresholded least squares (Brunton, Proctor and Kutz, PNAS 113 (2016) 3932),
 its relaxed form SR3 (Zheng and others, IEEE Access 7 (2019) 1404) and greedy selection, FROLS
 (Billings, Nonlinear System Identification, 2013). Thresholds are chosen by the Bayesian information
 criterion (Mangan and others, Proc. R. Soc. A 473 (2017) 20170009).
@@ -23,7 +23,7 @@ from tests.proof.trial.columns import Columns
 THRESHOLDS = (0.01, 0.03, 0.1, 0.3)
 """Least weights of columns of size one, to the size of the residual."""
 RIDGE = 0.05
-"""Ridge on columns of size one, pysindy's default: laws that look alike make nearly equal columns."""
+"""Ridge on columns of size one, pysindy's default: laws that look alike make like columns."""
 TERMS = (1, 2, 3)
 """Terms that a greedy selection keeps."""
 
@@ -70,9 +70,8 @@ def sparse_terms(columns: Columns) -> dict[str, list[list[Any]]]:
         return {name: [] for name in OPTIMISERS}
     size = np.linalg.norm(columns.matrix, axis=0)
     # the same normal equations in as many rows as there are columns
-    triangle = np.linalg.qr(
-        np.column_stack([columns.matrix / size, columns.residual / total]), mode="r"
-    )
+    both = np.column_stack([columns.matrix / size, columns.residual / total])
+    triangle: Array = np.asarray(np.linalg.qr(both, mode="r"))
     count = len(columns.labels)
     # as rows it holds for all optimisers alike
     matrix = np.vstack([triangle[:, :-1], math.sqrt(RIDGE) * np.eye(count)])
