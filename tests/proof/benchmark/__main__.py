@@ -36,17 +36,17 @@ def parser() -> argparse.ArgumentParser:
 
 
 def _export(options: argparse.Namespace) -> int:
-    from tests.proof.benchmark.exporting import export_benchmark, open_truths
+    from tests.proof.benchmark.exporting import export_benchmark, open_truths, read_opened
     from tests.proof.exam.said import read_exam_answers
-    from tests.proof.exam.truths import read_exam_truths
     from tests.proof.trial.truths import read_public
 
     layout = Layout(options.folder)
+    truths = None if options.truths is None else read_opened(options.truths)
+    answers = {} if options.answers is None else read_exam_answers(options.answers)
     done = export_benchmark(layout, options.out)
-    if options.truths is not None:
-        answers = {} if options.answers is None else read_exam_answers(options.answers)
-        rows = open_truths(read_exam_truths(options.truths), read_public(layout.public), answers)
-        text = json.dumps(rows, indent=1, allow_nan=False)
+    if truths is not None:
+        opened = open_truths(truths, read_public(layout.public), answers)
+        text = json.dumps(opened, indent=1, allow_nan=False)
         write_atomically(options.out / "truths.json", text + "\n")
     print(f"{done} recordings: {options.out}")
     return 0

@@ -6,6 +6,7 @@ import json
 import math
 import shutil
 from collections.abc import Iterable, Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -14,15 +15,14 @@ import numpy as np
 from bondgraph.export.formats import export
 from bondgraph.export.notations import equations
 from bondgraph.graph.bond_graph import BondGraph
-from bondgraph.graph.elements import Parameter
 from bondgraph.signals.recording import Recording
-from bondgraph.support.errors import BondsightError
+from bondgraph.support.errors import BondsightError, UnusableInput
 from bondgraph.support.whole_file import write_atomically
 from identification.diagnosis.catalogue import CATALOGUE
 from tests.proof.exam.judging import judge_exam
 from tests.proof.exam.said import ExamAnswer
 from tests.proof.exam.separable import kind_separable, name_separable, no_law_fits
-from tests.proof.exam.truths import ExamTruth
+from tests.proof.exam.truths import ExamTruth, truth_of
 from tests.proof.exam.vocabulary import KINDS
 from tests.proof.trial.layout import Layout
 from tests.proof.trial.models import blind_model
@@ -67,14 +67,11 @@ def write_csv(recording: Recording, path: Path) -> None:
 
 
 def write_model(graph: BondGraph, plant: str, folder: Path) -> None:
-    """Write a plant's graph, its equations and, where they can be made, both FMUs."""
+    """Write a plant's graph, its equations and, where it can be made, an FMU."""
     export(graph, "json", folder / f"{plant}.json")
     write_atomically(folder / f"{plant}.txt", equations(graph, "text") + "\n")
-    for name, end in (("fmu2-cs", "cs"), ("fmu3-me", "me")):
-        try:
-            export(graph, name, folder / f"{plant}_{end}.fmu")
-        except BondsightError as error:
-            write_atomically(folder / f"{plant}_{end}.txt", f"no FMU: {error}\n")
+    with suppress(BondsightError):  # a model that no FMU can hold is there as graph and equations
+        export(graph, "fmu2-cs", folder / f"{plant}.fmu")
 
 
 def known(public: Public) -> dict[str, Any]:
@@ -89,14 +86,7 @@ def known(public: Public) -> dict[str, Any]:
             k: r for k, r in zip(public.sensors, public.resolution, strict=False) if r > 0
         },
         "elements": ports_of(graph),
-        "parameters": {
-            n: _parameter(p) for n, p in graph.declared_parameters.items()
-        },
-    }  # fmt: skip
-
-
-def _parameter(p: Parameter) -> dict[str, Any]:
-    return {"value": p.value, "unit": p.unit}
+    }
 
 
 def vocabulary() -> dict[str, Any]:
@@ -111,6 +101,22 @@ def vocabulary() -> dict[str, Any]:
         "families": {k: [n for n in v if n != "unknown"] for k, v in FAMILIES.items()},
         "kinds": list(KINDS),
     }
+
+
+def read_opened(path: Path) -> dict[str, ExamTruth]:
+    """Read truths as they lie sealed, or as a trial reveals them beside its salt.
+
+    Raises
+    ------
+    UnusableInput
+        The file is missing or holds no truths.
+    """
+    try:
+        rows = json.loads(path.read_text(encoding="utf-8"))
+        rows = rows["truths"] if isinstance(rows, dict) else rows
+        return {t.id: t for t in map(truth_of, rows)}
+    except (OSError, KeyError, TypeError, ValueError) as error:
+        raise UnusableInput(f"{path}: no truths ({error!r})") from None
 
 
 def open_truths(

@@ -13,6 +13,7 @@ import json
 import math
 import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
@@ -151,10 +152,27 @@ class Outcome:
 
 
 def judge(truths: Json, answers: Iterable[Json]) -> list[Outcome]:
-    """Lay every answer beside its truth, in the order of the ids."""
-    by_id = {str(a["id"]): a for a in answers}
+    """Lay every answer beside its truth, in the order of the ids.
+
+    Raises
+    ------
+    ValueError
+        An answer cannot be used; the line says which and why.
+    """
+    by_id: dict[str, Json] = {}
     known = {str(t["id"]): t for t in truths["recordings"]}
     families = truths["families"]
+    vocabulary = {n for names in families.values() for n in names}
+    for a in answers:
+        if str(a["id"]) in by_id:
+            raise ValueError(f"{a['id']}: answered twice")
+        if not any(a.get("alarm") is v for v in (True, False, None)):
+            raise ValueError(f"{a['id']}: alarm is true, false or null, not {a['alarm']!r}")
+        for name in (n for f in a.get("findings") or () for n in f.get("names") or ()):
+            if name not in vocabulary:
+                near = ", ".join(get_close_matches(str(name), vocabulary))
+                raise ValueError(f"{a['id']}: no effect is called {name!r}; near: {near or '-'}")
+        by_id[str(a["id"])] = a
     return [Outcome(known[i], by_id[i], families) for i in sorted(by_id) if i in known]
 
 
@@ -289,9 +307,7 @@ def _several(outcomes: Sequence[Outcome]) -> Counts:
         "several effects that all show: all found": share(
             len(o.found) == len(o.truth["effects"]) for o in several
         ),
-        "several effects that all show: strongest found": share(
-            o.main in o.found for o in several
-        ),
+        "several effects that all show: strongest found": share(o.main in o.found for o in several),
         "several effects that all show: any found": share(bool(o.found) for o in several),
     }
 
@@ -409,8 +425,8 @@ def main(words: Sequence[str] | None = None) -> int:
             lines.append(f"{'not answered':76s}{missing}")
         errors = predicted(outcomes, options.recordings) if options.recordings else []
     except (OSError, KeyError, TypeError, ValueError) as error:
-        print(f"scorer.py: {options.answers}: no answers to {options.truths} ({error!r})",
-              file=sys.stderr)  # fmt: skip
+        why = f"there is no {error}" if isinstance(error, KeyError) else str(error)
+        print(f"scorer.py: {options.answers} beside {options.truths}: {why}", file=sys.stderr)
         return 2
     if errors:
         middle = float(np.median(errors))
