@@ -1,4 +1,4 @@
-"""``python -m tests.proof.benchmark``: export a trial, convert our answers, score any entry."""
+"""``python -m tests.proof.benchmark``: export a trial, score any entry, draw the baselines."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import json
 import sys
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 from bondgraph.support.errors import BondsightError, UnusableInput
 from bondgraph.support.whole_file import write_atomically
@@ -15,7 +16,7 @@ from tests.proof.trial.layout import Layout
 
 
 def parser() -> argparse.ArgumentParser:
-    """Return the parser of the three verbs."""
+    """Return the parser of the verbs."""
     p = argparse.ArgumentParser(prog="python -m tests.proof.benchmark", description=__doc__)
     verbs = p.add_subparsers(title="verbs", metavar="VERB", required=True)
     e = verbs.add_parser("export", help="write a trial or an exam as plain files")
@@ -32,6 +33,12 @@ def parser() -> argparse.ArgumentParser:
     s.add_argument("--truths", type=Path, required=True)
     s.add_argument("--answers", type=Path, required=True)
     s.set_defaults(work=lambda o: scorer.main([str(o.truths), str(o.answers)]))
+    d = verbs.add_parser("curves", help="hold our answers against the baselines beside them")
+    d.add_argument("--truths", type=Path, required=True)
+    d.add_argument("--answers", type=Path, required=True, help="our answers, with what was kept")
+    d.add_argument("--development", type=Path, help="an exam that trains the random forest")
+    d.add_argument("--out", type=Path, help="picture, such as curves.svg or curves.png")
+    d.set_defaults(work=_curves)
     return p
 
 
@@ -61,6 +68,28 @@ def _convert(options: argparse.Namespace) -> int:
     entries = [entry_of(json.loads(p.read_text(encoding="utf-8"))) for p in paths]
     write_atomically(options.out, "".join(json.dumps(e) + "\n" for e in entries))
     print(f"{len(entries)} answers: {options.out}")
+    return 0
+
+
+def _curves(options: argparse.Namespace) -> int:
+    from tests.proof.benchmark.exporting import read_opened
+    from tests.proof.exam.certifying import read_contents
+    from tests.proof.trial.curve_figure import draw_curves
+    from tests.proof.trial.curves import ahead_lines, at_equal_coverage, baseline_curves
+    from tests.proof.trial.rivals import fit_line
+
+    def contents(folder: Path) -> dict[str, dict[str, Any]]:
+        return {str(c["id"]): c for c in read_contents(folder)}
+
+    development = None
+    if options.development is not None:
+        layout = Layout(options.development)
+        development = read_opened(layout.truths), contents(layout.answers)
+    asked = contents(options.answers)
+    curves = baseline_curves(read_opened(options.truths), asked, development)
+    print("\n".join([*ahead_lines(at_equal_coverage(curves)), "", fit_line(asked)]))
+    if options.out is not None:
+        draw_curves(curves).savefig(options.out)
     return 0
 
 

@@ -16,6 +16,7 @@ import numpy as np
 
 from identification.diagnosis.catalogue import UNNAMED
 from tests.proof.exam.said import Claim, exam_answer_of
+from tests.proof.trial.rates import rate
 
 Content = Mapping[str, Any]
 
@@ -183,3 +184,18 @@ def fits_beside(contents: Mapping[str, Content]) -> Iterator[tuple[float, float,
             for rms in (plain, repaired, box)
         ]
         yield made[0], made[1], made[2]
+
+
+def fit_line(contents: Mapping[str, Content]) -> str:
+    """Return in a line how the repair's held-out misfit compares with the black box's."""
+    found = list(fits_beside(contents))
+    if not found:
+        return "no recording that was repaired has a black box beside it"
+    plain, repaired, box = np.median(found, axis=0)
+    lower = rate(r < b for _, r, b in found)
+    low, high = lower.exact
+    return (
+        f"held-out misfit over the noise, median of {len(found)} repaired recordings: the model as "
+        f"it is {plain:.3g}, with a black box {box:.3g}, repaired {repaired:.3g}; the repair's is "
+        f"the lower one in {lower.hits} ({100 * low:.1f} to {100 * high:.1f} %)"
+    )

@@ -239,6 +239,24 @@ def test_bad_entries_end_in_a_line(
     assert said.count("\n") == 1
 
 
+def test_curves_of_what_our_answers_keep(
+    drawn: tuple[list[dict[str, Any]], list[dict[str, Any]]],
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    answers, truths = tmp_path / "answers", tmp_path / "truths.json"
+    answers.mkdir()
+    truths.write_text(json.dumps(drawn[0][:40]))
+    for c in drawn[1][:40]:
+        kept = {"trials": [], "plain": {}, "sparse": {"STLSQ": [["creep", "k_1", 0.5]]}}
+        bare = {**c, "evidence": [], "baselines": kept}
+        (answers / f"{c['id']}.json").write_text(json.dumps(plain(bare)))
+    words = ["--truths", str(truths), "--answers", str(answers)]
+    assert main(["curves", *words, "--out", str(tmp_path / "curves.svg")]) == 0
+    assert "| sparse regression, STLSQ | " in capsys.readouterr().out
+    assert "<svg" in (tmp_path / "curves.svg").read_text()
+
+
 def test_what_an_entrant_gets(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     layout, out = Layout(tmp_path / "exam"), tmp_path / "out"
     generate_exam(layout, count=2, seed=5, jobs=1)

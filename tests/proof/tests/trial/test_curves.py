@@ -21,7 +21,7 @@ from tests.proof.trial.curves import (
     curve,
 )
 from tests.proof.trial.forest import forest
-from tests.proof.trial.rivals import RULES, Pick, fits_beside, held_out, tool
+from tests.proof.trial.rivals import RULES, Pick, fit_line, fits_beside, held_out, tool
 from tests.proof.trial.vocabulary import FAMILY_OF
 
 
@@ -234,6 +234,11 @@ def test_fits_beside_the_black_box() -> None:
     }  # fmt: skip
     (found,) = fits_beside({"e0": content, "e1": answer("creep")})
     assert found == pytest.approx((math.sqrt(8.5), 1.0, 2.0))
+    line = fit_line({"e0": content})
+    assert (
+        "as it is 2.92, with a black box 2, repaired 1; the repair's is the lower one in 1" in line
+    )
+    assert fit_line({}) == "no recording that was repaired has a black box beside it"
 
 
 def test_the_picture_shows_every_curve() -> None:
