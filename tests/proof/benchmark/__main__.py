@@ -75,7 +75,12 @@ def _curves(options: argparse.Namespace) -> int:
     from tests.proof.benchmark.exporting import read_opened
     from tests.proof.exam.certifying import read_contents
     from tests.proof.trial.curve_figure import draw_curves
-    from tests.proof.trial.curves import ahead_lines, at_equal_coverage, baseline_curves
+    from tests.proof.trial.curves import (
+        ahead_lines,
+        at_equal_coverage,
+        baseline_curves,
+        statement,
+    )
     from tests.proof.trial.rivals import fit_line
 
     def contents(folder: Path) -> dict[str, dict[str, Any]]:
@@ -87,7 +92,8 @@ def _curves(options: argparse.Namespace) -> int:
         development = read_opened(layout.truths), contents(layout.answers)
     asked = contents(options.answers)
     curves = baseline_curves(read_opened(options.truths), asked, development)
-    print("\n".join([*ahead_lines(at_equal_coverage(curves)), "", fit_line(asked)]))
+    found = at_equal_coverage(curves)
+    print("\n".join([*ahead_lines(found), "", statement(found), fit_line(asked)]))
     if options.out is not None:
         draw_curves(curves).savefig(options.out)
     return 0

@@ -167,6 +167,21 @@ def at_equal_coverage(curves: Sequence[Curve]) -> tuple[EqualCoverage, ...]:
     return tuple(found)
 
 
+def statement(found: Sequence[EqualCoverage]) -> str:
+    """Return in a sentence of which baselines the tool is ahead at the largest equal coverage."""
+    most: dict[str, EqualCoverage] = {}
+    for e in found:
+        if e.name not in most or e.coverage > most[e.name].coverage:
+            most[e.name] = e
+    ahead = [e for e in most.values() if e.ahead]
+    behind = [e.name for e in most.values() if not e.ahead]
+    return (
+        f"at equal coverage the tool is ahead of {len(ahead)} of {len(most)} baselines, "
+        f"with intervals that do not meet of {sum(e.surely for e in ahead)}"
+        + (f"; not of {', '.join(behind)}" if behind else "")
+    )
+
+
 def ahead_lines(found: Sequence[EqualCoverage]) -> list[str]:
     """Return what `at_equal_coverage` found as a table in Markdown."""
     lines = [

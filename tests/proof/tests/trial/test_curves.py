@@ -19,6 +19,7 @@ from tests.proof.trial.curves import (
     at_equal_coverage,
     baseline_curves,
     curve,
+    statement,
 )
 from tests.proof.trial.forest import forest
 from tests.proof.trial.rivals import RULES, Pick, fit_line, fits_beside, held_out, tool
@@ -175,6 +176,9 @@ def test_the_tool_beside_a_baseline_at_equal_coverage() -> None:
     assert first.ahead
     assert first.surely  # 0/40 is below 8.8 %, 20/40 above 33 %
     assert "surely" in ahead_lines([first])[-1]
+    said = statement([first, half])
+    assert said.startswith("at equal coverage the tool is ahead of 1 of 1 baselines")
+    assert said.endswith("do not meet of 1")
 
 
 def test_one_error_less_is_ahead_but_not_surely() -> None:
@@ -186,6 +190,7 @@ def test_one_error_less_is_ahead_but_not_surely() -> None:
     level = at_equal_coverage((own, *others))[0]
     assert not level.ahead
     assert ahead_lines([level])[-1].endswith("| level |")
+    assert statement([level]).endswith(f"of 0; not of {level.name}")
 
 
 def test_a_tool_that_names_nothing_has_a_curve_and_nothing_equal() -> None:
