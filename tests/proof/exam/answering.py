@@ -19,6 +19,7 @@ from identification.diagnosis.diagnose import Diagnosis, diagnose
 from identification.diagnosis.search.candidates import DiagnosisOptions
 from identification.diagnosis.verdict.document import verdict
 from tests.proof.exam.stored import recorded
+from tests.proof.trial.alongside import alongside
 from tests.proof.trial.layout import Layout
 from tests.proof.trial.running import graph_of, ports_of, recording_of
 from tests.proof.trial.truths import Public
@@ -38,9 +39,24 @@ def exam_answer(
         ``id``, ``verdict`` (its JSON; null after a crash), ``evidence`` (of every decision,
         `stored`), ``ports``, ``nominal_rms`` and ``repaired_rms`` (held-out rms of each reading in
         SI; null without such a fit), ``seconds``, ``cpu_seconds``, ``compiler_seconds`` (of
-        processes it called, such as a compiler whose work is kept for the next time), ``error``.
+        processes it called, such as a compiler whose work is kept for the next time), ``error``,
+        ``baselines`` (`alongside`, timed apart; null where the diagnosis ended before it searched).
     """
-    return _timed(public, lambda: _diagnosed(public, recording_of(layout, public), seed, without))
+    kept: list[Diagnosis] = []
+
+    def whole() -> Diagnosis:
+        kept.append(_diagnosed(public, recording_of(layout, public), seed, without))
+        return kept[0]
+
+    content = _timed(public, whole)
+    return content | {"baselines": _alongside(*kept) if kept else None}
+
+
+def _alongside(found: Diagnosis) -> dict[str, Any] | None:
+    try:
+        return alongside(found)
+    except Exception:  # a baseline that crashes says nothing, and costs the tool's answer nothing
+        return {"error": traceback.format_exc(limit=-6)}
 
 
 def half_answer(layout: Layout, public: Public, seed: int = 0) -> dict[str, Any]:

@@ -103,16 +103,16 @@ def _score(options: argparse.Namespace) -> int:
 
 def scored(layout: Layout) -> TrialScore:
     """Open the seal and score the answers, with the oracles that were asked."""
-    from tests.proof.exam.said import read_exam_answers
+    from tests.proof.exam.said import read_each, read_exam_answers
     from tests.proof.trial.commitment import reveal
+    from tests.proof.trial.curves import baseline_curves
     from tests.proof.trial.oracles import read_oracles
-    from tests.proof.trial.scoring import Points, score_trial
+    from tests.proof.trial.scoring import score_trial
 
     truths = reveal(layout)
-    # BASELINES are connected here:
-    # {c.name: c.points for c in baseline_curves(truths, read_each(layout.answers, dict))}
-    curves: dict[str, Points] = {}
-    return score_trial(truths, read_exam_answers(layout.answers), read_oracles(layout), curves)
+    curves = baseline_curves(truths, read_each(layout.answers, dict))
+    points = {c.name: c.points for c in curves}
+    return score_trial(truths, read_exam_answers(layout.answers), read_oracles(layout), points)
 
 
 def _told(layout: Layout, found: TrialScore) -> int:

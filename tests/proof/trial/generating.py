@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 import secrets
 from collections.abc import Callable, Mapping, Sequence
@@ -13,25 +12,17 @@ from joblib import Parallel, delayed
 
 from bondgraph.support.errors import UnusableInput
 from bondgraph.support.whole_file import write_atomically
-from tests.proof.exam.cells import draw_exam
 from tests.proof.exam.making import exam_record
 from tests.proof.trial.commitment import DESIGN, commit
+from tests.proof.trial.design import COUNTS, draw_trial
 from tests.proof.trial.generator.case import Case
 from tests.proof.trial.generator.parameters import ALL_PLANTS
 from tests.proof.trial.generator.writing import Make, generate, load_case
 from tests.proof.trial.layout import Layout
 
-KINDS = ("trial", "quick", "development")
-SIZES: Mapping[str, int] = {"trial": 1100, "quick": 60, "development": 420}
 HOLDS: Mapping[str, str] = {"zero": "hold", "linear": "linear"}
 """The generator's words for what a command does between samples, in the tool's."""
 Progress = Callable[[str, float], None]
-
-
-def drawn(kind: str, salt: str) -> list[Case]:
-    """Return the cases of a kind of trial; the same for the same salt."""
-    # until the design of trial 2 is there: return draw_trial(kind, salt)
-    return draw_exam(int(hashlib.sha256(f"{kind}|{salt}".encode()).hexdigest(), 16), SIZES[kind])
 
 
 def generate_trial(
@@ -52,7 +43,7 @@ def generate_trial(
     kind : {"trial", "quick", "development"}
         Development takes a seed, the others a salt from the operating system.
     count : int, optional
-        The first so many recordings, of development only.
+        Recordings, of development only.
 
     Raises
     ------
@@ -60,8 +51,8 @@ def generate_trial(
         Unknown kind, a seed or a count where there is none, a trial without its design, or one
         that is committed already.
     """
-    if kind not in KINDS:
-        raise UnusableInput(f"{kind!r} is no kind of trial; take one of {', '.join(KINDS)}")
+    if kind not in COUNTS:
+        raise UnusableInput(f"{kind!r} is no kind of trial; take one of {', '.join(COUNTS)}")
     if kind != "development" and (seed is not None or count is not None):
         raise UnusableInput(
             f"a {kind} trial takes its salt from the operating system and has a fixed number of "
@@ -74,7 +65,7 @@ def generate_trial(
     if kind == "trial" and not DESIGN.is_file():
         raise UnusableInput(f"{DESIGN}: a trial has a design first; write and commit it")
     salt = _salt(layout, kind, seed)
-    cases = drawn(kind, salt)[:count]
+    cases = draw_trial(kind, salt, count)
     truths = make_all(cases, layout, exam_record, jobs, progress)
     commit(layout, truths, salt, kind)
     return len(cases)

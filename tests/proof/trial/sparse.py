@@ -1,105 +1,102 @@
-"""Baseline: sparse regression of the state equations with all states given.
+"""Baseline: sparse regression of what the nominal model leaves on the columns of the screening.
 
-Sequentially thresholded least squares (Brunton, Proctor and Kutz, PNAS 113 (2016) 3932) in the form
-for discrepancies (the linear model's terms are always kept; Kaheman and others 2019): the strongest
-nonlinear term that survives names effect and element.
+The regression for discrepancies (Kaheman and others, IEEE Access 7 (2019) 169404) by optimisers of
+pysindy: sequentially thresholded least squares (Brunton, Proctor and Kutz, PNAS 113 (2016) 3932),
+its relaxed form SR3 (Zheng and others, IEEE Access 7 (2019) 1404) and greedy selection, FROLS
+(Billings, Nonlinear System Identification, 2013). Thresholds are chosen by the Bayesian information
+criterion (Mangan and others, Proc. R. Soc. A 473 (2017) 20170009).
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+import math
+import warnings
+from collections.abc import Callable, Iterator, Mapping
 from types import MappingProxyType
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from bondgraph.graph.elements import Sensor
 from bondgraph.support.arrays import FloatArray as Array
-from tests.proof.trial.models import MODELS
-from tests.proof.trial.state_equations import EQUATIONS, Equation, Port
+from tests.proof.trial.columns import Columns
 
-THRESHOLD = 0.05
-"""Least contribution of a term, over the root mean square of the rate."""
-ROUNDS = 10
+THRESHOLDS = (0.01, 0.03, 0.1, 0.3)
+"""Least weights of columns of size one, to the size of the residual."""
+RIDGE = 0.05
+"""Ridge on columns of size one, pysindy's default: laws that look alike make like columns."""
+TERMS = (1, 2, 3)
+"""Terms that a greedy selection keeps."""
 
-TERMS: Mapping[str, tuple[tuple[str, Callable[[Array], Array]], ...]] = MappingProxyType(
-    {
-        "spring": (
-            ("nonlinear_stiffness", lambda q: q**2),
-            ("nonlinear_stiffness", lambda q: q**3),
-            ("bilinear_stiffness", np.abs),
-        ),
-        "friction": (
-            ("coulomb_friction", np.sign),
-            ("quadratic_drag", lambda f: f * np.abs(f)),
-            ("asymmetric_damping", np.abs),
-        ),
-        "flow": (
-            ("square_root_flow", lambda f: np.sign(f) * np.sqrt(np.abs(f))),
-            ("nonlinear_resistance", lambda f: f**3),
-        ),
-        "resistor": (
-            ("nonlinear_resistance", lambda f: f**2),
-            ("nonlinear_resistance", lambda f: f**3),
-        ),
-        "source": (("saturation", lambda u: u**3), ("saturation", lambda u: u**2)),
-        "ratio": (("nonlinear_ratio", lambda q: q), ("nonlinear_ratio", lambda q: q**2)),
-    }
+
+def _thresholded(matrix: Array, target: Array) -> Iterator[Any]:
+    import pysindy
+
+    for t in THRESHOLDS:
+        yield pysindy.STLSQ(threshold=t, alpha=0.0).fit(matrix, target)
+
+
+def _relaxed(matrix: Array, target: Array) -> Iterator[Any]:
+    import pysindy
+
+    for t in THRESHOLDS:
+        # weights below sqrt(2 lambda nu) fall
+        yield pysindy.SR3(reg_weight_lam=0.5 * t**2, regularizer="L0").fit(matrix, target)
+
+
+def _greedy(matrix: Array, target: Array) -> Iterator[Any]:
+    import pysindy
+
+    for terms in TERMS:
+        yield pysindy.FROLS(max_iter=terms, alpha=0.0).fit(matrix, target)
+
+
+OPTIMISERS: Mapping[str, Callable[[Array, Array], Iterator[Any]]] = MappingProxyType(
+    {"STLSQ": _thresholded, "SR3": _relaxed, "FROLS": _greedy}
 )
-"""Candidate functions of a port's variable, with the effect that each stands for."""
+"""Optimisers by name: each yields regressions with a ``coef_``."""
 
 
-def sparse_regression(
-    plant: str, command: Array, readings: Mapping[str, Array], dt: float, train: NDArray[np.bool_]
-) -> tuple[str, str] | None:
-    """Return effect and element of the strongest surviving term.
+def sparse_terms(columns: Columns) -> dict[str, list[list[Any]]]:
+    """Return the terms that each optimiser keeps, the strongest first.
 
-    Both are empty if no term survives; None if the recording lacks a sensor and the states do not
-    follow from the others.
+    Returns
+    -------
+    dict of str to list of [effect, element, contribution]
+        The contribution is the rms that the term makes, over that of the residual. No term: the
+        criterion takes the model as it is.
     """
-    needed = {s.name for s in MODELS[plant](None).of_type(Sensor)}
-    if needed - readings.keys():
-        return None
-    best, found = 0.0, ("", "")
-    for equation in EQUATIONS[plant](command, readings, dt):
-        size, term = strongest(equation, train)
-        if size > best:
-            best, found = size, term
+    total = float(np.linalg.norm(columns.residual))
+    if not columns.labels or total == 0.0:
+        return {name: [] for name in OPTIMISERS}
+    size = np.linalg.norm(columns.matrix, axis=0)
+    # the same normal equations in as many rows as there are columns
+    both = np.column_stack([columns.matrix / size, columns.residual / total])
+    triangle: Array = np.asarray(np.linalg.qr(both, mode="r"))
+    count = len(columns.labels)
+    # as rows it holds for all optimisers alike
+    matrix = np.vstack([triangle[:, :-1], math.sqrt(RIDGE) * np.eye(count)])
+    target = np.concatenate([triangle[:, -1], np.zeros(count)])
+    found = {}
+    for name, optimiser in OPTIMISERS.items():
+        weights = _chosen(optimiser, matrix, target, columns.residual.size)
+        order = [int(i) for i in np.argsort(-np.abs(weights)) if weights[i] != 0.0]
+        found[name] = [[*columns.labels[i], float(f"{abs(weights[i]):.4g}")] for i in order]
     return found
 
 
-def strongest(equation: Equation, train: NDArray[np.bool_]) -> tuple[float, tuple[str, str]]:
-    """Return the largest surviving contribution, relative to the rate, and what it names."""
-    names, columns = candidates(equation.ports)
-    known = len(equation.linear) + 1
-    matrix = np.column_stack([np.ones(equation.rate.size), *equation.linear, *columns])[train]
-    target = equation.rate[train]
-    scale = np.sqrt(np.mean(matrix**2, axis=0)) + 1e-300
-    size = float(target.std()) or 1.0
-    matrix, target = matrix / scale, target / size
-    active = np.ones(matrix.shape[1], bool)
-    weights = np.zeros(matrix.shape[1])
-    for _ in range(ROUNDS):
-        weights[:] = 0.0
-        weights[active] = np.linalg.lstsq(matrix[:, active], target, rcond=None)[0]
-        keep = np.abs(weights) >= THRESHOLD
-        keep[:known] = True
-        if (keep == active).all():
-            break
-        active &= keep
-    left = np.abs(weights[known:])
-    if not left.size or left.max() < THRESHOLD:
-        return 0.0, ("", "")
-    return float(left.max()), names[int(left.argmax())]
-
-
-def candidates(ports: tuple[Port, ...]) -> tuple[list[tuple[str, str]], list[Array]]:
-    """Return what each candidate names, and its column."""
-    names, columns = [], []
-    for p in ports:
-        q = p.value / (np.abs(p.value).max() + 1e-300)
-        for effect, function in TERMS[p.kind]:
-            value = function(q)
-            names.append((effect, p.element))
-            columns.append(np.asarray(value if p.with_signal is None else value * p.with_signal))
-    return names, columns
+def _chosen(
+    optimiser: Callable[[Array, Array], Iterator[Any]], matrix: Array, target: Array, rows: int
+) -> Array:
+    """Return the weights with the least information criterion, those of no term among them."""
+    best = np.zeros(matrix.shape[1])
+    least = rows * math.log(float(target @ target))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # that a threshold leaves nothing is an answer
+        for made in optimiser(matrix, target):
+            weights = np.ravel(made.coef_)
+            left = target - matrix @ weights
+            value = rows * math.log(max(float(left @ left), 1e-300))
+            value += int(np.count_nonzero(weights)) * math.log(rows)
+            if np.isfinite(weights).all() and value < least:
+                best, least = weights, value
+    return best

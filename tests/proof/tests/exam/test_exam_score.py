@@ -250,6 +250,7 @@ def test_the_three_steps(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> 
     content = json.loads(path.read_text())
     assert content["error"] is None
     assert content["cpu_seconds"] > 0
+    assert content["baselines"]["screening"]
     assert set(content["nominal_rms"]) <= set(content["verdict"]["recording"]["channels"])
     assert main(["run", *folder, "--limit", "1", "--jobs", "1", "--of", "half"]) == 0
     capsys.readouterr()

@@ -1,16 +1,31 @@
-"""The baselines that compute: a black box on a residual, a sparse regression of the states."""
+"""The baselines that compute: a black box on a residual, a sparse regression on the screening."""
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+from typing import Any, cast
+
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
 
-from bondgraph.support.arrays import FloatArray as Array
+from bondgraph.signals.split import interleaved
+from bondgraph.simulation.simulate import simulate
+from identification.diagnosis.catalogue import CATALOGUE, UNNAMED
+from identification.diagnosis.diagnose import Diagnosis
+from identification.diagnosis.screening.observation import scene
+from identification.diagnosis.screening.port_response import probes
+from identification.diagnosis.screening.score_test import Screened, projection, screen
+from identification.estimation.single_record import Fit, fit
+from identification.study.problem import Data, Problem
+from tests.proof.trial.alongside import alongside
 from tests.proof.trial.black_box import black_box
-from tests.proof.trial.models import MODELS
-from tests.proof.trial.sparse import sparse_regression
-from tests.proof.trial.state_equations import EQUATIONS
+from tests.proof.trial.columns import Columns, columns_of
+from tests.proof.trial.models import blind_model
+from tests.proof.trial.sparse import OPTIMISERS, sparse_terms
+
+
+def squares(left: Any, train: Any) -> tuple[float, float]:
+    return float(np.mean(left[train] ** 2)), float(np.mean(left[~train] ** 2))
 
 
 def test_black_box_learns_a_bent_filter_and_nothing_from_noise() -> None:
@@ -22,59 +37,96 @@ def test_black_box_learns_a_bent_filter_and_nothing_from_noise() -> None:
     train = np.arange(3000) < 2000
     floor = np.array([0.01, 0.01])
     before = float(np.mean((bent[~train] / floor) ** 2))
-    learned, held = black_box(u, bent, floor, train, ~train)
+    learned, held = squares(black_box(u, bent, floor, train), train)
     assert before > 500
     assert held == pytest.approx(1.0, abs=0.15)
     assert learned < held * 1.1
-    _, held = black_box(u, noise, floor, train, ~train)
+    _, held = squares(black_box(u, noise, floor, train), train)
     assert held == pytest.approx(1.0, abs=0.1)
 
 
-def probe(force: Array, dt: float, cubic: float, coulomb: float) -> dict[str, Array]:
-    """Simulate the probe with general-purpose code; the command is linear between samples."""
-    t = np.arange(force.size) * dt
+@pytest.fixture(scope="module")
+def screened() -> tuple[Fit, list[Screened]]:
+    """The stack, which has a two-port, with a force that its model does not have."""
+    graph, n, dt = blind_model("stack", ("i", "x")), 700, 2e-5
+    rng = np.random.default_rng(5)
+    time = dt * np.arange(n)
+    drive = 20.0 * np.convolve(rng.standard_normal(n), np.hanning(25), "same")
+    made = simulate(graph, time, {"V": drive})
+    clean = np.column_stack([made["i"], made["x"]])
+    floor = 0.01 * clean.std(axis=0)
+    readings = clean + floor * rng.standard_normal(clean.shape)
+    readings[:, 1] += 5.0 * floor[1] * np.tanh(clean[:, 1] / clean[:, 1].std())
+    data = Data("stack", time, {"V": drive}, readings, ("i", "x"), floor, interleaved(0, n))
+    found = fit(Problem(graph, data), max_iterations=3)
+    return found, screen(scene(found), probes(found), (*CATALOGUE, UNNAMED))
 
-    def rate(now: float, s: Array) -> list[float]:
-        x, v, e = s
-        i = (20.0 * v - e) / 200.0
-        spring = 8000.0 * x + cubic * x**3
-        f = np.interp(now, t, force) - spring - 2.0 * v - coulomb * np.tanh(v / 2e-4) - 20.0 * i
-        return [v, f / 0.2, i / 1e-5]
 
-    s = solve_ivp(rate, (0, t[-1]), [0.0, 0.0, 0.0], t_eval=t, max_step=dt, rtol=1e-6).y
-    return {"x": s[0], "v_f": s[2]}
-
-
-@pytest.mark.parametrize(
-    ("cubic", "coulomb", "expected"),
-    [
-        (0.0, 0.0, ("", "")),
-        (4e9, 0.0, ("nonlinear_stiffness", "k")),
-        (0.0, 1.0, ("coulomb_friction", "b")),
-    ],
-)
-def test_sparse_regression_finds_a_strong_term_in_clean_states(
-    cubic: float, coulomb: float, expected: tuple[str, str]
+def test_every_column_explains_what_the_screening_says(
+    screened: tuple[Fit, list[Screened]],
 ) -> None:
-    dt, rng = 1 / 2000, np.random.default_rng(4)
-    force = np.convolve(rng.standard_normal(1500), np.hanning(60), "same")
-    readings = probe(force, dt, cubic, coulomb)
-    train = np.arange(force.size) < 1000
-    assert sparse_regression("probe", force, readings, dt, train) == expected
+    made, ranked = screened
+    columns, total = columns_of(scene(made), ranked), projection(scene(made)).total
+    told = {(s.effect.name, s.element.name): s.share for s in ranked}
+    share = np.array([told[k] for k in columns.labels])
+    weight = np.einsum("ij,i->j", columns.matrix, columns.residual) ** 2
+    gain = weight / np.sum(columns.matrix**2, axis=0) / total
+    # the screening gives up weak directions of some signatures, a single weight need not
+    assert (gain > 0.999 * share - 1e-9).all()
+    assert (gain < 1.07 * share + 1e-9).all()
+    assert np.median(gain / share) == pytest.approx(1.0, rel=1e-6)
+    assert ("nonlinear_ratio", "alpha") in columns.labels  # acts on both sides of its two-port
+    assert not any(effect == UNNAMED.name for effect, _ in columns.labels)
 
 
-@pytest.mark.parametrize("plant", sorted(MODELS))
-def test_every_plant_has_equations_and_asks_for_all_sensors(plant: str) -> None:
-    rng = np.random.default_rng(1)
-    sensors = [
-        e.name for e in MODELS[plant](None).elements.values() if e.kind in ("De", "Df", "Dq")
-    ]
-    readings = {n: rng.standard_normal(200) for n in sensors}
-    train = np.ones(200, bool)
-    elements = MODELS[plant](None).elements
-    for equation in EQUATIONS[plant](readings[sensors[0]], readings, 0.01):
-        assert all(p.element in elements for p in equation.ports)
-    found = sparse_regression(plant, rng.standard_normal(200), readings, 0.01, train)
-    assert found is not None
-    del readings[sensors[0]]
-    assert sparse_regression(plant, rng.standard_normal(200), readings, 0.01, train) is None
+def test_what_is_kept_beside_an_answer(screened: tuple[Fit, list[Screened]]) -> None:
+    made, ranked = screened
+    found = SimpleNamespace(scene=scene(made), nominal=made, ranking=ranked, trials=())
+    content = alongside(cast(Diagnosis, found))
+    assert content is not None
+    assert content["plain"]["samples"] == 2 * made.problem.data.mask("train").sum()
+    assert content["plain"]["test"] == pytest.approx(made.chi2("test"), rel=1e-4)
+    best = max(content["screening"], key=lambda row: row[3])
+    assert best[3] == pytest.approx(max(s.share for s in ranked), rel=1e-4)
+    assert abs(content["residual"]["reading to the 3"]) > 0.1
+    assert content["black_box"]["x"] < made.rmse("test")["x"]
+    found.ranking = ()
+    assert alongside(cast(Diagnosis, found)) is None
+
+
+def regression(*weights: float, noise: float = 1.0) -> Columns:
+    """Columns of several sizes, and a residual of some of them beside noise."""
+    rng = np.random.default_rng(8)
+    matrix = rng.standard_normal((2000, 6)) * 10.0 ** np.arange(-3, 3)
+    residual = noise * rng.standard_normal(2000)
+    for k, w in enumerate(weights):
+        residual += w * matrix[:, k] / matrix[:, k].std()
+    return Columns(tuple((f"law_{k}", f"b_{k}") for k in range(6)), matrix, residual)
+
+
+def test_sparse_regressions_keep_what_is_there_and_nothing_of_noise() -> None:
+    pytest.importorskip("pysindy")
+    found = sparse_terms(regression(0.0, 2.0, 0.0, 0.0, -4.0))
+    for terms in found.values():
+        assert [t[:2] for t in terms] == [["law_4", "b_4"], ["law_1", "b_1"]]
+        # of the residual's variance 1 + 4 + 16 the ridge of 0.05 takes its part
+        assert terms[0][2] == pytest.approx(4 / np.sqrt(21) / 1.05, rel=0.05)
+    assert sparse_terms(regression()) == {name: [] for name in OPTIMISERS}
+
+
+def test_sparse_regressions_cannot_tell_equal_columns_apart() -> None:
+    pytest.importorskip("pysindy")
+    made = regression(3.0)
+    twice = Columns(
+        (*made.labels, ("twin", "b_0")), np.column_stack([made.matrix, made.matrix[:, 0]]),
+        made.residual,
+    )  # fmt: skip
+    first, second = sparse_terms(twice)["STLSQ"]
+    assert {first[0], second[0]} == {"law_0", "twin"}
+    assert first[2] == pytest.approx(second[2], rel=1e-3)
+
+
+def test_no_columns_no_terms() -> None:
+    pytest.importorskip("pysindy")
+    nothing = Columns((), np.zeros((10, 0)), np.ones(10))
+    assert sparse_terms(nothing) == {name: [] for name in OPTIMISERS}

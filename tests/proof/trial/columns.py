@@ -1,0 +1,69 @@
+"""The columns of the tool's own screening, one for every law at every place."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from bondgraph.support.arrays import FloatArray as Array
+from identification.diagnosis.catalogue import UNNAMED
+from identification.diagnosis.screening.port_history import FittedModel
+from identification.diagnosis.screening.port_response import Probes, probes
+from identification.diagnosis.screening.score_test import Screened, projection
+
+
+@dataclass(frozen=True, eq=False)
+class Columns:
+    """A regression whose columns are laws.
+
+    Attributes
+    ----------
+    labels : tuple of (str, str)
+        Effect and element of each column.
+    matrix : ndarray, shape (M, p)
+        What each law does to the readings of the training part, weighed by the noise; whatever
+        parameters, nuisances and initial states may imitate is projected out, here and there.
+    residual : ndarray, shape (M,)
+        What the nominal model leaves, likewise.
+    """
+
+    labels: tuple[tuple[str, str], ...]
+    matrix: Array
+    residual: Array
+
+
+def columns_of(scene: FittedModel, ranking: Sequence[Screened]) -> Columns:
+    """Return the columns of a screening, each law in the shape that explained most.
+
+    The unnamed curve is left out: it is no law.
+    """
+    onto, probe = projection(scene), probes(scene.nominal, scene.nominal.problem.with_chain)
+    asked = [s for s in ranking if s.latent is not None and s.effect.name != UNNAMED.name]
+    labels, parts = [], []
+    for element in dict.fromkeys(s.element.name for s in asked):
+        here = [s for s in asked if s.element.name == element]
+        rows = onto.rows(_responses(scene, probe, element, here))
+        usable = np.isfinite(rows).all(axis=0) & (np.abs(rows).max(axis=0, initial=0.0) > 0)
+        parts.append(rows[:, usable])
+        labels += [(s.effect.name, element) for s, good in zip(here, usable, strict=True) if good]
+    nothing = np.zeros((onto.residual.size, 0))
+    return Columns(tuple(labels), np.hstack([nothing, *parts]), onto.residual)
+
+
+def _responses(scene: FittedModel, probe: Probes, element: str, here: Sequence[Screened]) -> Array:
+    latent = np.stack([s.latent for s in here if s.latent is not None], axis=1)
+    flow = None
+    if element in probe.flows:
+        flow = np.stack([_flow(scene, s) for s in here], axis=1)
+    return probe.respond(element, latent, flow)
+
+
+def _flow(scene: FittedModel, s: Screened) -> Array:
+    """Return what a law adds on the other side of a two-port."""
+    assert s.hint is not None
+    for signature in s.effect.signatures(scene, s.element):
+        if dict(signature.shape or {}) == dict(s.hint.shape) and signature.flow is not None:
+            return np.asarray(signature.flow @ s.hint.weights)
+    return np.zeros(scene.data.n)
