@@ -99,12 +99,12 @@ def _slight(
 ) -> Decision:
     """Something improves the model surely, but leaves much of the misfit.
 
-    Where most of it goes with a form at one of `places`, they are told, and no kind. Where the
-    misfit may be noise and hardly any of it goes, nothing is.
+    Where most of it goes with a form at one of `places`, they are told, and no kind. Where it
+    shows in one stretch alone and held-out samples are noise, nothing is: two outliers do that.
     """
-    if e.before.is_noise(t.noise) and e.plain.square - h.score.square < FAINT * e.plain.square:
-        return _nothing(quiet, e, t, h)
     said = h.label if isinstance(h, KindScore) else h.trial.label
+    if e.before.is_noise(t.noise) and e.plain.paired(h.score) < ONCE:
+        return replace(quiet, reasons=(f"{said} shows in one stretch alone; {e.before.words}",))
     part = (e.plain.square - h.score.square) / max(e.plain.square - 1.0, 1e-300)
     if places and part > HALF:
         reason = f"{said} explains {100 * part:.0f} % of the misfit, too little for a kind"
@@ -113,8 +113,8 @@ def _slight(
     return replace(quiet, kind="unknown_physics", places=e.located, reasons=(reason,))
 
 
-FAINT = 0.1
-"""Part of a mean square that may be noise which nobody is alarmed for."""
+ONCE = 1.1
+"""Standard errors by which stretches agree if one of them tells all there is: one, at most."""
 
 HALF = 0.5
 """Part of the misfit above the noise from which a form tells where it sits, if not of what kind."""

@@ -17,14 +17,13 @@ from joblib import Parallel, delayed
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import Da, Df, Dq, Sensor
 from bondgraph.signals.recording import Split
-from bondgraph.signals.units import parse_unit
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import BondsightError
 from identification.diagnosis.search.base import declared_fit
 from identification.diagnosis.search.nominal import nominal_fit
 from identification.estimation.levenberg_marquardt import FitStatus
 from identification.estimation.single_record import Fit, fit
-from identification.study.problem import Data, Problem, drives
+from identification.study.problem import Data, Problem
 
 Fitter = Callable[[BondGraph, Data], Fit]
 
@@ -308,13 +307,11 @@ def _explains(before: float, after: float) -> bool:
 
 def _candidates(graph: BondGraph, nominal: Fit) -> Iterator[Mixup]:
     data = nominal.problem.data
-    units = {s.name: s.unit for s in (*drives(graph), *graph.of_type(Sensor))}
     commands = [n for n, u in data.commands.items() if np.ptp(u) > 0]
     for group in (commands, list(data.names)):
         yield from (Mixup("sign", (n,)) for n in group)
-        for one, other in combinations(group, 2):
-            if _alike(units[one], units[other]):
-                yield Mixup("exchange", (one, other))
+        # of other quantities too: it is the columns that are exchanged, or their names
+        yield from (Mixup("exchange", pair) for pair in combinations(group, 2))
     yield from _scales(graph, nominal, commands)
     for name in data.names:
         if (kind := graph[name].kind) in SENSORS:
@@ -322,10 +319,6 @@ def _candidates(graph: BondGraph, nominal: Fit) -> Iterator[Mixup]:
     if len(data.names) > 1:
         errors = relative_errors(nominal)
         yield from (Mixup("dead", (n,)) for n in data.names if errors[n] > 1 - DEAF)
-
-
-def _alike(one: str, other: str) -> bool:
-    return not one or not other or parse_unit(one).same_dimension(parse_unit(other))
 
 
 def _scales(graph: BondGraph, nominal: Fit, commands: list[str]) -> Iterator[Mixup]:

@@ -59,7 +59,8 @@ def material_of(asked: Asked) -> Material:
     recording, breaks = joined(asked.recordings)
     sensors = tuple(s.name for s in graph.of_type(Sensor))
     commands = tuple(s.name for s in drives(graph))
-    usual = split_of(asked.recordings) if breaks else _split(recording, commands)
+    late = _latest(graph) / recording.dt
+    usual = split_of(asked.recordings) if breaks else _split(recording, commands, late)
     split = asked.split or usual
     data = data_for(graph, recording, split, dict.fromkeys(sensors, 1.0))
     coarse = recording.meta.get("resolution") or {}
@@ -84,19 +85,29 @@ def _declared_steps(graph: BondGraph) -> dict[str, float]:
     return {n: known[str(v)].value for n, v in named.items() if v is not None}
 
 
-def _split(recording: Recording, commands: Sequence[str]) -> Split:
+def _latest(graph: BondGraph) -> float:
+    """Return the longest dead time (s) that is declared of a command."""
+    declared = [d.delay for e in drives(graph) if (d := e.drive) is not None and d.delay]
+    return max((graph.parameters[name].value for name in declared), default=0.0)
+
+
+def _split(recording: Recording, commands: Sequence[str], late: float = 0.0) -> Split:
     """Leading rest aside, every third of thirty stretches is held out.
 
-    Levels, bands and slow changes then show in both parts, whatever the excitation.
+    Levels, bands and slow changes then show in both parts, whatever the excitation. What a command
+    that comes `late` (samples) was before a record without a rest is not known: so long nothing is
+    judged.
     """
     moving = [c for c in commands if c in recording.channels and np.ptp(recording[c]) > 0]
     plain = default_split(recording, drive=moving[0] if moving else None)
-    begin = plain.rest.stop if plain.rest is not None else 0
+    begin = plain.rest.stop if plain.rest is not None else int(np.ceil(LATER * late))
     if recording.n - begin < LEAST_TO_INTERLEAVE:
         return plain
     return replace(interleaved(begin, recording.n), rest=plain.rest)
 
 
+LATER = 1.5
+"""Times a declared dead time that it may be in truth."""
 LEAST_TO_INTERLEAVE = 600
 """Samples from which stretches of a thirtieth say something."""
 
