@@ -13,7 +13,8 @@ from bondsight.cli.main import main
 from tests.proof.exam.truths import truth_of
 from tests.proof.trial import generating
 from tests.proof.trial.commitment import truths_hash, verify
-from tests.proof.trial.generating import drawn, generate_trial
+from tests.proof.trial.design import draw_trial
+from tests.proof.trial.generating import generate_trial
 from tests.proof.trial.generator.parameters import ALL_PLANTS as PLANTS
 from tests.proof.trial.layout import Layout
 from tests.proof.trial.running import graph_of, recording_of
@@ -80,12 +81,12 @@ def test_an_interrupted_draw_goes_on_with_its_salt(layout: Layout) -> None:
 
 
 def test_the_same_salt_draws_the_same_cases() -> None:
-    sixty = drawn("quick", "ab")
-    assert sixty == drawn("quick", "ab")
+    sixty = draw_trial("quick", "ab" * 32)
+    assert sixty == draw_trial("quick", "ab" * 32)
     assert len(sixty) == 60
-    assert not {c.seed for c in sixty} & {c.seed for c in drawn("quick", "ac")}
+    assert not {c.seed for c in sixty} & {c.seed for c in draw_trial("quick", "ac" * 32)}
     # a trial and its rehearsal never meet, whatever their salts are
-    assert not {c.seed for c in sixty} & {c.seed for c in drawn("development", "ab")}
+    assert not {c.seed for c in sixty} & {c.seed for c in draw_trial("development", "ab" * 32)}
 
 
 @pytest.mark.parametrize("kind", ["trial", "quick"])
