@@ -17,6 +17,8 @@ def entry_of(content: Mapping[str, Any]) -> dict[str, Any]:
         "alarm": said.alarm if decided else None,
         "findings": [finding_of_claim(c) for c in said.claims],
     }
+    if said.mistake:
+        made["mistake"] = True
     if said.error or not said.verdict:
         made["error"] = said.error or "no verdict"
     return made

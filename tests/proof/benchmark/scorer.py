@@ -99,7 +99,8 @@ class Outcome:
 
     def __init__(self, truth: Json, answer: Json, families: Mapping[str, Sequence[str]]) -> None:
         self.truth, self.said, self.families = truth, answer, families
-        self.crash = bool(answer.get("error"))
+        self.crash, self.mistake = bool(answer.get("error")), bool(answer.get("mistake"))
+        self.mixed_up = truth["cell"] == "mixed_up"
         alarm = answer.get("alarm")
         self.alarm, self.quiet = alarm is True, alarm is False
         self.undecided = alarm is None and not self.crash
@@ -190,7 +191,7 @@ def count(outcomes: Sequence[Outcome]) -> Counts:
 def _errors(outcomes: Sequence[Outcome]) -> Counts:
     controls = [o for o in outcomes if o.truth["empty"]]
     concealing = [o for o in outcomes if not o.truth["empty"]]
-    outside = [o for o in concealing if o.truth["outside"]]
+    outside = [o for o in concealing if o.truth["outside"] and not o.mixed_up]
     said = [c for o in concealing for c in o.claims]
     inside = [c for o in concealing if not o.truth["outside"] for c in o.claims]
 
@@ -227,6 +228,12 @@ def _errors(outcomes: Sequence[Outcome]) -> Counts:
         ),
         "outside the catalogue given any name or set": share(
             any(c.said["names"] for c in o.claims) for o in outside
+        ),
+        "mistakes in the recording, told as such": share(
+            o.mistake for o in outcomes if o.mixed_up
+        ),
+        "mistakes told where the recording has none": share(
+            o.mistake for o in outcomes if not o.mixed_up
         ),
         "crashes": share(o.crash for o in outcomes),
     }

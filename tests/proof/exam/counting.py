@@ -79,7 +79,7 @@ def _errors(outcomes: Sequence[ExamOutcome]) -> dict[str, Rate]:
     reassured = [o for o in outcomes if o.answer.reassuring]
     said = [(o, c) for o in concealing for c in o.claims]
     inside = [c for o, c in said if not o.truth.outside]
-    outside = [o for o in concealing if o.truth.outside]
+    outside = [o for o in concealing if o.truth.outside and not o.truth.mixed_up]
     return {
         "false alarms, of the controls": rate(o.false_alarm for o in controls),
         "insufficient data, of the controls": rate(
@@ -112,6 +112,12 @@ def _errors(outcomes: Sequence[ExamOutcome]) -> dict[str, Rate]:
         ),
         "outside the catalogue given any name or set": rate(
             any(c.claim.names for c in o.claims) for o in outside
+        ),
+        "mistakes in the recording, told as such": rate(
+            o.answer.mistake for o in outcomes if o.truth.mixed_up
+        ),
+        "mistakes told where the recording has none": rate(
+            o.answer.mistake for o in outcomes if not o.truth.mixed_up
         ),
         "crashes": rate(bool(o.answer.error) or not o.answer.verdict for o in outcomes),
     }

@@ -79,6 +79,8 @@ class ExamAnswer:
         Held-out rms of each reading in SI, of the declared model and of the repaired one.
     seconds, cpu : float
         On the clock and of the processor.
+    mistake : bool
+        A mistake in the recording was told, not physics.
     first : mapping
         What the first decision looked at, as plain numbers; empty where that was not kept.
     """
@@ -91,6 +93,7 @@ class ExamAnswer:
     seconds: float = float("nan")
     cpu: float = float("nan")
     error: str = ""
+    mistake: bool = False
     first: Mapping[str, Any] = field(default_factory=dict, compare=False, repr=False)
 
     @property
@@ -154,6 +157,7 @@ def exam_answer_of(content: Mapping[str, Any]) -> ExamAnswer:
         float(content.get("seconds", "nan")),
         float(content.get("cpu_seconds", "nan")),
         str(content.get("error") or ""),
+        any(str(a).endswith(" and diagnose again") for a in verdict.get("advice", ())),
         next(iter(content.get("evidence") or ()), {}),
     )
 
