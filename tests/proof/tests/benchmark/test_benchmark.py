@@ -33,7 +33,7 @@ from tests.proof.trial.vocabulary import FAMILIES, FAMILY_OF
 EFFECTS = ("backlash", "coulomb_friction", "stribeck_friction", "creep")
 KINDS = ("restoring", "dissipative", "slow")
 PLACES = ("k_1", "k_2", "b_1")
-CELLS = ("control", "single", "outside", "two", "three", "weak_further")
+CELLS = ("control", "single", "outside", "two", "three", "weak_further", "mixed_up")
 PORTS = [*PLACES, "m_1", "m_2", "F", "x_1", "x_2"]
 NOISE = {"x_1": 1e-6, "x_2": 2e-6}
 
@@ -95,7 +95,10 @@ def drawn_content(rng: np.random.Generator, truth: dict[str, Any]) -> dict[str, 
     over = float(rng.choice([0.1, 0.5, 2.0, 5.0]))
     content: dict[str, Any] = {
         "id": truth["id"], "ports": PORTS, "error": None,
-        "verdict": {"verdict": verdict, "findings": findings},
+        "verdict": {
+            "verdict": verdict, "findings": findings,
+            "advice": ["correct the recording and diagnose again"] * (rng.uniform() < 0.2),
+        },
         "nominal_rms": {"x_1": 1e-6, "x_2": 2e-6 * np.hypot(1, over)},
         "evidence": [{
             "floors": NOISE,
