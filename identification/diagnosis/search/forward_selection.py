@@ -160,10 +160,13 @@ HALF = 0.3
 
 
 def _revisited(base: Base, decisions: list[Decision], task: SearchTask) -> list[Decision] | None:
-    """Take a first choice that could not be named back, and decide it beside what came after it."""
+    """Take a first choice that is not sure back, and decide it beside what came after it.
+
+    Of a choice that was named, but not exactly, only whether what came after it explains all alone.
+    """
     first, *more = decisions
     named = [d for d in more if d.kind == "missing_physics" and d.chosen is not None]
-    if first.kind == "missing_physics" or not named:
+    if first.answer == "exact" or not named:
         return None
     second = named[0].chosen
     assert second is not None
@@ -177,8 +180,10 @@ def _revisited(base: Base, decisions: list[Decision], task: SearchTask) -> list[
     alone = finish(made[0], task.options.final_iterations, task.options.holds)
     begin = base_of(held_to_residual(alone.fit, task.given))
     after = _forward(begin, task, task.options.effects - 1, 1, (alone.element,))
+    if first.kind == "missing_physics" and after[0].kind != "explained":
+        return None
     # beside the second one the first is named, or is in question at the same place again
-    if after[0].kind != "missing_physics" and not _agree(first, after[0], task.limits):
+    if after[0].kind == "unknown_physics" and not _agree(first, after[0], task.limits):
         return None
     return [replace(named[0], chosen=alone), *after]
 

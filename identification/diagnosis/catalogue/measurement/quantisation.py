@@ -48,10 +48,11 @@ class Quantisation(Effect):
         found = _grid(scene, element)
         if found is not None:
             return (Signature.of((_rounded(y, *found) - y,), step=found[0], origin=found[1]),)
-        if scene.data.resolution.get(element.name, 0.0) > 0:
-            return (Signature.of((np.zeros(y.size),)),)
+        # what a converter rounded finely may have been rounded coarsely before
+        least = COARSER * scene.data.resolution.get(element.name, 0.0)
         left = scene.residual[:, scene.data.names.index(element.name)]
         steps = [_sharpened(y, left, step) for step in _repeating(y, left)]
+        steps = [h for h in steps if h > least]
         made = tuple(Signature.of((_rounded(y, h, 0.0) - y,), step=h, origin=0.0) for h in steps)
         return made or (Signature.of((np.zeros(y.size),)),)
 
@@ -67,6 +68,9 @@ class Quantisation(Effect):
         graph, (amount, *_) = self.with_law(scene, element, law)
         return self.inserted(element, graph, ({amount: 1.0},), (amount,))
 
+
+COARSER = 2.0
+"""Times the declared unit of a converter from which a step is another one."""
 
 TRIED = 3
 """Steps that are tried where the reading lies on no grid."""
