@@ -289,7 +289,7 @@ def _bounds(problem: Problem) -> tuple[Array, Array]:
     for i, f in enumerate(problem.free):
         lower[i], upper[i] = f.bounds()
     whole = problem.nuisances and problem.window is None
-    lag = NUISANCE_LAG if whole and problem.lags else 0.0
+    lag = NUISANCE_LAG if problem.fits_lags else 0.0
     lower[at.lags], upper[at.lags] = -lag, lag
     for name, outputs in problem.delays.items():
         if name not in problem.skews:

@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from itertools import pairwise
+from itertools import accumulate, pairwise
 from typing import TypeVar
 
 import numpy as np
@@ -58,9 +58,10 @@ class ThetaSlots:
 def slots(problem: Problem) -> ThetaSlots:
     """Layout of ``theta`` for `problem`."""
     y = len(problem.data.names)
-    edges = np.cumsum([0, len(problem.free), y, len(problem.delays), y, y if problem.clock else 0])
-    free, lags, delays, offsets, clocks = (slice(int(a), int(b)) for a, b in pairwise(edges))
-    return ThetaSlots(free, lags, delays, offsets, clocks, int(edges[-1]))
+    sizes = (0, len(problem.free), y, len(problem.delays), y, y if problem.clock else 0)
+    edges = tuple(accumulate(sizes))
+    free, lags, delays, offsets, clocks = (slice(a, b) for a, b in pairwise(edges))
+    return ThetaSlots(free, lags, delays, offsets, clocks, edges[-1])
 
 
 @dataclass(frozen=True)
@@ -119,7 +120,7 @@ def start_point(problem: Problem) -> Point:
 
 def offset_scale(problem: Problem) -> Array:
     """Spread of each reading, the unit of its offset, shape (n_y,)."""
-    return np.asarray(np.maximum(problem.data.readings.std(axis=0), problem.data.floor))
+    return np.asarray(np.maximum(problem.data.spread, problem.data.floor))
 
 
 def parameters_at(problem: Problem, theta: Array) -> Array:
@@ -214,17 +215,10 @@ def time_memories(problem: Problem, first: int) -> dict[str, tuple[float, ...]] 
     Their only memory is the time since the start of the record, s; None where there is nothing to
     say. Laws of any other kind start every window virgin.
     """
-    if not first:
+    if not first or not problem.timed:
         return None
     time = problem.data.time
-    begun: tuple[float, ...] = (float(time[first] - time[0]),)
-    found: dict[str, tuple[float, ...]] = {}
-    for e in problem.graph.elements.values():
-        drive = getattr(e, "drive", None)
-        for law in (getattr(e, "law", None), None if drive is None else drive.law):
-            if getattr(law, "counts_time", False):  # the law of a field is a tuple of expressions
-                found[e.name] = begun
-    return found or None
+    return dict.fromkeys(problem.timed, (float(time[first] - time[0]),))
 
 
 def weighted(problem: Problem, block: Array) -> Array:
@@ -304,7 +298,7 @@ def read_out(
         # theta of a clock is its ratio error over the largest one
         by_clock = -by_lag * samples * problem.clock
     else:
-        y, by_lag, tangent = _lagged(run, n_y, lags, derivatives)
+        y, by_lag, tangent = _lagged(run, n_y, lags, derivatives and problem.fits_lags)
         by_clock = by_lag
     by_lag = stretch * by_lag
     return SampledReadings(y, tangent, by_lag, by_lag if by_delay is None else by_delay, by_clock)
@@ -357,20 +351,20 @@ def _declared_delays(
     return replace(run, y=y, dy=dy, s=run.s[::n_sub], w=run.w[::n_sub]), slopes
 
 
-def _lagged(run: KernelRun, n_y: int, lags: Array, derivatives: bool) -> tuple[Array, Array, Array]:
-    """Delay the outputs; also their derivatives by the delay and by everything else."""
+def _lagged(run: KernelRun, n_y: int, lags: Array, slopes: bool) -> tuple[Array, Array, Array]:
+    """Delay the outputs and their derivatives; with `slopes` also the derivatives by the delay."""
     simulated, tangent = run.y[:, :n_y].copy(), run.dy[:, :n_y]
     shifts = np.zeros_like(simulated)
-    if not derivatives and not lags.any():
+    if not slopes and not lags.any():
         return simulated, shifts, tangent
     if lags.any():
         tangent = tangent.copy()
     for c in range(n_y):
-        if not derivatives:
+        if slopes:
+            simulated[:, c], shifts[:, c] = delayed(run.y[:, c], lags[c])
+        else:
             simulated[:, c] = delayed_values(run.y[:, c], lags[c])
-            continue
-        simulated[:, c], shifts[:, c] = delayed(run.y[:, c], lags[c])
-        if lags[c]:
+        if lags[c] and tangent.size:
             tangent[:, c] = delayed_values(run.dy[:, c], lags[c])
     return simulated, shifts, tangent
 
