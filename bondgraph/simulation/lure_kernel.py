@@ -196,7 +196,6 @@ def _native_runner(library: Path, laws: ca.Function, lay: KernelLayout) -> Runne
         live = (np.bincount(touched, minlength=len(lay.pieces) + 1)[:-1] > 0).astype(np.int64)
         by_q = wide(np.zeros(lay.n_q), dq, row)
         given = [np.ascontiguousarray(v, float) for v in (m, q, slopes, by_q)]
-        fixed = [at(v) for v in given]
 
         def march(u: Array, z: Array, n_sub: int) -> tuple[Array, Array, Array]:
             u = np.ascontiguousarray(u, float)
@@ -207,7 +206,7 @@ def _native_runner(library: Path, laws: ca.Function, lay: KernelLayout) -> Runne
             counts = map(ctypes.c_longlong, (n, n_sub, width, lead))
             arg, res = (pointer * sizes[2])(), (pointer * sizes[3])()
             native(
-                at(u), *counts, at(live), at(carried), *fixed,
+                at(u), *counts, at(live), at(carried), *map(at, given),
                 at(y), at(seen), iw, at(work), arg, res,
             )  # fmt: skip
             return y, seen, carried[:, :width]

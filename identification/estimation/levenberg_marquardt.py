@@ -123,25 +123,27 @@ class _Stand:
     cost: float
 
 
-def _at(stack: JointProblem, point: JointPoint, *, derivatives: bool = True) -> _Stand:
-    made = stack.evaluate(point, derivatives=derivatives, scored=True)
+def _at(
+    stack: JointProblem, point: JointPoint, *, derivatives: bool = True, limit: float = np.inf
+) -> _Stand:
+    made = stack.evaluate(point, derivatives=derivatives, scored=True, limit=limit)
     return _Stand(point, made, stack.cost(made, point))
 
 
 def _steps(stack: JointProblem, at: _Stand, tolerance: float) -> Trial[_Stand]:
     """Linearise at a point; what makes the damped steps from there."""
     system = stack.normal(at.evaluations, at.point)
+    total = at.cost * stack.count(at.evaluations)  # more than that is not taken
 
     def trial(damping: float, number: int) -> _Stand | Ended | None:
         if number == 1:
-            least = tolerance * at.cost * stack.count(at.evaluations)
-            if _promised(stack, system, at.point) < least:
+            if _promised(stack, system, at.point) < tolerance * total:
                 return Ended.ARRIVED  # what a step could gain is rounding
         point = stack.step(system, at.point, damping)
         if not np.isfinite(point.theta).all():  # derivatives too large to compute with
             return Ended.STUCK
         # a step that must be shortened is likely to be shortened again
-        made = _at(stack, point, derivatives=number == 0)
+        made = _at(stack, point, derivatives=number == 0, limit=(1.0 + 1e-9) * total)
         return made if number == 0 or not made.cost <= at.cost else _at(stack, point)
 
     return trial
@@ -162,8 +164,10 @@ def _unstick(stack: JointProblem, at: _Stand) -> _Stand | None:
     if all(p.engine.exact_step or not p.free_states.size for p in stack.problems):
         return None
     states = tuple(
-        refine_states(p, stack.local(at.point, r), passes=4).states
+        refine_states(p, stack.local(at.point, r), passes=4, known=at.evaluations[r]).states
         for r, p in enumerate(stack.problems)
     )
+    if all(map(np.array_equal, states, at.point.states)):
+        return None
     moved = _at(stack, JointPoint(at.point.theta, states))
     return moved if moved.cost < at.cost * (1 - 1e-3) else None

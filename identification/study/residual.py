@@ -9,7 +9,7 @@ SIAM J. Numer. Anal. 10 (1973) 413).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Container, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import accumulate, pairwise
@@ -132,11 +132,18 @@ def parameters_at(problem: Problem, theta: Array) -> Array:
 
 
 def evaluate(
-    problem: Problem, point: Point, *, derivatives: bool = True, scored: bool = False
+    problem: Problem,
+    point: Point,
+    *,
+    derivatives: bool = True,
+    scored: bool = False,
+    among: Container[int] | None = None,
+    limit: float = np.inf,
 ) -> ResidualEvaluation:
     """Simulate at `point`; with derivatives also the Jacobians.
 
-    With `scored` only the windows that have training samples are simulated.
+    With `scored` only the windows that have training samples are simulated, of those `among` these
+    numbers. Beyond a sum of squares of `limit` nothing more is, and the residual is infinite.
     """
     data, engine, at = problem.data, problem.engine, slots(problem)
     n_y, n_free = len(data.names), len(problem.free)
@@ -149,12 +156,13 @@ def evaluate(
     rows: list[Array] = []
     jacobians: list[Array] = []
     local: list[tuple[slice, Array]] = []
-    filled = 0
+    filled, total = 0, 0.0
     rest, by_p = _rest(problem, p, directions)
     ready = by_step(lambda h: engine.prepare(p, h, problem.steps, directions, derivatives))
-    for w, x0 in zip(windows(problem), point.states, strict=True):
+    for number, (w, x0) in enumerate(zip(windows(problem), point.states, strict=True)):
         chosen = train[w]
-        if scored and not chosen.any():
+        shown = bool(chosen.any())
+        if (scored and not shown) or (among is not None and number not in among):
             continue
         run = engine.run(
             ready(data.step(w)),
@@ -172,10 +180,13 @@ def evaluate(
         y[w] = seen.y + point.theta[at.offsets] * offsets
         if problem.correction is not None:
             y[w] += problem.correction[w]
-        if not chosen.any():
+        if not shown:
             continue
         part = weighted(problem, (data.readings[w] - y[w])[chosen].T[:, :, None])
         rows.append(part.ravel())
+        total += float(rows[-1] @ rows[-1])
+        if total > limit:
+            return ResidualEvaluation(y, np.full(1, np.inf), np.zeros((1, at.size)), [])
         if derivatives:
             tangent = seen.tangent[chosen]
             by_start = tangent[:, :, n_free:]
