@@ -441,4 +441,8 @@ def held_out_states(problem: Problem, point: Point) -> Point:
     """Fit initial states of the held-out windows, as an observer would; parameters kept."""
     data = problem.data
     swapped = replace(data.split, train=data.split.test, test=data.split.train)
-    return refine_states(replace(problem, data=replace(data, split=swapped)), point)
+    turned = replace(
+        problem, data=replace(data, split=swapped), known_scale=problem.state_scale,
+        built=problem.engine,
+    )  # fmt: skip
+    return refine_states(turned, point)
