@@ -79,6 +79,22 @@ def tried_from(problem: Problem, start: Point, iterations: int) -> Fit:
     return fit(few or problem, start=start, max_iterations=iterations, judged=False)
 
 
+def begun_from(problem: Problem, start: Point, iterations: int) -> Fit:
+    """Go a few steps from a point as `tried_from`; what is said of it is of all sub-steps.
+
+    Where the correction does not hold to the end, all steps are taken with all sub-steps. Held-out
+    windows are not judged.
+    """
+    made = tried_from(problem, start, iterations)
+    if made.problem.correction is None:
+        return made
+    there = evaluate(problem, made.point, derivatives=False)
+    cost = _cost(there)
+    if not abs(cost - made.cost) <= (NEAR - 1.0) * made.cost:
+        return fit(problem, start=start, max_iterations=iterations, judged=False)
+    return replace(made, problem=problem, cost=cost, simulated=there.y)
+
+
 def with_few(problem: Problem, point: Point, there: ResidualEvaluation) -> Problem | None:
     """Return the problem with fewer sub-steps, corrected at a point; None if that is too coarse.
 

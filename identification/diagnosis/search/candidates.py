@@ -30,6 +30,7 @@ from identification.estimation.holds import chosen, possible
 from identification.estimation.levenberg_marquardt import FitStatus
 from identification.estimation.single_record import Fit, fit, judge
 from identification.estimation.sub_steps import (
+    begun_from,
     finest_of,
     fit_from,
     refined,
@@ -39,7 +40,7 @@ from identification.estimation.sub_steps import (
 from identification.estimation.threads import calm
 from identification.statistics.blocks import block_means
 from identification.study.problem import Data, Problem
-from identification.study.residual import evaluate
+from identification.study.residual import evaluate, start_point
 
 BLOCKS = 40
 Progress = Callable[[str, float], None]
@@ -325,7 +326,7 @@ def attempt(
     begun = best_first(starts) if quick else [(p, None) for p in starts]
     for number, (candidate, point) in enumerate(begun):
         try:
-            short.append(fit(candidate, max_iterations=FIRST, start=point, judged=False))
+            short.append(begun_from(candidate, point or start_point(candidate), FIRST))
             if point is not None and _sound(short[-1]):
                 break  # the others only where it runs away on the rest of the record
             # windows forgive a start: one way through them is enough
