@@ -164,7 +164,7 @@ def _unstick(stack: JointProblem, at: _Stand) -> _Stand | None:
     if all(p.engine.exact_step or not p.free_states.size for p in stack.problems):
         return None
     states = tuple(
-        refine_states(p, stack.local(at.point, r), passes=4, known=at.evaluations[r]).states
+        refine_states(p, stack.local(at.point, r), passes=4).states
         for r, p in enumerate(stack.problems)
     )
     if all(map(np.array_equal, states, at.point.states)):

@@ -387,20 +387,18 @@ LITTLE = 1e-4
 """Part of a window's misfit that is not worth a step of its initial state."""
 
 
-def refine_states(
-    problem: Problem, point: Point, passes: int = 12, known: ResidualEvaluation | None = None
-) -> Point:
+def refine_states(problem: Problem, point: Point, passes: int = 12) -> Point:
     """Improve the initial states of the training windows, parameters kept.
 
     Damped Gauss-Newton, window by window: a window keeps its state unless its own misfit falls,
     so that one window at a kink (sticking friction) does not hold up the others. Only windows that
-    have something to gain are simulated again. `known` is the evaluation at the point.
+    have something to gain are simulated again.
     """
     states, scale = point.states.copy(), problem.state_scale
     free = problem.free_states
     scored = _scored(problem)
     damping = np.full(len(scored), 1e-6)
-    begun = evaluate(problem, point, scored=True) if known is None else known
+    begun = evaluate(problem, point, scored=True)
     residual, columns = begun.residual.copy(), list(begun.local)
     for _ in range(passes):
         trial, moving = states.copy(), list[int]()
