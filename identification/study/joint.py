@@ -383,8 +383,10 @@ def _eliminated(
     return np.concatenate(pieces), followed
 
 
-LITTLE = 1e-4
-"""Part of a window's misfit that is not worth a step of its initial state."""
+LITTLE, ROUNDING = 1e-4, 1e-12
+"""Parts of a window's misfit: gained at most by the last step, and promised by none but rounding.
+
+At a kink a step gains more than the derivatives promise, so that a small promise ends nothing."""
 
 
 def refine_states(problem: Problem, point: Point, passes: int = 12) -> Point:
@@ -410,7 +412,7 @@ def refine_states(problem: Problem, point: Point, passes: int = 12) -> Point:
                 continue  # a run that ran away says nothing; LAPACK would print it
             moved = np.linalg.lstsq(np.vstack([a, size]), right, rcond=1e-12)[0]
             left = r - a @ moved
-            if float(left @ left) < (1.0 - LITTLE) * float(r @ r):
+            if float(left @ left) < (1.0 - ROUNDING) * float(r @ r):
                 trial[i, free] += moved * scale[free]
                 moving.append(k)
         if not moving:
