@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -20,6 +21,8 @@ from bondgraph.support.errors import BondsightError, unknown_name
 if TYPE_CHECKING:
     from bondgraph.laws.law import Law
     from bondgraph.simulation.lure import Compiled
+    from bondgraph.simulation.lure_kernel import March
+    from bondgraph.simulation.lure_layout import KernelLayout
 
 # discrete and kernel need CasADi; they are imported when something is simulated
 
@@ -77,6 +80,28 @@ class Prepared:
     still: tuple[Array, Array]
     moving: tuple[Array, Array]
 
+    @cached_property
+    def layout(self) -> KernelLayout:
+        """Sizes of the kernel."""
+        from bondgraph.simulation.lure_layout import layout
+
+        return layout(self.compiled, self.n_d)
+
+    @cached_property
+    def at_rest(self) -> March:
+        """Takes a step of zero."""
+        return self._march(*self.still)
+
+    @cached_property
+    def onward(self) -> March:
+        """Takes sub-steps."""
+        return self._march(*self.moving)
+
+    def _march(self, packed: Array, slopes: Array) -> March:
+        from bondgraph.simulation.lure_kernel import runner
+
+        return runner(self.compiled, self.n_d)(packed, self.q, slopes, self.dq)
+
     @property
     def step(self) -> float:
         """Time between samples, s."""
@@ -128,17 +153,13 @@ def run_prepared(
     With `every_substep` the result has ``(N - 1) * n_sub + 1`` rows instead of N. `memory` replaces
     the virgin memory of the laws it names.
     """
-    from bondgraph.simulation.lure_kernel import runner
-    from bondgraph.simulation.lure_layout import layout
-
     compiled, n_p, n_x = ready.compiled, ready.n_p, ready.compiled.n_x
     if fine is None:
         fine = fine_inputs(u, ready.n_sub, hold)
     space = compiled.space
     if space.recorded:
         u, fine = with_rates(space.input_names, space.recorded, u, fine, ready.step)
-    lay = layout(compiled, ready.n_d)
-    run = runner(compiled, ready.n_d)
+    lay = ready.layout
     z = np.zeros((lay.n_z, 1 + ready.n_d))
     z[:n_x, 0] = x0
     if ready.n_d > n_p:
@@ -146,9 +167,9 @@ def run_prepared(
     _initial_memory(compiled, lay, *ready.still, u[0], z)
     _given_memory(compiled, lay, memory or {}, z)
     at_rest = np.stack([u[:1], u[:1]], axis=1)
-    begun, laws, z = run(at_rest, z, 1, ready.still[0], ready.q, ready.still[1], ready.dq)
+    begun, laws, z = ready.at_rest(at_rest, z, 1)
     stride = 1 if every_substep else ready.n_sub
-    y, seen, z = run(fine, z, stride, ready.moving[0], ready.q, ready.moving[1], ready.dq)
+    y, seen, z = ready.onward(fine, z, stride)
     y, seen = np.concatenate([begun, y]), np.concatenate([laws, seen])
     return KernelRun(
         y[:, :, 0],

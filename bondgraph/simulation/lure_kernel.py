@@ -104,14 +104,16 @@ def _remembered(closed: ClosedLaws, response: list[ca.SX], n_m: int, change: ca.
 
 # -- running over a record -------------------------------------------------------------------
 
-Runner = Callable[[Array, Array, int, Array, Array, Array, Array], tuple[Array, Array, Array]]
+March = Callable[[Array, Array, int], tuple[Array, Array, Array]]
+Runner = Callable[[Array, Array, Array, Array], March]
 
 
 def runner(compiled: Compiled, n_d: int) -> Runner:
-    """Return ``run(u, z, n_sub, M, q, dM, dq) -> (y, laws, z)`` for `n_d` directions.
+    """Return ``run(M, q, dM, dq)(u, z, n_sub) -> (y, laws, z)`` for `n_d` directions.
 
     Shapes: u (n_samples * n_sub, 2, n_u), z (n_z, 1 + n_d), M (n_M,), q (n_q,), dM (n_M, n_d),
     dq (n_q, n_d); y (n_samples, n_y, 1 + n_d), laws (n_samples, 2 n_w): arguments and deviations.
+    Threads may share a march.
     """
     return _runner(_Key(compiled, n_d))
 
@@ -151,24 +153,26 @@ FAST = (*("-O3" if f == "-O2" else f for f in FLAGS), "-ffp-contract=off")
 def _blocked_runner(lay: KernelLayout) -> Runner:
     """Run a large linear model: its unrolled step would take gcc minutes."""
 
-    def run(
-        u: Array, z: Array, n_sub: int, m: Array, q: Array, dm: Array, dq: Array
-    ) -> tuple[Array, Array, Array]:
+    def run(m: Array, q: Array, dm: Array, dq: Array) -> March:
         at = np.cumsum([0, *(r * c for r, c in lay.pieces)])
         phi, g0, g1, _, _, _, cy, dy = (
             m[at[i] : at[i + 1]].reshape(shape, order="F") for i, shape in enumerate(lay.pieces)
         )
-        v = u.reshape(u.shape[0], 2 * lay.n_u)
         late = np.hstack([np.zeros_like(dy), dy])
-        y, x = blocked_record(phi, np.hstack([g0, g1]), cy, late, v, z[:, 0], n_sub)
-        return y[:, :, None], np.empty((y.shape[0], 0)), x[:, None]
+
+        def march(u: Array, z: Array, n_sub: int) -> tuple[Array, Array, Array]:
+            v = u.reshape(u.shape[0], 2 * lay.n_u)
+            y, x = blocked_record(phi, np.hstack([g0, g1]), cy, late, v, z[:, 0], n_sub)
+            return y[:, :, None], np.empty((y.shape[0], 0)), x[:, None]
+
+        return march
 
     return run
 
 
 def _native_runner(library: Path, laws: ca.Function, lay: KernelLayout) -> Runner:
-    march = ctypes.CDLL(str(library)).run_record
-    march.restype = None
+    native = ctypes.CDLL(str(library)).run_record
+    native.restype = None
     pointer = ctypes.POINTER(ctypes.c_double)
     width, row = 1 + lay.n_d, LANES * blocks_of(lay) if lay.n_d else 1
     inputs, number = _entries(lay)
@@ -181,32 +185,33 @@ def _native_runner(library: Path, laws: ca.Function, lay: KernelLayout) -> Runne
         found[:, 1 : 1 + rest.shape[1]] = rest[:, : lanes - 1]
         return found
 
-    def run(
-        u: Array, z: Array, n_sub: int, m: Array, q: Array, dm: Array, dq: Array
-    ) -> tuple[Array, Array, Array]:
-        u = np.ascontiguousarray(u, float)
-        n = u.shape[0] // n_sub
+    def at(v: Array) -> ctypes.c_void_p:
+        return ctypes.c_void_p(v.__array_interface__["data"][0])
+
+    def run(m: Array, q: Array, dm: Array, dq: Array) -> March:
         moving = np.flatnonzero(dm.any(axis=0))
         lead = 1 + (int(moving[-1]) + 1) // LANES if moving.size else 1
         slopes = wide(np.where(inputs, m, 0.0), dm, LANES * lead if lay.n_d else 1)
         touched = number[dm.any(axis=1)]
         live = (np.bincount(touched, minlength=len(lay.pieces) + 1)[:-1] > 0).astype(np.int64)
-        carried = wide(z[:, 0], z[:, 1:], row)
         by_q = wide(np.zeros(lay.n_q), dq, row)
-        y, seen = np.empty((n, lay.n_y, width)), np.empty((n, 2 * lay.n_w))
         given = [np.ascontiguousarray(v, float) for v in (m, q, slopes, by_q)]
-        iw, work = (ctypes.c_longlong * sizes[0])(), np.empty(sizes[1])
 
-        def at(v: Array) -> ctypes.c_void_p:
-            return ctypes.c_void_p(v.ctypes.data)
+        def march(u: Array, z: Array, n_sub: int) -> tuple[Array, Array, Array]:
+            u = np.ascontiguousarray(u, float)
+            n = u.shape[0] // n_sub
+            carried = wide(z[:, 0], z[:, 1:], row)
+            y, seen = np.empty((n, lay.n_y, width)), np.empty((n, 2 * lay.n_w))
+            iw, work = (ctypes.c_longlong * sizes[0])(), np.empty(sizes[1])
+            counts = map(ctypes.c_longlong, (n, n_sub, width, lead))
+            arg, res = (pointer * sizes[2])(), (pointer * sizes[3])()
+            native(
+                at(u), *counts, at(live), at(carried), *map(at, given),
+                at(y), at(seen), iw, at(work), arg, res,
+            )  # fmt: skip
+            return y, seen, carried[:, :width]
 
-        counts = map(ctypes.c_longlong, (n, n_sub, width, lead))
-        arg, res = (pointer * sizes[2])(), (pointer * sizes[3])()
-        march(
-            at(u), *counts, at(live), at(carried), *map(at, given),
-            at(y), at(seen), iw, at(work), arg, res,
-        )  # fmt: skip
-        return y, seen, carried[:, :width]
+        return march
 
     return run
 
@@ -229,29 +234,31 @@ def _machine_runner(step: ca.Function, lay: KernelLayout) -> Runner:
     many = step.mapaccum("record", chunk, 1)
     one = step
 
-    def run(
-        u: Array, z: Array, n_sub: int, m: Array, q: Array, dm: Array, dq: Array
-    ) -> tuple[Array, Array, Array]:
-        width = 1 + lay.n_d
-        steps = u.shape[0]
-        out = np.empty((steps, lay.n_out, width))
+    def run(m: Array, q: Array, dm: Array, dq: Array) -> March:
         fixed = [ca.DM(v) for v in (m.reshape(-1, 1), q.reshape(-1, 1), dm, dq)]
         wide = [ca.repmat(v, 1, chunk) for v in fixed]
-        k = 0
-        while k < steps:
-            if steps - k >= chunk:
-                a, b = u[k : k + chunk, 0].T, u[k : k + chunk, 1].T
-                zs, ys = many(z, a, b, *wide)
-                z = np.asarray(zs[:, -width:].full())
-                out[k : k + chunk] = (
-                    np.asarray(ys.full()).reshape(lay.n_out, chunk, width).transpose(1, 0, 2)
-                )
-                k += chunk
-            else:
-                zs, y = one(z, u[k, 0], u[k, 1], *fixed)
-                z, out[k] = np.asarray(zs.full()), np.asarray(y.full())
-                k += 1
-        out = out[n_sub - 1 :: n_sub]
-        return out[:, : lay.n_y], out[:, lay.n_y :, 0], z
+
+        def march(u: Array, z: Array, n_sub: int) -> tuple[Array, Array, Array]:
+            width = 1 + lay.n_d
+            steps = u.shape[0]
+            out = np.empty((steps, lay.n_out, width))
+            k = 0
+            while k < steps:
+                if steps - k >= chunk:
+                    a, b = u[k : k + chunk, 0].T, u[k : k + chunk, 1].T
+                    zs, ys = many(z, a, b, *wide)
+                    z = np.asarray(zs[:, -width:].full())
+                    out[k : k + chunk] = (
+                        np.asarray(ys.full()).reshape(lay.n_out, chunk, width).transpose(1, 0, 2)
+                    )
+                    k += chunk
+                else:
+                    zs, y = one(z, u[k, 0], u[k, 1], *fixed)
+                    z, out[k] = np.asarray(zs.full()), np.asarray(y.full())
+                    k += 1
+            out = out[n_sub - 1 :: n_sub]
+            return out[:, : lay.n_y], out[:, lay.n_y :, 0], z
+
+        return march
 
     return run

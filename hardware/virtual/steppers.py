@@ -76,8 +76,6 @@ class ExactMarch:
         step: float,
         substeps: int,
     ) -> None:
-        from bondgraph.simulation.lure_kernel import runner
-
         names = compiled.space.input_names
         _refuse_rates(compiled.space.name, compiled.space.recorded)
         if ramps := [n for n in names if n.startswith("ramp")]:
@@ -90,8 +88,7 @@ class ExactMarch:
         self._input = names.index(source)
         self._still = still
         ready = prepare(compiled, p, step, substeps)
-        self._ready, self._substeps = ready, substeps
-        self._run = runner(compiled, 0)
+        self._march, self._substeps = ready.onward, substeps
         self.outputs = tuple(n for n, *_ in compiled.space.outputs)
         x0 = equilibrium(compiled, p, still)
         first = run_record(compiled, p, np.stack([still, still]), step, x0, n_sub=substeps)
@@ -106,9 +103,7 @@ class ExactMarch:
         """Go on by one step per value."""
         u = np.tile(self._still, (command.size * self._substeps, 2, 1))
         u[:, :, self._input] = np.repeat(command, self._substeps)[:, None]
-        ready = self._ready
-        packed, derivative = ready.moving
-        y, _, self._z = self._run(u, self._z, self._substeps, packed, ready.q, derivative, ready.dq)
+        y, _, self._z = self._march(u, self._z, self._substeps)
         return np.asarray(y[:, :, 0])
 
     def snapshot(self) -> Array:

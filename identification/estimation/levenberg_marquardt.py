@@ -123,30 +123,33 @@ class _Stand:
     cost: float
 
 
-def _at(stack: JointProblem, point: JointPoint, *, derivatives: bool = True) -> _Stand:
-    made = stack.evaluate(point, derivatives=derivatives, scored=True)
+def _at(
+    stack: JointProblem, point: JointPoint, *, derivatives: bool = True, limit: float = np.inf
+) -> _Stand:
+    made = stack.evaluate(point, derivatives=derivatives, scored=True, limit=limit)
     return _Stand(point, made, stack.cost(made, point))
 
 
 def _steps(stack: JointProblem, at: _Stand, tolerance: float) -> Trial[_Stand]:
     """Linearise at a point; what makes the damped steps from there."""
     system = stack.normal(at.evaluations, at.point)
+    total = at.cost * stack.count(at.evaluations)  # more than that is not taken
 
     def trial(damping: float, number: int) -> _Stand | Ended | None:
         if number == 1:
-            least = tolerance * at.cost * stack.count(at.evaluations)
-            if _promised(stack, system, at.point) < least:
+            if _promised(stack, system, at.point) < tolerance * total:
                 return Ended.ARRIVED  # what a step could gain is rounding
         point = stack.step(system, at.point, damping)
         if not np.isfinite(point.theta).all():  # derivatives too large to compute with
             return Ended.STUCK
         # a step that must be shortened is likely to be shortened again
-        made = _at(stack, point, derivatives=number == 0)
+        far = FAR if number < BENT else 1.0 + 1e-9
+        made = _at(stack, point, derivatives=number == 0, limit=far * total)
         if made.cost <= at.cost:
             return made if number == 0 else _at(stack, point)
         if number < BENT and np.isfinite(made.cost):
             point = stack.step(stack.normal(_bent(stack, at, made), at.point), at.point, damping)
-            bent = _at(stack, point, derivatives=False)
+            bent = _at(stack, point, derivatives=False, limit=(1.0 + 1e-9) * total)
             if bent.cost <= at.cost:
                 return _at(stack, point)
         return made
@@ -156,6 +159,8 @@ def _steps(stack: JointProblem, at: _Stand, tolerance: float) -> Trial[_Stand]:
 
 BENT = 2
 """Steps from one point that are bent along the valley before they are shortened."""
+FAR = 1e4
+"""Times the sum of squares above which a step is not simulated to its end, nor bent."""
 
 
 def _bent(stack: JointProblem, at: _Stand, there: _Stand) -> tuple[ResidualEvaluation, ...]:
@@ -198,5 +203,7 @@ def _unstick(stack: JointProblem, at: _Stand) -> _Stand | None:
         refine_states(p, stack.local(at.point, r), passes=4).states
         for r, p in enumerate(stack.problems)
     )
+    if all(map(np.array_equal, states, at.point.states)):
+        return None
     moved = _at(stack, JointPoint(at.point.theta, states))
     return moved if moved.cost < at.cost * (1 - 1e-3) else None

@@ -20,6 +20,7 @@ from identification.study.residual import (
     parameters_at,
     slots,
     start_point,
+    windows,
 )
 
 
@@ -89,27 +90,51 @@ class Fit:
         return f"Fit({self.problem.graph.name!r}, {self.status.value}, cost {self.cost:.4g})"
 
 
-def fit(problem: Problem, *, max_iterations: int = 40, start: Point | None = None) -> Fit:
+def fit(
+    problem: Problem,
+    *,
+    max_iterations: int = 40,
+    start: Point | None = None,
+    judged: bool = True,
+) -> Fit:
     """Fit `problem` by output error.
 
     Priors keep what the data do not determine near its start value: a factor 20 on logarithmic
-    parameters, ten scales on others; they weigh nothing where the data speak.
+    parameters, ten scales on others; they weigh nothing where the data speak. Unless it is `judged`
+    (or that is made up for), held-out windows have no readings, and begin where they did.
     """
     stack = stack_of((problem,))
     begin = stack.start() if start is None else stack.gathered([start])
-    parted = problem.window is not None or bool(problem.data.breaks)
-    made = minimise(stack, begin, max_iterations=max_iterations, whole=not parted)
+    made = minimise(stack, begin, max_iterations=max_iterations, whole=not _parted(problem))
     point, e = stack.local(made.point, 0), made.evaluations[0]
     if made.status is FitStatus.BROKEN:
         return Fit(problem, point, made.status, np.inf, 0, e.y)
     if not np.isfinite(e.jacobian).all():
         raise np.linalg.LinAlgError("derivatives are not finite where the fit ended")
-    y = e.y
-    if parted:
-        point = held_out_states(problem, point)
-        y = evaluate(problem, point, derivatives=False).y
     cost = float(np.mean(e.residual**2)) if e.residual.size else np.inf
-    return Fit(problem, point, made.status, cost, made.iterations, y)
+    found = Fit(problem, point, made.status, cost, made.iterations, e.y)
+    return judge(found) if judged else found
+
+
+def judge(made: Fit) -> Fit:
+    """Return a fit with readings in held-out windows, each from the state that suits it best.
+
+    A record in one piece begins where its training samples say.
+    """
+    problem = made.problem
+    if not _parted(problem):
+        return made
+    train, test, spans = problem.data.mask("train"), problem.data.mask("test"), windows(problem)
+    among = {i for i, w in enumerate(spans) if test[w].any() or not train[w].any()}
+    point = held_out_states(problem, made.point)
+    y, there = made.simulated.copy(), evaluate(problem, point, derivatives=False, among=among).y
+    for i in among:
+        y[spans[i]] = there[spans[i]]
+    return replace(made, point=point, simulated=y)
+
+
+def _parted(problem: Problem) -> bool:
+    return problem.window is not None or bool(problem.data.breaks)
 
 
 def start_cost(problem: Problem) -> float:
@@ -118,7 +143,7 @@ def start_cost(problem: Problem) -> float:
     lower, upper = stack.bounds
     point = start_point(problem)
     point = replace(point, theta=np.clip(point.theta, lower, upper))
-    e = evaluate(problem, point, derivatives=False)
+    e = evaluate(problem, point, derivatives=False, scored=True)
     r = e.residual - np.mean(e.residual) if e.residual.size else e.residual
     cost = float(np.mean(r**2)) if r.size else np.inf
     return cost if np.isfinite(cost) else np.inf

@@ -65,7 +65,7 @@ def fit_from(problem: Problem, start: Point, iterations: int, beat: float = np.i
             return replace(made, problem=problem, cost=cost, simulated=there.y, status=status)
         assert few.correction is not None
         change = there.y - (made.simulated - few.correction)
-        few = replace(few, correction=change)
+        few = replace(few, correction=change, known_scale=few.state_scale)
     return fit(problem, start=point, max_iterations=iterations)
 
 
@@ -76,7 +76,23 @@ def tried_from(problem: Problem, start: Point, iterations: int) -> Fit:
     few = None
     if problem.n_sub > 1 and not exact:
         few = with_few(problem, start, evaluate(problem, start, derivatives=False))
-    return fit(few or problem, start=start, max_iterations=iterations)
+    return fit(few or problem, start=start, max_iterations=iterations, judged=False)
+
+
+def begun_from(problem: Problem, start: Point, iterations: int) -> Fit:
+    """Go a few steps from a point as `tried_from`; what is said of it is of all sub-steps.
+
+    Where the correction does not hold to the end, all steps are taken with all sub-steps. Held-out
+    windows are not judged.
+    """
+    made = tried_from(problem, start, iterations)
+    if made.problem.correction is None:
+        return made
+    there = evaluate(problem, made.point, derivatives=False)
+    cost = _cost(there)
+    if not abs(cost - made.cost) <= (NEAR - 1.0) * made.cost:
+        return fit(problem, start=start, max_iterations=iterations, judged=False)
+    return replace(made, problem=problem, cost=cost, simulated=there.y)
 
 
 def with_few(problem: Problem, point: Point, there: ResidualEvaluation) -> Problem | None:

@@ -113,11 +113,16 @@ class JointProblem:
         return self.gathered([start_point(p) for p in self.problems])
 
     def evaluate(
-        self, point: JointPoint, *, derivatives: bool = True, scored: bool = False
+        self,
+        point: JointPoint,
+        *,
+        derivatives: bool = True,
+        scored: bool = False,
+        limit: float = np.inf,
     ) -> tuple[ResidualEvaluation, ...]:
-        """Simulate every record, or of each what is scored; see `evaluate` of one."""
+        """Simulate every record, or of each what is scored up to a limit; see `evaluate` of one."""
         return tuple(
-            evaluate(p, self.local(point, r), derivatives=derivatives, scored=scored)
+            evaluate(p, self.local(point, r), derivatives=derivatives, scored=scored, limit=limit)
             for r, p in enumerate(self.problems)
         )
 
@@ -289,7 +294,7 @@ def _bounds(problem: Problem) -> tuple[Array, Array]:
     for i, f in enumerate(problem.free):
         lower[i], upper[i] = f.bounds()
     whole = problem.nuisances and problem.window is None
-    lag = NUISANCE_LAG if whole and problem.lags else 0.0
+    lag = NUISANCE_LAG if problem.fits_lags else 0.0
     lower[at.lags], upper[at.lags] = -lag, lag
     for name, outputs in problem.delays.items():
         if name not in problem.skews:
@@ -378,42 +383,56 @@ def _eliminated(
     return np.concatenate(pieces), followed
 
 
+LITTLE, ROUNDING = 1e-4, 1e-12
+"""Parts of a window's misfit: gained at most by the last step, and promised by none but rounding.
+
+At a kink a step gains more than the derivatives promise, so that a small promise ends nothing."""
+
+
 def refine_states(problem: Problem, point: Point, passes: int = 12) -> Point:
     """Improve the initial states of the training windows, parameters kept.
 
     Damped Gauss-Newton, window by window: a window keeps its state unless its own misfit falls,
-    so that one window at a kink (sticking friction) does not hold up the others.
+    so that one window at a kink (sticking friction) does not hold up the others. Only windows that
+    have something to gain are simulated again.
     """
     states, scale = point.states.copy(), problem.state_scale
     free = problem.free_states
     scored = _scored(problem)
     damping = np.full(len(scored), 1e-6)
-    begun = evaluate(problem, Point(point.theta, states), scored=True)
+    begun = evaluate(problem, point, scored=True)
     residual, columns = begun.residual.copy(), list(begun.local)
     for _ in range(passes):
-        trial = states.copy()
+        trial, moving = states.copy(), list[int]()
         for k, (i, (rows, local)) in enumerate(zip(scored, columns, strict=True)):
-            a = local * scale[free]
+            a, r = local * scale[free], residual[rows]
             size = np.sqrt(damping[k]) * np.diag(np.linalg.norm(a, axis=0) + 1e-9)
-            right = np.concatenate([residual[rows], np.zeros(free.size)])
+            right = np.concatenate([r, np.zeros(free.size)])
             if not (np.isfinite(size).all() and np.isfinite(right).all()):
                 continue  # a run that ran away says nothing; LAPACK would print it
             moved = np.linalg.lstsq(np.vstack([a, size]), right, rcond=1e-12)[0]
-            trial[i, free] += moved * scale[free]
-        after = evaluate(problem, Point(point.theta, trial), scored=True)
+            left = r - a @ moved
+            if float(left @ left) < (1.0 - ROUNDING) * float(r @ r):
+                trial[i, free] += moved * scale[free]
+                moving.append(k)
+        if not moving:
+            break
+        among = {scored[k] for k in moving}
+        after = evaluate(problem, Point(point.theta, trial), scored=True, among=among)
         gain = 0.0
-        for k, (i, (rows, _)) in enumerate(zip(scored, columns, strict=True)):
+        for k, (there, local) in zip(moving, after.local, strict=True):
+            i, rows = scored[k], columns[k][0]
             old = float(residual[rows] @ residual[rows])
-            new = float(after.residual[rows] @ after.residual[rows])
+            new = float(after.residual[there] @ after.residual[there])
             if np.isfinite(new) and new <= old:
-                states[i], residual[rows] = trial[i], after.residual[rows]
-                columns[k] = after.local[k]
+                states[i], residual[rows] = trial[i], after.residual[there]
+                columns[k] = (rows, local)
                 damping[k] = max(damping[k] / 10, 1e-12)
                 gain = max(gain, (old - new) / max(old, 1e-300))
             else:
                 damping[k] = min(damping[k] * 100, 1e6)
-                gain = max(gain, 1e-2)
-        if gain < 1e-4:
+                gain = 1.0
+        if gain < LITTLE:
             break
     return Point(point.theta, states)
 
@@ -422,4 +441,8 @@ def held_out_states(problem: Problem, point: Point) -> Point:
     """Fit initial states of the held-out windows, as an observer would; parameters kept."""
     data = problem.data
     swapped = replace(data.split, train=data.split.test, test=data.split.train)
-    return refine_states(replace(problem, data=replace(data, split=swapped)), point)
+    turned = replace(
+        problem, data=replace(data, split=swapped), known_scale=problem.state_scale,
+        built=problem.engine,
+    )  # fmt: skip
+    return refine_states(turned, point)

@@ -71,6 +71,11 @@ class Data:
         """Number of samples."""
         return int(self.time.size)
 
+    @cached_property
+    def spread(self) -> Array:
+        """Standard deviation of each reading over the whole record, SI, shape (n_y,)."""
+        return np.asarray(self.readings.std(axis=0))
+
     @property
     def dt(self) -> float:
         """Time between samples, s; the mean of several recordings."""
@@ -392,6 +397,23 @@ class Problem:
                     "it; fits take dead times that all commands share, or those of sensors"
                 )
 
+    @cached_property
+    def timed(self) -> tuple[str, ...]:
+        """Elements with a law that counts time."""
+        found = []
+        for e in self.graph.elements.values():
+            drive = getattr(e, "drive", None)
+            laws = (getattr(e, "law", None), None if drive is None else drive.law)
+            # the law of a field is a tuple of expressions
+            if any(getattr(law, "counts_time", False) for law in laws):
+                found.append(e.name)
+        return tuple(found)
+
+    @property
+    def fits_lags(self) -> bool:
+        """Whether delays of the sensors within a sample are unknowns; windows do not show them."""
+        return self.nuisances and self.lags and self.window is None
+
     @property
     def steps(self) -> int:
         """Sub-steps of a sample; dead time needs the course of the outputs within a sample."""
@@ -446,7 +468,7 @@ class Problem:
         )  # fmt: skip
         n_y = len(self.data.names)
         reach = np.abs(run.dy[:, :n_y, len(directions) :]).max(axis=0)
-        spread = self.data.readings.std(axis=0)
+        spread = self.data.spread
         with np.errstate(divide="ignore", invalid="ignore"):
             size = np.where(reach > 0, spread[:, None] / reach, np.inf).min(axis=0)
         return np.asarray(np.where(np.isfinite(size), size, 0.0))

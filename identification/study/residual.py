@@ -9,10 +9,10 @@ SIAM J. Numer. Anal. 10 (1973) 413).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Container, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from itertools import pairwise
+from itertools import accumulate, pairwise
 from typing import TypeVar
 
 import numpy as np
@@ -58,9 +58,10 @@ class ThetaSlots:
 def slots(problem: Problem) -> ThetaSlots:
     """Layout of ``theta`` for `problem`."""
     y = len(problem.data.names)
-    edges = np.cumsum([0, len(problem.free), y, len(problem.delays), y, y if problem.clock else 0])
-    free, lags, delays, offsets, clocks = (slice(int(a), int(b)) for a, b in pairwise(edges))
-    return ThetaSlots(free, lags, delays, offsets, clocks, int(edges[-1]))
+    sizes = (0, len(problem.free), y, len(problem.delays), y, y if problem.clock else 0)
+    edges = tuple(accumulate(sizes))
+    free, lags, delays, offsets, clocks = (slice(a, b) for a, b in pairwise(edges))
+    return ThetaSlots(free, lags, delays, offsets, clocks, edges[-1])
 
 
 @dataclass(frozen=True)
@@ -119,7 +120,7 @@ def start_point(problem: Problem) -> Point:
 
 def offset_scale(problem: Problem) -> Array:
     """Spread of each reading, the unit of its offset, shape (n_y,)."""
-    return np.asarray(np.maximum(problem.data.readings.std(axis=0), problem.data.floor))
+    return np.asarray(np.maximum(problem.data.spread, problem.data.floor))
 
 
 def parameters_at(problem: Problem, theta: Array) -> Array:
@@ -131,11 +132,18 @@ def parameters_at(problem: Problem, theta: Array) -> Array:
 
 
 def evaluate(
-    problem: Problem, point: Point, *, derivatives: bool = True, scored: bool = False
+    problem: Problem,
+    point: Point,
+    *,
+    derivatives: bool = True,
+    scored: bool = False,
+    among: Container[int] | None = None,
+    limit: float = np.inf,
 ) -> ResidualEvaluation:
     """Simulate at `point`; with derivatives also the Jacobians.
 
-    With `scored` only the windows that have training samples are simulated.
+    With `scored` only the windows that have training samples are simulated, of those `among` these
+    numbers. Beyond a sum of squares of `limit` nothing more is, and the residual is infinite.
     """
     data, engine, at = problem.data, problem.engine, slots(problem)
     n_y, n_free = len(data.names), len(problem.free)
@@ -148,12 +156,13 @@ def evaluate(
     rows: list[Array] = []
     jacobians: list[Array] = []
     local: list[tuple[slice, Array]] = []
-    filled = 0
+    filled, total = 0, 0.0
     rest, by_p = _rest(problem, p, directions)
     ready = by_step(lambda h: engine.prepare(p, h, problem.steps, directions, derivatives))
-    for w, x0 in zip(windows(problem), point.states, strict=True):
+    for number, (w, x0) in enumerate(zip(windows(problem), point.states, strict=True)):
         chosen = train[w]
-        if scored and not chosen.any():
+        shown = bool(chosen.any())
+        if (scored and not shown) or (among is not None and number not in among):
             continue
         run = engine.run(
             ready(data.step(w)),
@@ -171,10 +180,13 @@ def evaluate(
         y[w] = seen.y + point.theta[at.offsets] * offsets
         if problem.correction is not None:
             y[w] += problem.correction[w]
-        if not chosen.any():
+        if not shown:
             continue
         part = weighted(problem, (data.readings[w] - y[w])[chosen].T[:, :, None])
         rows.append(part.ravel())
+        total += float(rows[-1] @ rows[-1])
+        if total > limit:
+            return ResidualEvaluation(y, np.full(1, np.inf), np.zeros((1, at.size)), [])
         if derivatives:
             tangent = seen.tangent[chosen]
             by_start = tangent[:, :, n_free:]
@@ -214,17 +226,10 @@ def time_memories(problem: Problem, first: int) -> dict[str, tuple[float, ...]] 
     Their only memory is the time since the start of the record, s; None where there is nothing to
     say. Laws of any other kind start every window virgin.
     """
-    if not first:
+    if not first or not problem.timed:
         return None
     time = problem.data.time
-    begun: tuple[float, ...] = (float(time[first] - time[0]),)
-    found: dict[str, tuple[float, ...]] = {}
-    for e in problem.graph.elements.values():
-        drive = getattr(e, "drive", None)
-        for law in (getattr(e, "law", None), None if drive is None else drive.law):
-            if getattr(law, "counts_time", False):  # the law of a field is a tuple of expressions
-                found[e.name] = begun
-    return found or None
+    return dict.fromkeys(problem.timed, (float(time[first] - time[0]),))
 
 
 def weighted(problem: Problem, block: Array) -> Array:
@@ -304,7 +309,7 @@ def read_out(
         # theta of a clock is its ratio error over the largest one
         by_clock = -by_lag * samples * problem.clock
     else:
-        y, by_lag, tangent = _lagged(run, n_y, lags, derivatives)
+        y, by_lag, tangent = _lagged(run, n_y, lags, derivatives and problem.fits_lags)
         by_clock = by_lag
     by_lag = stretch * by_lag
     return SampledReadings(y, tangent, by_lag, by_lag if by_delay is None else by_delay, by_clock)
@@ -357,20 +362,20 @@ def _declared_delays(
     return replace(run, y=y, dy=dy, s=run.s[::n_sub], w=run.w[::n_sub]), slopes
 
 
-def _lagged(run: KernelRun, n_y: int, lags: Array, derivatives: bool) -> tuple[Array, Array, Array]:
-    """Delay the outputs; also their derivatives by the delay and by everything else."""
+def _lagged(run: KernelRun, n_y: int, lags: Array, slopes: bool) -> tuple[Array, Array, Array]:
+    """Delay the outputs and their derivatives; with `slopes` also the derivatives by the delay."""
     simulated, tangent = run.y[:, :n_y].copy(), run.dy[:, :n_y]
     shifts = np.zeros_like(simulated)
-    if not derivatives and not lags.any():
+    if not slopes and not lags.any():
         return simulated, shifts, tangent
     if lags.any():
         tangent = tangent.copy()
     for c in range(n_y):
-        if not derivatives:
+        if slopes:
+            simulated[:, c], shifts[:, c] = delayed(run.y[:, c], lags[c])
+        else:
             simulated[:, c] = delayed_values(run.y[:, c], lags[c])
-            continue
-        simulated[:, c], shifts[:, c] = delayed(run.y[:, c], lags[c])
-        if lags[c]:
+        if lags[c] and tangent.size:
             tangent[:, c] = delayed_values(run.dy[:, c], lags[c])
     return simulated, shifts, tangent
 

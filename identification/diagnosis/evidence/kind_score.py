@@ -101,7 +101,7 @@ def bench_of(base: Fit, better: Fit, plain: BondGraph | None = None) -> Bench:
     """
     problem = base.problem
     fit = base if base is better else replace(base, point=_carried(base, better))
-    e = evaluate(problem, fit.point)
+    e = evaluate(problem, fit.point, scored=True)
     columns = np.hstack([e.jacobian, states_of(problem, e)])
     graph = problem.with_chain if plain is None else plain
     return Bench(problem, rows_of(problem), e.residual, columns, probes(fit, graph))

@@ -161,7 +161,7 @@ def rows_of(problem: Problem, blocks: int = BLOCKS) -> Rows:
 
 def left_out(fit: Fit, blocks: int = BLOCKS) -> LeftOut:
     """Predict every training stretch of a fit from the others."""
-    e = evaluate(fit.problem, fit.point)
+    e = evaluate(fit.problem, fit.point, scored=True)
     rows = rows_of(fit.problem, blocks)
     columns, precision = _unknowns(fit, e)
     return stretched(columns, rows).held_out(e.residual, precision)

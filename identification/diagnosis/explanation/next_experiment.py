@@ -97,7 +97,7 @@ class _Rival:
         tangents = np.zeros((*y.shape, free + own))
         tangents[:, :own, :free] = seen.tangent[:, :, :free] * self.slopes
         tangents[:, own:, :free] = made.dy[::step][:, picked, :free] * self.slopes
-        if problem.nuisances and problem.lags and problem.window is None:
+        if problem.fits_lags:
             for c in range(own):
                 tangents[:, c, free + c] = seen.by_lag[:, c]
         return y, tangents

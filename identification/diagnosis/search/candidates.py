@@ -28,8 +28,9 @@ from identification.diagnosis.search.beginnings import (
 from identification.diagnosis.search.windowed import through_windows
 from identification.estimation.holds import chosen, possible
 from identification.estimation.levenberg_marquardt import FitStatus
-from identification.estimation.single_record import Fit, fit
+from identification.estimation.single_record import Fit, fit, judge
 from identification.estimation.sub_steps import (
+    begun_from,
     finest_of,
     fit_from,
     refined,
@@ -39,7 +40,7 @@ from identification.estimation.sub_steps import (
 from identification.estimation.threads import calm
 from identification.statistics.blocks import block_means
 from identification.study.problem import Data, Problem
-from identification.study.residual import evaluate
+from identification.study.residual import evaluate, start_point
 
 BLOCKS = 40
 Progress = Callable[[str, float], None]
@@ -325,19 +326,19 @@ def attempt(
     begun = best_first(starts) if quick else [(p, None) for p in starts]
     for number, (candidate, point) in enumerate(begun):
         try:
-            short.append(fit(candidate, max_iterations=FIRST, start=point))
+            short.append(begun_from(candidate, point or start_point(candidate), FIRST))
             if point is not None and _sound(short[-1]):
                 break  # the others only where it runs away on the rest of the record
             # windows forgive a start: one way through them is enough
             if number == 0 and (problem.source_offsets or lost):
                 again = through_windows(candidate, 3 * FIRST)
-                short.append(fit(again, max_iterations=FIRST))
+                short.append(fit(again, max_iterations=FIRST, judged=False))
         except (BondsightError, np.linalg.LinAlgError, ValueError):
             continue
     short = [r for r in short if _sound(r)]
     if not short:
         return insertion.label, None
-    return insertion.label, trial_of(insertion, home, min(short, key=lambda r: r.cost))
+    return insertion.label, trial_of(insertion, home, judge(min(short, key=lambda r: r.cost)))
 
 
 def astray(nominal: Fit) -> bool:
@@ -478,7 +479,7 @@ def with_best_hold(result: Fit, iterations: int, holds: Sequence[str]) -> Fit:
         n_sub = finer if hold == "band-limited" else n_sub
         data = replace(result.problem.data, hold=hold)
         problem = replace(result.problem, data=data, n_sub=n_sub)
-        there = evaluate(problem, best.point, derivatives=False).residual
+        there = evaluate(problem, best.point, derivatives=False, scored=True).residual
         cost = float(np.mean(there**2))
         if not np.isfinite(cost) or abs(cost - best.cost) < 0.02 * best.cost:
             continue

@@ -174,7 +174,7 @@ def hold_margin(result: Fit, holds: Collection[str]) -> str:
         data = replace(result.problem.data, hold=h)
         steps = max(result.problem.n_sub, 2 if h == "band-limited" else 1)
         problem = replace(result.problem, data=data, n_sub=steps)
-        there = evaluate(problem, result.point, derivatives=False).residual
+        there = evaluate(problem, result.point, derivatives=False, scored=True).residual
         cost = float(np.mean(there**2))
         if abs(cost - result.cost) < A_LITTLE * result.cost:
             continue
@@ -222,7 +222,8 @@ def _fine(result: Fit) -> Fit:
 
 def _shows(result: Fit, hold: str) -> bool:
     """Whether another behaviour between samples changes the misfit at all."""
-    there = evaluate(_with_hold(result, hold), result.point, derivatives=False).residual
+    problem = _with_hold(result, hold)
+    there = evaluate(problem, result.point, derivatives=False, scored=True).residual
     cost = float(np.mean(there**2)) if there.size else np.inf
     # what a refit can gain is bounded by how much the misfit moves
     return np.isfinite(cost) and abs(cost - result.cost) > A_LITTLE * result.cost
@@ -253,7 +254,7 @@ def _first_fit(base: Problem) -> Fit:
             offsets=False,
             built=base.engine,
         )
-        found = fit(brief, max_iterations=8)
+        found = fit(brief, max_iterations=8, judged=False)
         if found.status is FitStatus.BROKEN:
             break
         values = {k: v for k, v in found.values.items() if k in base.graph.parameters}

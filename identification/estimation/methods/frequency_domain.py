@@ -89,9 +89,14 @@ class _LineStack(JointProblem):
     courses: tuple[Course | None, ...] = ()
 
     def evaluate(
-        self, point: JointPoint, *, derivatives: bool = True, scored: bool = False
+        self,
+        point: JointPoint,
+        *,
+        derivatives: bool = True,
+        scored: bool = False,
+        limit: float = np.inf,
     ) -> tuple[ResidualEvaluation, ...]:
-        """Return the residuals of all lines of all records; every line is scored."""
+        """Return the residuals of all lines of all records; every line is scored, without limit."""
         found = []
         for r, (p, f, c) in enumerate(zip(self.problems, self.lines, self.courses, strict=True)):
             local = self.local(point, r)

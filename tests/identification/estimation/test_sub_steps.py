@@ -21,6 +21,7 @@ from identification.estimation.sub_steps import (
     FINEST,
     IN_ALL,
     LEAST,
+    begun_from,
     finest_of,
     fit_from,
     refined,
@@ -179,3 +180,14 @@ def test_one_correction_tells_how_commands_behave(truth: str) -> None:
     for h in set(HOLDS) - {truth}:
         assert tried_from(held[truth], ends[h].point, 4).cost < 0.1 * ends[h].cost
         assert tried_from(held[h], ends[truth].point, 4).cost > 10 * ends[truth].cost
+
+
+@pytest.mark.parametrize("law", NOISE)
+def test_a_beginning_with_few_is_said_of_many(law: str) -> None:
+    p = problem(law)
+    found, whole = begun_from(p, start_point(p), 4), fit(p, max_iterations=4)
+    assert found.problem.n_sub == MANY
+    assert found.problem.correction is None
+    there = evaluate(p, found.point, derivatives=False)
+    assert found.cost == pytest.approx(float(np.mean(there.residual**2)), rel=1e-9)
+    assert found.cost < 2.0 * whole.cost

@@ -17,6 +17,7 @@ from bondgraph.signals.split import Split
 from bondgraph.support.arrays import FloatArray as Array
 from identification.estimation import Nuisances, SettledSetting, Study, Vary
 from identification.estimation.levenberg_marquardt import FitStatus, minimise
+from identification.estimation.single_record import fit, judge
 from identification.study.joint import (
     STATE_WEIGHT,
     JointPoint,
@@ -320,3 +321,36 @@ def test_no_window_runs_without_need() -> None:
         found = minimise(stack, point, max_iterations=2).evaluations[0]
     assert {n for u, n in runs.items() if u not in own} == {1}
     assert np.isfinite(found.y).all()
+
+
+def test_windows_with_nothing_to_gain_run_once() -> None:
+    stack = judged(made("windows"))
+    p = stack.problems[0]
+    settled = refine_states(p, stack.local(stack.start(), 0))
+    with patch.object(type(p.engine), "run", autospec=True, side_effect=type(p.engine).run) as run:
+        again = refine_states(p, settled)
+    assert run.call_count == len(stack.scored(0))
+    assert np.array_equal(again.states, settled.states)
+
+
+def test_beyond_a_limit_nothing_is_simulated() -> None:
+    stack = judged(made("windows"))
+    p, local = stack.problems[0], stack.local(stack.start(), 0)
+    whole = evaluate(p, local, scored=True)
+    total = float(whole.residual @ whole.residual)
+    assert np.array_equal(
+        evaluate(p, local, scored=True, limit=1.01 * total).residual, whole.residual
+    )
+    stopped = evaluate(p, local, scored=True, limit=0.1 * total)
+    assert np.isinf(stopped.residual).all()
+    assert np.isnan(stopped.y).sum() > np.isnan(whole.y).sum()
+
+
+def test_a_fit_may_be_judged_later() -> None:
+    p = judged(made("windows")).problems[0]
+    once, later = (fit(p, max_iterations=2, judged=j) for j in (True, False))
+    assert np.isnan(later.simulated[p.data.mask("test")]).all()
+    found = judge(later)
+    assert np.array_equal(found.point.states, once.point.states)
+    assert np.array_equal(found.simulated, once.simulated)
+    assert np.isfinite(found.simulated).all()
