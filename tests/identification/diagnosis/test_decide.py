@@ -180,6 +180,19 @@ def test_a_lead_within_the_noise_names_nothing() -> None:
     assert case.decided(Thresholds(z=1.5, gain=1e-4)).kind == "missing_physics"
 
 
+def test_what_one_stretch_alone_shows_beside_noise_alarms_nobody() -> None:
+    """Two outliers beside each other do that; what is left of all samples is noise."""
+
+    def answer(where: np.ndarray | float, before: Remaining = QUIET) -> Decision:
+        return Case(1.2, before, where).kind("sensing", "x", 0.8).decided()
+
+    d = answer(ONCE)
+    assert d.kind == "explained"
+    assert "in one stretch alone" in d.reasons[0]
+    assert answer(1.0).kind == "unknown_physics"
+    assert answer(ONCE, LOUD).kind == "unknown_physics"
+
+
 def test_a_sure_but_tiny_gain_names_nothing() -> None:
     case = Case(0.4, QUIET).law("hysteresis at k", 0.0).kind("memory", "k", 0.0)
     assert case.decided().kind == "missing_physics"

@@ -318,13 +318,19 @@ def test_rounding_is_found_where_the_model_predicts_it() -> None:
         assert np.std(rest) > 0.9 * np.std(left)
 
 
-def test_rounding_before_the_noise_is_found_without_a_grid() -> None:
+@pytest.mark.parametrize("fine", [0.0, 0.02])
+def test_rounding_before_the_noise_is_found_without_a_grid(fine: float) -> None:
+    """And before a converter of `fine` steps that is known."""
     rng = np.random.default_rng(4)
     graph = plant()
     data = recorded(graph)
     coarse = np.ptp(data.readings[:, 0]) / 40
     rounded = coarse * np.round(data.readings[:, 0] / coarse)
     data.readings[:, 0] = rounded + 0.1 * coarse * rng.standard_normal(rounded.size)
+    if fine:
+        unit = fine * coarse
+        data.readings[:, 0] = unit * np.round(data.readings[:, 0] / unit)
+        data = replace(data, resolution={"x": unit})
     nominal = fit(Problem(graph, data, fixed=("m", "k", "b"), offsets=False), max_iterations=4)
     scene = scene_of(nominal)
     steps = [s.shape["step"] for s in Quantisation().signatures(scene, graph["x"]) if s.shape]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from bondgraph import Da, Df, Dq
+from bondgraph import BondGraph, C, Da, Df, Dq, I, One, R, Se
 from bondgraph.graph.elements import Sensor
 from bondgraph.signals.recording import Recording
 from bondgraph.simulation.simulate import simulate
@@ -48,3 +48,22 @@ def test_a_wrong_sign_is_still_one() -> None:
     d = found(Dq("x"), "m", -1.0)
     assert "wrong sign" in d.advice[0]
     assert "acceleration" not in d.advice[0]
+
+
+def test_columns_of_different_quantities_that_are_exchanged() -> None:
+    with BondGraph("two readings") as g:
+        v = One("v")
+        Se("F", unit="N") >> v >> I("m", 1.0, unit="kg")
+        v >> C("k", stiffness=100.0, unit="N/m")
+        v >> R("d", 2.0, unit="N*s/m")
+        v >> Dq("x", unit="m")
+        v >> Da("a", unit="m/s^2")
+    t = np.asarray(DT * np.arange(N), np.float64)
+    rng = np.random.default_rng(0)
+    force = np.asarray(np.sin(2 * np.pi * (0.5 + 0.2 * t) * t), np.float64)
+    made = simulate(g, t, {"F": force})
+    x, a = (np.asarray(made[n] + 1e-3 * made[n].std() * rng.standard_normal(N)) for n in ("x", "a"))
+    units = {"F": "N", "x": "m", "a": "m/s^2"}
+    d = diagnose(g, Recording("run", t, {"F": force, "x": a, "a": x}, units))
+    assert d.kind == "unknown_physics"
+    assert "exchanged" in d.advice[0]
