@@ -19,6 +19,10 @@ def _error(ops: Ops, z: Expression) -> Expression:
     return ops.floor(z + 0.5) - CONSTANT * ops.floor(z / CONSTANT + 0.5)
 
 
+LEAST = 0.5
+"""Part of the rounding error that a reading has at least if it is rounded."""
+
+
 @dataclass(frozen=True)
 class Rounding(Law):
     """``s + amount (rounded - s)`` with `rounded` the nearest of ``origin + k step``.
@@ -49,7 +53,7 @@ class Rounding(Law):
         """Amount; step and origin fixed."""
         return (
             Parameter(
-                f"amount_{element}", self.amount, positive=False, lower=0.0, upper=1.5, scale=0.3
+                f"amount_{element}", self.amount, positive=False, lower=LEAST, upper=1.5, scale=0.3
             ),
             Parameter(f"step_{element}", self.step, self.unit, fixed=True),
             Parameter(f"origin_{element}", self.origin, self.unit, positive=False, fixed=True),

@@ -184,7 +184,9 @@ def test_what_one_stretch_alone_shows_beside_noise_alarms_nobody() -> None:
     """Two outliers beside each other do that; what is left of all samples is noise."""
 
     def answer(where: np.ndarray | float, before: Remaining = QUIET) -> Decision:
-        return Case(1.2, before, where).kind("sensing", "x", 0.8).decided()
+        case = Case(1.2, before, where)
+        left = KindScore("x", "sensing", scored(0.72, 2), np.zeros(3))
+        return decide(replace(case.evidence(), kinds=(left,)))
 
     d = answer(ONCE)
     assert d.kind == "explained"

@@ -229,9 +229,7 @@ def _errors(outcomes: Sequence[Outcome]) -> Counts:
         "outside the catalogue given any name or set": share(
             any(c.said["names"] for c in o.claims) for o in outside
         ),
-        "mistakes in the recording, told as such": share(
-            o.mistake for o in outcomes if o.mixed_up
-        ),
+        "mistakes in the recording, told as such": share(o.mistake for o in outcomes if o.mixed_up),
         "mistakes told where the recording has none": share(
             o.mistake for o in outcomes if not o.mixed_up
         ),

@@ -126,13 +126,15 @@ def draw_trial(kind: str, entropy: str | int, count: int | None = None) -> list[
     number = COUNTS[kind] if count is None else count
     cases = draw_cells(f"2 {kind}", entropy, shares(number, cells), place)
     return [
-        replace(case, id=f"r{i:04d}", extra={**case.extra, **_converter(kind, entropy, i)})
+        replace(case, id=f"r{i:04d}", extra={**case.extra, **_converter(case, kind, entropy, i)})
         for i, case in enumerate(cases)
     ]
 
 
-def _converter(kind: str, entropy: str | int, i: int) -> dict[str, float]:
-    """Return width, headroom and bow of the converter that reads a recording."""
+def _converter(case: Case, kind: str, entropy: str | int, i: int) -> dict[str, float]:
+    """Return width, headroom and bow of the converter; coarse noise is one already."""
+    if case.noise["kind"] == "quantised":
+        return {}
     rng = stream(f"2 {kind}", entropy, f"converter{i}")
     return {
         "bits": float(rng.choice(BITS)),

@@ -34,7 +34,8 @@ def test_every_gate_can_be_certified(cases: list[Case]) -> None:
     assert sum(not c.effects for c in cases) >= 250
     assert counted["outside"] + counted["withheld_outside"] >= 120
     assert {c.plant for c in cases} == set(ALL_PLANTS)
-    assert {c.extra["bits"] for c in cases} == {12, 14, 16}
+    read = [c for c in cases if c.noise["kind"] != "quantised"]
+    assert {c.extra["bits"] for c in read} == {12, 14, 16}
 
 
 def test_development_has_no_plant_and_no_law_that_is_kept(cases: list[Case]) -> None:
