@@ -34,6 +34,11 @@ def add_blind_command(verbs: Any) -> None:
         s.add_argument("--folder", type=Path, default=usual, help=f"the trial (default {shown})")
         s.add_argument("--jobs", type=jobs, default=-1, help="processes (default: all cores)")
         s.set_defaults(run=run)
+        if name == "score":
+            s.add_argument(
+                "--development", type=Path, default=None, metavar="FOLDER",
+                help="a trial of development with its answers, to train the random forest on",
+            )  # fmt: skip
         if name == "generate":
             s.add_argument(
                 "--kind", choices=("trial", "quick", "development"), default="development",
@@ -98,19 +103,31 @@ def _score(options: argparse.Namespace) -> int:
     truths = reveal(layout)
     with _bar() as bar:
         ask_oracles(layout, public, truths, jobs=options.jobs, progress=bar)
-    return _told(layout, scored(layout))
+    return _told(layout, scored(layout, options.development))
 
 
-def scored(layout: Layout) -> TrialScore:
-    """Open the seal and score the answers, with the oracles that were asked."""
+def scored(layout: Layout, development: Path | None = None) -> TrialScore:
+    """Open the seal and score the answers, with the oracles that were asked.
+
+    Parameters
+    ----------
+    development : Path, optional
+        Folder of a trial of development, on whose answers the random forest is trained.
+    """
     from tests.proof.exam.said import read_each, read_exam_answers
+    from tests.proof.exam.truths import read_exam_truths
     from tests.proof.trial.commitment import reveal
     from tests.proof.trial.curves import baseline_curves
+    from tests.proof.trial.layout import Layout
     from tests.proof.trial.oracles import read_oracles
     from tests.proof.trial.scoring import score_trial
 
     truths = reveal(layout)
-    curves = baseline_curves(truths, read_each(layout.answers, dict))
+    known = None
+    if development is not None:
+        before = Layout(development)
+        known = read_exam_truths(before.truths), read_each(before.answers, dict)
+    curves = baseline_curves(truths, read_each(layout.answers, dict), known)
     points = {c.name: c.points for c in curves}
     return score_trial(truths, read_exam_answers(layout.answers), read_oracles(layout), points)
 
