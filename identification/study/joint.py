@@ -438,11 +438,18 @@ def refine_states(problem: Problem, point: Point, passes: int = 12) -> Point:
 
 
 def held_out_states(problem: Problem, point: Point) -> Point:
-    """Fit initial states of the held-out windows, as an observer would; parameters kept."""
+    """Fit initial states of the held-out windows, as an observer would; parameters kept.
+
+    A window that trains as well, a recording divided by the user, keeps the state it was fitted
+    with.
+    """
     data = problem.data
     swapped = replace(data.split, train=data.split.test, test=data.split.train)
     turned = replace(
         problem, data=replace(data, split=swapped), known_scale=problem.state_scale,
         built=problem.engine,
     )  # fmt: skip
-    return refine_states(turned, point)
+    states = refine_states(turned, point).states
+    kept = _scored(problem)
+    states[kept] = point.states[kept]
+    return Point(point.theta, states)

@@ -218,3 +218,14 @@ def test_recordings_beside_a_study_and_none_beside_a_graph() -> None:
         diagnose(study(), record())
     with pytest.raises(UnusableInput, match="no recording to diagnose"):
         diagnose(spring())
+
+
+def test_recordings_that_train_and_are_held_out_keep_one_state_each() -> None:
+    """The states of both were fitted to the held-out parts, and what trains looked wrong."""
+    parts = [Split(slice(0, 1000), slice(1000, N), "its end")] * 2
+    records = [record(name, seed, cubic=0.0) for name, seed in (("a", 3), ("b", 4))]
+    asked = Study(spring(m=0.7), records, splits=parts, hold="linear", noise={"x": NOISE})
+    d = diagnose(asked, options=OPTIONS)
+    assert d.kind in ("explained", "parameters_only")
+    assert d.nominal is not None
+    assert d.nominal.chi2("train") == pytest.approx(d.nominal.cost, rel=1e-6)
