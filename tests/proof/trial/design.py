@@ -15,7 +15,6 @@ from tests.proof.exam.vocabulary import (
     EXAM_FORMS,
     EXAM_OUTSIDE,
     EXAM_SINGLES,
-    Places,
     Table,
     widened,
 )
@@ -23,6 +22,7 @@ from tests.proof.exam.world import World, world
 from tests.proof.trial.generator.case import Case
 from tests.proof.trial.generator.drawing import stream
 from tests.proof.trial.generator.parameters import ALL_PLANTS, WITHHELD_PLANTS
+from tests.proof.trial.generator.vocabulary import Places
 from tests.proof.trial.later_places import (
     LATER,
     LATER_REWRITTEN,
