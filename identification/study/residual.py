@@ -184,7 +184,8 @@ def evaluate(
             continue
         part = weighted(problem, (data.readings[w] - y[w])[chosen].T[:, :, None])
         rows.append(part.ravel())
-        total += float(rows[-1] @ rows[-1])
+        with np.errstate(over="ignore"):  # what runs away is beyond any limit
+            total += float(rows[-1] @ rows[-1])
         if total > limit:
             return ResidualEvaluation(y, np.full(1, np.inf), np.zeros((1, at.size)), [])
         if derivatives:

@@ -59,8 +59,7 @@ def material_of(asked: Asked) -> Material:
     recording, breaks = joined(asked.recordings)
     sensors = tuple(s.name for s in graph.of_type(Sensor))
     commands = tuple(s.name for s in drives(graph))
-    late = _latest(graph) / recording.dt
-    usual = split_of(asked.recordings) if breaks else _split(recording, commands, late)
+    usual = split_of(asked.recordings) if breaks else _split(recording, commands, _latest(graph))
     split = asked.split or usual
     data = data_for(graph, recording, split, dict.fromkeys(sensors, 1.0))
     coarse = recording.meta.get("resolution") or {}
@@ -91,19 +90,24 @@ def _latest(graph: BondGraph) -> float:
     return max((graph.parameters[name].value for name in declared), default=0.0)
 
 
-def _split(recording: Recording, commands: Sequence[str], late: float = 0.0) -> Split:
+def _split(recording: Recording, commands: Sequence[str], late: float) -> Split:
     """Leading rest aside, every third of thirty stretches is held out.
 
     Levels, bands and slow changes then show in both parts, whatever the excitation. What a command
-    that comes `late` (samples) was before a record without a rest is not known: so long nothing is
+    that comes `late` (s) was before a record without a rest is not known: so long nothing is
     judged.
     """
     moving = [c for c in commands if c in recording.channels and np.ptp(recording[c]) > 0]
     plain = default_split(recording, drive=moving[0] if moving else None)
-    begin = plain.rest.stop if plain.rest is not None else int(np.ceil(LATER * late))
+    begin = plain.rest.stop if plain.rest is not None else _unknown(recording, late)
     if recording.n - begin < LEAST_TO_INTERLEAVE:
         return plain
     return replace(interleaved(begin, recording.n), rest=plain.rest)
+
+
+def _unknown(recording: Recording, late: float) -> int:
+    """Return the samples that a late command of before the record reaches."""
+    return int(np.ceil(LATER * late / recording.dt)) if late else 0
 
 
 LATER = 1.5

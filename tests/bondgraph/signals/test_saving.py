@@ -17,7 +17,7 @@ from bondgraph.support.archive import write_archive
 from bondgraph.support.errors import UnusableInput
 
 numbers = st.floats(allow_nan=False, allow_infinity=False)
-names = st.text(min_size=1, max_size=6)
+names = st.text(min_size=1, max_size=6).filter(lambda n: not n.startswith("$"))
 units = st.sampled_from(["m", "N*s/m", "1", "C/m^2", "rad/s", "Hz", "V"])
 metas = st.dictionaries(
     st.sampled_from(["citation", "origin", "rig"]),
@@ -70,6 +70,13 @@ def test_reopened_identically(tmp_path: Path, recording: Recording) -> None:
     back.save(file)
     assert file.read_bytes() == body
     assert_same(Recording.read(file), recording)
+
+
+def test_a_channel_that_the_file_cannot_name_is_refused(tmp_path: Path) -> None:
+    recording = Recording("run", np.zeros(1), {"$x": np.zeros(1)}, {"$x": "m"})
+    with pytest.raises(UnusableInput, match="does not begin with"):
+        recording.save(tmp_path / "r.npz")
+    assert not (tmp_path / "r.npz").exists()
 
 
 def demo() -> Recording:

@@ -89,7 +89,7 @@ def test_without_the_true_law(layout: Layout, capsys: pytest.CaptureFixture[str]
 def test_a_quick_trial_in_one_command(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr(generating, "drawn", lambda kind, salt: three()[:1])
+    monkeypatch.setattr(generating, "draw_trial", lambda kind, salt, count: three()[:1])
     folder = tmp_path / "quick"
     assert main(["blind", "quick", "--folder", str(folder), "--jobs", "1"]) == 0
     said = capsys.readouterr().out
