@@ -6,8 +6,9 @@ integrator and step are its own. The nominal values in `parameters` are all that
 ``draw`` -> ``generate`` -> ``seal``; the tool reads with ``load_case`` only.
 
 The cells of trial 2 and of its development stand in `tests.proof.trial.design`. Those of trial 1,
-which benches and tests still draw (`drawing`), are: ``control`` (nothing is missing, but parameters, noise, outliers,
-offsets or a declared dead time disturb), ``single`` (an effect of the vocabulary by its plain law),
+which benches and tests still draw (`drawing`), are: ``control`` (nothing is missing, but
+parameters, noise, outliers, offsets or a declared dead time disturb), ``single`` (an effect of the
+vocabulary by its plain law),
 ``form`` (the same physics by another law), ``outside`` (physics without a name in the vocabulary),
 ``lookalike`` (`lookalikes`: twelve pairs, each with an excitation that can separate them and with
 one that cannot) and ``pair`` (two effects). `vocabulary` says what may hide where, `laws_storage`,
@@ -20,8 +21,8 @@ The plants (``c/``) start from rest and are integrated by the classical Runge-Ku
 to 600 sub-steps between samples; dry friction passes zero speed over 0.4 % of the rms speed.
 
 With the development exam (`tests.proof.exam`) came three plants (`EXAM_PLANTS`) and laws
-(`laws_exam`), and commands with rare excursions, slow steps and even noise; with trial 2 four plants
-more, laws that only sealed trials hide (`laws_withheld`), and converters.
+(`laws_exam`), and commands with rare excursions, slow steps and even noise; with trial 2 four
+plants more, laws that only sealed trials hide (`laws_withheld`), and converters.
 
 A laboratory knows its converter and its wiring: the command's hold, a dead time that it declares
 and the unit of a coarse converter are given to the tool with the recording.
