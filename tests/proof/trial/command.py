@@ -128,8 +128,7 @@ def scored(layout: Layout, development: Path | None = None) -> TrialScore:
         before = Layout(development)
         known = read_exam_truths(before.truths), read_each(before.answers, dict)
     curves = baseline_curves(truths, read_each(layout.answers, dict), known)
-    points = {c.name: c.points for c in curves}
-    return score_trial(truths, read_exam_answers(layout.answers), read_oracles(layout), points)
+    return score_trial(truths, read_exam_answers(layout.answers), read_oracles(layout), curves)
 
 
 def _told(layout: Layout, found: TrialScore) -> int:

@@ -16,39 +16,46 @@ COLOURS = (
     "#d97706", "#fbbf24", "#7c3aed", "#c084fc", "#15803d", "#65a30d", "#86c98f", "#b91c1c",
 )  # fmt: skip
 """Colours of the baselines, kin to kin."""
+HEIGHT = 4.2
+"""Of the figure, inches."""
 
 
 def draw_curves(curves: Sequence[Curve]) -> Figure:
+    """Draw curves on a figure of their own; see `curves_on`."""
+    from identification.report.canvas import drawing
+
+    with drawing("curves", HEIGHT, paper=True) as canvas:
+        curves_on(canvas.figure, curves)
+        return canvas.figure  # type: ignore[no-any-return]
+
+
+def curves_on(figure: Figure, curves: Sequence[Curve]) -> None:
     """Draw wrong names, and names where there is none to give, against coverage.
 
     The tool's default, which withholds nothing that it tells, is marked by a point with its exact
     95 % interval.
     """
-    from identification.report.canvas import drawing
-
-    with drawing("curves", 4.2, paper=True) as canvas:
-        (left, right), = canvas.rows(1, (1, 1))  # fmt: skip
-        colours = iter(COLOURS)
-        for c in curves:
-            own = c.name == TOOL
-            colour = AFTER if own else next(colours)
-            for axes, points in ((left, c.points), (right, c.alarms)):
-                if points:
-                    axes.step(
-                        *zip(*points, strict=True), where="post", color=colour, label=c.name,
-                        linewidth=2.0 if own else 1.0, zorder=3 if own else 2,
-                    )  # fmt: skip
-            if own and c.counts[-1].wrong.total:
-                _marked(left, c, colour)
-                right.plot(*c.alarms[-1], "o", color=colour, markersize=5, zorder=4)
-        left.set_ylabel("wrong names, of the names given")
-        right.set_ylabel("given a name, of controls and physics outside")
-        for axes in (left, right):
-            axes.set_xlabel("named, of the recordings with an effect that has a name")
-            axes.set_xlim(0, 1)
-            axes.set_ylim(-0.02, 1.02)
-        left.legend(fontsize=6)
-        return canvas.figure  # type: ignore[no-any-return]
+    left, right = figure.subplots(1, 2)
+    colours = iter(COLOURS)
+    for c in curves:
+        own = c.name == TOOL
+        colour = AFTER if own else next(colours)
+        for axes, points in ((left, c.points), (right, c.alarms)):
+            if points:
+                axes.step(
+                    *zip(*points, strict=True), where="post", color=colour, label=c.name,
+                    linewidth=2.0 if own else 1.0, zorder=3 if own else 2,
+                )  # fmt: skip
+        if own and c.counts[-1].wrong.total:
+            _marked(left, c, colour)
+            right.plot(*c.alarms[-1], "o", color=colour, markersize=5, zorder=4)
+    left.set_ylabel("wrong names, of the names given")
+    right.set_ylabel("given a name, of controls and physics outside")
+    for axes in (left, right):
+        axes.set_xlabel("named, of the recordings with an effect that has a name")
+        axes.set_xlim(0, 1)
+        axes.set_ylim(bottom=-0.02)
+    left.legend(fontsize=6)
 
 
 def _marked(axes: Axes, c: Curve, colour: str) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+from identification.report.tables import markdown
 from tests.proof.exam.truths import ExamTruth
 from tests.proof.trial.forest import forest
 from tests.proof.trial.rates import Rate, rate
@@ -182,21 +183,25 @@ def statement(found: Sequence[EqualCoverage]) -> str:
     )
 
 
+HEADS = (
+    "baseline", "coverage", "its wrong names", "the tool's", "its names where there is none",
+    "the tool's", "tool ahead",
+)  # fmt: skip
+
+
+def ahead_rows(found: Sequence[EqualCoverage]) -> list[tuple[str, ...]]:
+    """Return what `at_equal_coverage` found in words, a row each under `HEADS`."""
+    return [
+        (e.name, f"{100 * e.coverage:.0f} %", *map(_text, (
+            e.baseline.wrong, e.tool.wrong, e.baseline.alarms, e.tool.alarms
+        )), e.words)
+        for e in found
+    ]  # fmt: skip
+
+
 def ahead_lines(found: Sequence[EqualCoverage]) -> list[str]:
-    """Return what `at_equal_coverage` found as a table in Markdown."""
-    lines = [
-        "| baseline | coverage | its wrong names | the tool's | its names where there is none "
-        "| the tool's | tool ahead |",
-        "|---|---|---|---|---|---|---|",
-    ]
-    for e in found:
-        cells = [
-            e.name, f"{100 * e.coverage:.0f} %", *map(_text, (
-                e.baseline.wrong, e.tool.wrong, e.baseline.alarms, e.tool.alarms
-            )), e.words,
-        ]  # fmt: skip
-        lines.append(f"| {' | '.join(cells)} |")
-    return lines
+    """Return the same as a table in Markdown."""
+    return markdown(HEADS, ahead_rows(found)).split("\n")
 
 
 def _text(r: Rate) -> str:

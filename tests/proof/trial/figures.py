@@ -10,6 +10,7 @@ import numpy as np
 from identification.report.canvas import drawing, logarithmic
 from identification.report.style import AFTER, BAD, GOOD, MUTED
 from identification.report.words import spaced
+from tests.proof.trial.curve_figure import HEIGHT, curves_on
 from tests.proof.trial.scoring import TrialScore
 from tests.proof.trial.tables import Power
 
@@ -33,13 +34,13 @@ def figures(score: TrialScore, paper: bool = True) -> dict[str, str]:
         "power_by_cell": (_by_cell, 8.4, 1.6 * rows + 0.3, len(score.power) > 2),
         "reliability": (_reliability, 4.4, 4.0, bool(score.exam.reliability)),
         "error_over_oracle": (_ratios, 6.2, 3.2, bool(score.ratios)),
-        "baselines": (_baselines, 6.2, 3.6, bool(score.curves)),
+        "baselines": (_baselines, 8.4, HEIGHT, any(c.points for c in score.curves)),
     }
     made = {}
     for name, (draw, width, height, there) in table.items():
         if there:
             with drawing(name, height, width, paper=paper) as canvas:
-                draw(canvas.figure if draw is _by_cell else canvas.ax, score)
+                draw(canvas.figure if draw in WHOLE else canvas.ax, score)
             made[name] = canvas.svg + "\n"
     return made
 
@@ -136,9 +137,9 @@ def _ratios(axes: Any, score: TrialScore) -> None:
     axes.set_ylabel("share of the recordings")
 
 
-def _baselines(axes: Any, score: TrialScore) -> None:
-    for name, points in score.curves.items():
-        axes.plot(*zip(*sorted(points), strict=True), "o-", markersize=3, label=name)
-    axes.set_xlabel("coverage: share that is answered")
-    axes.set_ylabel("error among the answers")
-    axes.legend()
+def _baselines(figure: Any, score: TrialScore) -> None:
+    curves_on(figure, score.curves)
+
+
+WHOLE = (_by_cell, _baselines)
+"""What draws on the figure, not on its only axes."""

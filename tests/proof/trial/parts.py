@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from tests.proof.trial.commitment import changed_since
+from tests.proof.trial.curves import HEADS, ahead_rows, at_equal_coverage, statement
 from tests.proof.trial.gates import Gate
 from tests.proof.trial.scoring import TrialScore
 from tests.proof.trial.tables import Confusion
@@ -88,7 +89,11 @@ def parts(score: TrialScore) -> Iterator[Part]:
         ("error_over_oracle",),
     )  # fmt: skip
     if score.curves:
-        yield Part("Baselines on the same recordings", figures=("baselines",))
+        found = at_equal_coverage(score.curves)
+        yield Part(
+            "Baselines on the same recordings", statement(found).capitalize() + ".", HEADS,
+            ahead_rows(found), ("baselines",),
+        )  # fmt: skip
     yield Part(
         "Time", "", ("", "s"),
         [(k, f"{v:.1f}") for k, v in score.exam.seconds.items() if math.isfinite(v)],

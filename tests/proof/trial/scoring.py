@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,13 +13,11 @@ from tests.proof.exam.judging import ExamOutcome
 from tests.proof.exam.said import ExamAnswer
 from tests.proof.exam.truths import ExamTruth
 from tests.proof.trial.calibration import log_score, plain_log_score
+from tests.proof.trial.curves import Curve
 from tests.proof.trial.gates import Gate, gates
 from tests.proof.trial.oracles import Reached, oracle_ratio, quantiles, repair_ratio
 from tests.proof.trial.rates import Rate
 from tests.proof.trial.tables import Confusion, Power, name_confusion, place_confusion, power
-
-Points = Sequence[tuple[float, float]]
-"""Coverage and error of a rule at each setting of its abstention."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,8 +34,8 @@ class TrialScore:
         Held-out error after the repair over the oracle's, by recording.
     yardsticks : mapping
         Held-out error of the oracle over the noise, by recording.
-    curves : mapping
-        Baselines, by name.
+    curves : tuple of Curve
+        The tool's, then those of the baselines.
     """
 
     exam: ExamScore
@@ -48,7 +46,7 @@ class TrialScore:
     log_scores: Mapping[str, float]
     ratios: Mapping[str, float]
     yardsticks: Mapping[str, float]
-    curves: Mapping[str, Points]
+    curves: tuple[Curve, ...]
 
     @property
     def passed(self) -> bool:
@@ -70,7 +68,7 @@ def score_trial(
     truths: Mapping[str, ExamTruth],
     answers: Mapping[str, ExamAnswer],
     oracles: Mapping[str, Reached] | None = None,
-    curves: Mapping[str, Points] | None = None,
+    curves: tuple[Curve, ...] = (),
 ) -> TrialScore:
     """Score a trial.
 
@@ -94,7 +92,7 @@ def score_trial(
         {"stated": log_score(given), "the same for all": plain_log_score(given)},
         {o.id: r for o, best in told if math.isfinite(r := repair_ratio(o, best))},
         {o.id: r for o, best in told if math.isfinite(r := oracle_ratio(o, best))},
-        curves or {},
+        curves,
     )
 
 
@@ -123,9 +121,7 @@ def plain(s: TrialScore) -> dict[str, Any]:
         ],
         "log_scores": {k: _number(v) for k, v in s.log_scores.items()},
         "error_over_oracle": s.ratio_groups,
-        "baselines": {
-            name: [[*map(_number, p)] for p in points] for name, points in s.curves.items()
-        },
+        "baselines": {c.name: [[*map(_number, p)] for p in c.points] for c in s.curves},
         "seconds": {k: _number(v) for k, v in s.exam.seconds.items()},
         "each": [
             _row(o)

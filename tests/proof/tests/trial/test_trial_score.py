@@ -25,9 +25,11 @@ from tests.proof.tests.exam.made_up import (
     truth,
 )
 from tests.proof.trial.calibration import log_score, plain_log_score
+from tests.proof.trial.curves import TOOL, curve
 from tests.proof.trial.oracles import oracle_ratio, quantiles, repair_ratio
 from tests.proof.trial.publishing import publish
 from tests.proof.trial.rates import Rate
+from tests.proof.trial.rivals import Pick
 from tests.proof.trial.scoring import TrialScore, plain, score_trial
 from tests.proof.trial.vocabulary import FAMILIES, FAMILY_OF
 
@@ -55,7 +57,8 @@ def scored(curves: bool = False) -> TrialScore:
     ids = [f"e{i}" for i in range(len(PAIRS))]
     rows = {i: truth_of({**row, "id": i}) for i, (row, _) in zip(ids, PAIRS, strict=True)}
     given = {i: exam_answer_of({**c, "id": i}) for i, (_, c) in zip(ids, PAIRS, strict=True)}
-    drawn = {"best candidate": ((0.5, 0.1), (1.0, 0.4))} if curves else None
+    picks = [(t, Pick("backlash", frozenset({"k_1"}), (0.9,))) for t in rows.values()]
+    drawn = (curve(TOOL, picks), curve("best candidate", picks)) if curves else ()
     return score_trial(rows, given, ORACLES, drawn)
 
 
@@ -145,6 +148,9 @@ def test_everything_is_published(tmp_path: Path) -> None:
         assert word in text
     # the proof was never committed as it is: the score says so
     assert "changed since: the proof's sources" in text
+    # a baseline that says the same is level, and the score says that the tool is not ahead
+    assert "At equal coverage the tool is ahead of 0 of 1 baselines" in text
+    assert "| level |" in text
     for figure in ("names", "power", "power_by_cell", "reliability", "error_over_oracle",
                    "baselines"):  # fmt: skip
         assert f"![{figure}]({figure}.svg)" in text
