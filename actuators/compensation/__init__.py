@@ -8,7 +8,9 @@ from actuators.compensation.exactness import lumped_residual as lumped_residual
 from actuators.compensation.exactness import operator_residual as operator_residual
 from actuators.compensation.exactness import voltage_steps as voltage_steps
 from actuators.compensation.feedforward import Invertible as Invertible
+from actuators.compensation.feedforward import LimitedFeedforward as LimitedFeedforward
 from actuators.compensation.feedforward import feedforward as feedforward
+from actuators.compensation.feedforward import limited_feedforward as limited_feedforward
 from actuators.compensation.feedforward import linear_operator as linear_operator
 from actuators.compensation.margins import OPEN as OPEN
 from actuators.compensation.margins import Margins as Margins

@@ -6,13 +6,17 @@ The electro-mechanics are neglected: the actuator is its operator, voltage in, d
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any, TypeAlias
 
 import casadi as ca
+import numpy as np
 from numpy.typing import ArrayLike
 
+from actuators.compensation.recursion import run_recursion
 from actuators.stack.voltage_limits import UNIPOLAR
 from bondgraph.hysteresis import Memory, PrandtlIshlinskii
+from bondgraph.hysteresis.checks import finite_record, memory_states
 from bondgraph.hysteresis.invertible import InvertibleOperator
 from bondgraph.signals.drive_limits import DriveLimits
 from bondgraph.support.ops import CASADI, Expression, FloatArray
@@ -68,6 +72,26 @@ def feedforward(
     return envelope.require(voltage, "feedforward")
 
 
+@dataclass(frozen=True, slots=True)
+class LimitedFeedforward:
+    """A command held within the envelope, and what that costs.
+
+    Attributes
+    ----------
+    voltage : ndarray, shape (N,), V
+    reached : ndarray, shape (N,), m
+        What the model gives for it; the reference wherever nothing was clipped.
+    clipped : ndarray of bool, shape (N,)
+    memory : tuple of float
+        Memory of the operator after the last sample.
+    """
+
+    voltage: FloatArray
+    reached: FloatArray
+    clipped: np.ndarray
+    memory: tuple[float, ...]
+
+
 def limited_inverse(
     operator: Invertible, wanted: Expression, memory: Memory, envelope: DriveLimits
 ) -> tuple[Expression, Expression, Expression, Memory]:
@@ -95,6 +119,48 @@ def limited_inverse(
     voltage = ca.fmin(ca.fmax(asked, envelope.low), envelope.high)
     reached = operator.value(CASADI, voltage, memory)
     return voltage, reached, asked - voltage, operator.advance(CASADI, voltage, memory)
+
+
+def limited_feedforward(
+    operator: Invertible,
+    x_ref: ArrayLike,
+    memory: Sequence[Expression] | None = None,
+    *,
+    envelope: DriveLimits = UNIPOLAR,
+) -> LimitedFeedforward:
+    """Return the command of `feedforward` held within the envelope, with its clipped samples.
+
+    Parameters
+    ----------
+    operator, x_ref, memory, envelope
+        As in `feedforward`.
+
+    Returns
+    -------
+    LimitedFeedforward
+        Exact again as soon as the reference can be reached again.
+
+    Examples
+    --------
+    >>> model = PrandtlIshlinskii((0.0, 1.0), (50e-9, 10e-9))
+    >>> limited = limited_feedforward(model, [0.0, 7e-6, 1e-6])
+    >>> limited.clipped.tolist()
+    [False, True, False]
+    >>> round(1e9 * float(limited.reached[2]))
+    1000
+    """
+    given = operator.initial_memory(0.0) if memory is None else memory
+    start = memory_states("the memory given", operator.n_memory, given)
+    z, wanted = ca.SX.sym("z", operator.n_memory), ca.SX.sym("x")
+    states = tuple(z[i] for i in range(operator.n_memory))
+    voltage, reached, excess, after = limited_inverse(operator, wanted, states, envelope)
+    step = ca.Function(
+        "limited", [z, wanted], [ca.vertcat(*after), ca.vertcat(voltage, reached, excess)]
+    )
+    record = finite_record(x_ref)[:, None]
+    out, last = run_recursion(step, np.asarray(start, dtype=float), record)
+    clipped = envelope.outside(out[:, 0] + out[:, 2])
+    return LimitedFeedforward(out[:, 0], out[:, 1], clipped, tuple(last.tolist()))
 
 
 def linear_operator(gain: float) -> PrandtlIshlinskii:

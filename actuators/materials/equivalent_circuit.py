@@ -15,6 +15,7 @@ from typing import TypeAlias, final
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from bondgraph import BondGraph, C, De, Df, I, One, R, Se, Sf, Zero
 from bondgraph.support.errors import UnusableInput, require_positive
 
 ComplexArray: TypeAlias = NDArray[np.complex128]
@@ -128,3 +129,39 @@ class EquivalentCircuit:
         v = omega * np.sqrt([b.capacitance for b in self.branches])
         squares = np.linalg.eigvalsh(np.diag(omega**2) + np.outer(v, v) / self.capacitance)
         return tuple((np.sqrt(squares) / (2 * pi)).tolist())
+
+
+def circuit_graph(
+    circuit: EquivalentCircuit, *, source_resistance: float | None = None
+) -> BondGraph:
+    """Return the circuit as a bond graph: input current ``i``, output voltage ``v``.
+
+    Parameters
+    ----------
+    circuit : EquivalentCircuit
+    source_resistance : float, optional
+        Drive with a voltage ``V_in`` behind this resistance (ohm) instead and read the current
+        too. A bare voltage source would impose the charge of ``C_0``.
+
+    Returns
+    -------
+    BondGraph
+        ``C_0`` and ``L_1``, ``R_1``, ``C_1``, ``L_2``, ... of the modes.
+    """
+    with BondGraph("equivalent_circuit") as g:
+        terminals = Zero("terminals")
+        if source_resistance is None:
+            Sf("i", unit="A") >> terminals
+        else:
+            loop = One("loop")
+            Se("V_in", unit="V") >> loop >> R("R_s", source_resistance, unit="ohm")
+            loop >> terminals
+            loop >> Df("i", unit="A")
+        terminals >> C("C_0", circuit.capacitance, unit="F")
+        for n, b in enumerate(circuit.branches, start=1):
+            mode = One(f"mode_{n}")
+            terminals >> mode >> I(f"L_{n}", b.inductance, unit="H")
+            mode >> R(f"R_{n}", b.resistance, unit="ohm")
+            mode >> C(f"C_{n}", b.capacitance, unit="F")
+        terminals >> De("v", unit="V")
+    return g

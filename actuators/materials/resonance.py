@@ -7,7 +7,7 @@ antiresonance of the lossless circuit (stack actuator thesis, fig. 2.6; IEEE Std
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import sqrt
+from math import pi, sqrt, tan
 from typing import final
 
 import numpy as np
@@ -131,3 +131,44 @@ def effective_coupling(f_r: float, f_a: float) -> float:
     """
     _pair(f_r, f_a)
     return sqrt((f_a**2 - f_r**2) / f_a**2)
+
+
+def longitudinal_coupling(f_r: float, f_a: float) -> float:
+    """Return ``k33`` of a slender rod (or ``kt`` of a plate) from its lowest mode.
+
+    ``k33^2 = (pi/2)(f_r/f_a) tan((pi/2)(f_a - f_r)/f_a)`` (IEEE Std 176): exact for a lossless rod
+    with free ends and electrodes on them.
+    """
+    _pair(f_r, f_a)
+    return sqrt(pi / 2 * f_r / f_a * tan(pi / 2 * (f_a - f_r) / f_a))
+
+
+def transverse_coupling(f_r: float, f_a: float) -> float:
+    """Return ``k31`` of a slender bar poled across, from its lowest mode.
+
+    ``k31^2/(1 - k31^2) = (pi/2)(f_a/f_r) tan((pi/2)(f_a - f_r)/f_r)`` (IEEE Std 176).
+    """
+    _pair(f_r, f_a, 2.0)
+    ratio = pi / 2 * f_a / f_r * tan(pi / 2 * (f_a - f_r) / f_r)
+    return sqrt(ratio / (1 + ratio))
+
+
+def mechanical_quality(f_r: float, f_a: float, least_impedance: float, capacitance: float) -> float:
+    """Return ``Q = f_a^2/(2 pi f_r |Z|_min C (f_a^2 - f_r^2))`` (IEEE Std 176), for high Q.
+
+    Parameters
+    ----------
+    f_r, f_a : float
+        Minimum and maximum of ``|Z|``, Hz.
+    least_impedance : float
+        ``|Z|`` at `f_r`, ohm.
+    capacitance : float
+        Far below the mode (free), F.
+    """
+    _pair(f_r, f_a)
+    if not (least_impedance > 0 and capacitance > 0):
+        raise UnusableInput(
+            f"quality: least_impedance = {least_impedance:g} ohm and capacitance = "
+            f"{capacitance:g} F must be positive"
+        )
+    return f_a**2 / (2 * pi * f_r * least_impedance * capacitance * (f_a**2 - f_r**2))

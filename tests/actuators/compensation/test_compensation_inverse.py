@@ -13,6 +13,7 @@ import sympy as sp
 from actuators import stack_bond_graph, stack_lumped
 from actuators.compensation import (
     P840_1,
+    UNIPOLAR,
     AnalyticMotion,
     BondGraphStack,
     DriveLimits,
@@ -23,6 +24,7 @@ from actuators.compensation import (
     bond_graph_residual,
     feedforward,
     field_law,
+    limited_feedforward,
     linear_operator,
     lumped_feedforward,
     lumped_residual,
@@ -35,6 +37,7 @@ from bondgraph import derive
 from bondgraph.hysteresis import (
     AlJanaideh,
     Ang,
+    BadInput,
     MaxwellResistiveCapacitor,
     NotInvertible,
     PrandtlIshlinskii,
@@ -154,11 +157,35 @@ def test_the_envelope_is_never_left_silently() -> None:
         DriveLimits(1.0, 1.0)
 
 
-# whole models
+@pytest.mark.parametrize("model", MODELS, ids=lambda m: m.kind)
+def test_limited_feedforward_recovers(model: Any) -> None:
+    limits = DriveLimits(0.0, 60.0)
+    limited = limited_feedforward(model, X_REF, envelope=limits)
+    wanted = model.inverse().run(X_REF, model.inverse_memory(model.initial_memory(0.0)))[0]
+    assert limited.voltage.max() <= 60.0
+    assert limited.voltage.min() >= 0.0
+    x, memory = model.run(limited.voltage, model.initial_memory(0.0))
+    assert np.abs(x - limited.reached).max() < 1e-20
+    assert np.allclose(memory, limited.memory, atol=1e-12)
+    assert 0.2 < limited.clipped.mean() < 0.8
+    assert np.abs(x - X_REF)[~limited.clipped].max() < 1e-18
+    # an inverse that believes in the voltage it asked for does not come back
+    blind, _ = model.run(np.clip(wanted, 0.0, 60.0), model.initial_memory(0.0))
+    inside = (wanted > 0.0) & (wanted < 60.0)
+    assert np.abs(blind - X_REF)[inside].max() > 100e-9
 
 
-def test_a_plain_gain_knows_of_no_hysteresis() -> None:
+def test_limited_is_the_plain_inverse_inside() -> None:
+    for model in MODELS:
+        limited = limited_feedforward(model, X_REF, envelope=UNIPOLAR)
+        assert not limited.clipped.any()
+        assert np.abs(limited.voltage - feedforward(model, X_REF)).max() < 1e-10
+    with pytest.raises(BadInput):
+        limited_feedforward(MODELS[0], [0.0, np.nan])
     assert feedforward(linear_operator(50e-9), [1e-6])[0] == pytest.approx(20.0)
+
+
+# whole models
 
 
 def test_parameters_are_those_of_the_graphs() -> None:

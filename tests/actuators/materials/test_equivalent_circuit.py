@@ -8,14 +8,19 @@ from typing import Any
 
 import numpy as np
 import pytest
+import sympy as sp
+from scipy.optimize import brentq
 
-from actuators.materials.equivalent_circuit import Branch, EquivalentCircuit
+from actuators.materials.equivalent_circuit import Branch, EquivalentCircuit, circuit_graph
 from actuators.materials.impedance_fit import NoResonance, fit_circuit
 from actuators.materials.resonance import (
     characteristic_frequencies,
     effective_coupling,
+    longitudinal_coupling,
+    mechanical_quality,
+    transverse_coupling,
 )
-from bondgraph import UnusableInput
+from bondgraph import UnusableInput, derive
 
 ONE = EquivalentCircuit(1.3e-6, (Branch.from_resonance(18e3, 40.0, 2e-7),))
 TWO = EquivalentCircuit(
@@ -84,6 +89,27 @@ def test_effective_coupling_is_the_share_of_the_branch() -> None:
     assert effective_coupling(f_r, f_a) ** 2 == pytest.approx(2e-7 / 1.5e-6, rel=1e-12)
 
 
+@pytest.mark.parametrize("k", [0.2, 0.5, 0.69, 0.9])
+def test_coupling_of_an_exact_rod(k: float) -> None:
+    """``Z ~ 1 - k^2 tan(X)/X``: pole at X = pi/2, zero where tan(X)/X = 1/k^2."""
+    zero = brentq(lambda x: np.sin(x) * k**2 - x * np.cos(x), 1e-3, np.pi / 2)
+    assert longitudinal_coupling(zero, np.pi / 2) == pytest.approx(k, rel=1e-9)
+
+
+@pytest.mark.parametrize("k", [0.2, 0.35, 0.6])
+def test_coupling_of_an_exact_bar(k: float) -> None:
+    """``Y ~ 1 - k^2 + k^2 tan(X)/X``: pole at X = pi/2, zero beyond it."""
+    zero = brentq(lambda x: (1 - k**2) * np.cos(x) + k**2 * np.sin(x) / x, np.pi / 2, np.pi - 1e-9)
+    assert transverse_coupling(np.pi / 2, zero) == pytest.approx(k, rel=1e-9)
+
+
+def test_quality_from_the_curve() -> None:
+    c = characteristic_frequencies(SHARP)
+    least = float(np.abs(SHARP.impedance(c.minimum)))
+    found = mechanical_quality(c.minimum, c.maximum, least, SHARP.low_frequency_capacitance)
+    assert found == pytest.approx(1000.0, rel=0.01)
+
+
 def test_refusals() -> None:
     with pytest.raises(UnusableInput, match="check which is the minimum"):
         effective_coupling(2.0, 1.0)
@@ -93,6 +119,43 @@ def test_refusals() -> None:
         EquivalentCircuit(1e-9, ())
     with pytest.raises(UnusableInput, match="leave out f = 0"):
         ONE.impedance([0.0, 1.0])
+
+
+# -- bond graph ---------------------------------------------------------------------------
+def transfer(space: Any, s: Any) -> Any:
+    """Rational transfer function of the last output."""
+    u = sp.Matrix(space.inputs)
+    a, b = space.dxdt.jacobian(space.x), space.dxdt.jacobian(u)
+    c, d = space.y.jacobian(space.x), space.y.jacobian(u)
+    return (c * (s * sp.eye(a.rows) - a).LUsolve(b) + d)[space.output_names.index("v")]
+
+
+def response(space: Any, f: float) -> complex:
+    """Transfer function of the voltage as a number."""
+    values = {p.symbol: p.value for p in space.parameters.values()}
+    u = sp.Matrix(space.inputs)
+    parts = (space.dxdt.jacobian(space.x), space.dxdt.jacobian(u), space.y.jacobian(space.x))
+    a, b, c = (np.array(m.subs(values).evalf(), dtype=float) for m in parts)
+    x = np.linalg.solve(2j * np.pi * f * np.eye(len(a)) - a, b)
+    return complex((c @ x)[space.output_names.index("v"), 0])
+
+
+def test_bond_graph_is_the_formula_symbolically() -> None:
+    s = sp.Symbol("s")
+    c0, l, r, c = sp.symbols("C_0 L_1 R_1 C_1", positive=True)
+    formula = 1 / (s * c0 + 1 / (s * l + r + 1 / (s * c)))
+    space = derive(circuit_graph(ONE))
+    assert space.causality.derivative == ()
+    assert sp.cancel(sp.together(transfer(space, s) - formula)) == 0
+
+
+def test_bond_graph_of_two_modes_and_behind_a_resistance() -> None:
+    plain = derive(circuit_graph(TWO))
+    behind = derive(circuit_graph(TWO, source_resistance=10.0))
+    for f in (1e3, 17.9e3, 19.3e3, 60e3):
+        z = complex(TWO.impedance(f))
+        assert response(plain, f) == pytest.approx(z, rel=1e-9)
+        assert response(behind, f) == pytest.approx(z / (z + 10.0), rel=1e-9)
 
 
 # -- identification -----------------------------------------------------------------------

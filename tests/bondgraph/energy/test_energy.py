@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import sympy as sp
 from scipy.integrate import solve_ivp
 
 from actuators.stack.bond_graph import stack_bond_graph
@@ -15,10 +16,11 @@ from bondgraph.energy.bond_power import motion, observables
 from bondgraph.energy.ledger import ledger
 from bondgraph.equations.codegen import program
 from bondgraph.equations.derivation import system
-from bondgraph.graph.elements import RS, Zero
+from bondgraph.graph.elements import RE, RS, Zero
 from bondgraph.hysteresis import MaxwellResistiveCapacitor, PrandtlIshlinskii
 from bondgraph.laws import Coulomb, Hysteretic, Polynomial, Sliding, StopSum, TableLaw
 from tests.bondgraph.energy.energy_models import coupled, crank, plate, rlc
+from tests.bondgraph.energy.power_balance import power_balance
 from tests.properties.test_random_graphs import random_graph
 
 SLIPS = MaxwellResistiveCapacitor((1.3e9, 0.6e9), (0.4e3, 1.1e3))
@@ -288,6 +290,43 @@ def test_heat_of_the_pseudo_domain_is_not_counted_as_power() -> None:
     flow = motion(g, run, hold="band-limited").signals["f_wall"]
     gone = np.trapezoid(flow, time)
     assert a["R_h"].lost[-1] == pytest.approx(heat + gone, rel=1e-5)
+
+
+@pytest.mark.parametrize(
+    "model", [rlc, coupled, crank, plate, lambda: stack_bond_graph(external_force=True)]
+)
+def test_junctions_and_two_ports_keep_power_for_any_signals(model: Any) -> None:
+    balance = power_balance(model())
+    assert balance.proofs
+    assert balance.holds
+    assert all(p.remainder == 0 and p.power != 0 for p in balance.proofs)
+
+
+def test_modulated_two_ports_are_in_the_proof() -> None:
+    proof = power_balance(crank())["slider"]
+    assert len(proof.power.args) == 2
+    assert proof.remainder == 0
+    with pytest.raises(KeyError):
+        power_balance(crank())["J"]
+
+
+@pytest.mark.parametrize("seed", range(25))
+def test_random_graphs_keep_power(seed: int) -> None:
+    assert power_balance(random_graph(seed)).holds
+
+
+def test_a_reaction_dissipates_and_is_not_called_conservative() -> None:
+    with BondGraph("reaction") as g:
+        a, b = Zero("A"), Zero("B")
+        a >> RE("r", ratio=2.0) >> b
+        a >> C("c_A", 1.0)
+        b >> C("c_B", 1.0)
+    proof = power_balance(g)["r"]
+    e_a, e_b = sp.symbols("e_A e_B", real=True)
+    expected = 2 * (sp.exp(e_a) - sp.exp(e_b)) * (e_a - e_b)
+    r = g.parameters["r"].symbol
+    assert proof.claim == "dissipates"
+    assert sp.expand(proof.remainder.subs(r, 2) - expected) == 0
 
 
 @pytest.mark.parametrize("seed", range(12))

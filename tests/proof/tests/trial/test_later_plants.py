@@ -8,25 +8,14 @@ import pytest
 from bondgraph import simulate
 from bondgraph.graph.elements import TwoPort, Valued
 from bondgraph.support.arrays import FloatArray as Array
+from tests.proof.tests.excited import excited, moved
 from tests.proof.trial.generator.excitation import command
 from tests.proof.trial.generator.laws_withheld import WITHHELD_LAWS
-from tests.proof.trial.generator.native import Row, Run, run
+from tests.proof.trial.generator.native import Row, run
 from tests.proof.trial.generator.parameters import ALL_PLANTS, SHAKEN_PLANTS, WITHHELD_PLANTS
 from tests.proof.trial.models import LATER_MODELS, blind_model
 
 PLANTS = (*SHAKEN_PLANTS, *WITHHELD_PLANTS)
-
-
-def moved(plant: str) -> dict[str, float]:
-    """Values each moved by a factor of its own, so that no two elements are exchanged unseen."""
-    nominal = ALL_PLANTS[plant].nominal
-    return {k: v * (1 + 0.07 * i) for i, (k, (v, _)) in enumerate(nominal.items())}
-
-
-def excited(plant: str, effects: tuple[Row, ...], u: Array, sub: int = 60) -> Run:
-    made = run(plant, list(moved(plant).values()), effects, u, sub=sub, hold="linear")
-    assert made is not None
-    return made
 
 
 @pytest.mark.parametrize("plant", PLANTS)

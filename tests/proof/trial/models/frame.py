@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from bondgraph import BondGraph, C, Da, I, One, R, Reading, Se, Zero, effort
-from tests.proof.trial.models.sensors import SPREAD, wanted
+from bondgraph import BondGraph, Da, Reading, effort
+from tests.proof.trial.models.sensors import wanted
+from tests.proof.trial.models.two_masses import Pair, two_masses
 
 SENSORS = ("a_1", "a_2", "f_1")
 
@@ -20,16 +21,7 @@ def frame(sensors: Sequence[str] | None = None) -> BondGraph:
     """
     read = wanted("frame", SENSORS, sensors)
     with BondGraph("frame") as g:
-        near, far = One("near"), One("far")
-        joint, link = Zero("joint"), One("link")
-        Se("F", unit="N") >> near >> joint >> far
-        joint >> link
-        near >> I("m_1", 2.0, unit="kg", spread=SPREAD)
-        near >> C("k_1", stiffness=3e4, unit="N/m", spread=SPREAD)
-        near >> R("b_1", 25.0, unit="N*s/m", spread=SPREAD)
-        far >> I("m_2", 1.0, unit="kg", spread=SPREAD)
-        link >> C("k_2", stiffness=1.2e4, unit="N/m", spread=SPREAD)
-        link >> R("b_2", 8.0, unit="N*s/m", spread=SPREAD)
+        near, far = two_masses(g, Pair(2.0, 3e4, 25.0), Pair(1.0, 1.2e4, 8.0))
         if "a_1" in read:
             near >> Da("a_1", unit="m/s^2")
         if "a_2" in read:

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from bondgraph import BondGraph, C, Da, Dq, I, One, R, Reading, Se, Zero, effort
+from bondgraph import BondGraph, Da, Dq, Reading, effort
 from bondgraph.laws.polynomial import Polynomial
-from tests.proof.trial.models.sensors import SPREAD, wanted
+from tests.proof.trial.models.sensors import wanted
+from tests.proof.trial.models.two_masses import Pair, two_masses
 
 SENSORS = ("x_1", "a_2", "f_2")
 
@@ -22,16 +23,7 @@ def press(sensors: Sequence[str] | None = None) -> BondGraph:
     read = wanted("press", SENSORS, sensors)
     hardening = Polynomial(half=1e-3, size=0.2, orders=(3,), unit="N")
     with BondGraph("press") as g:
-        near, far = One("near"), One("far")
-        joint, link = Zero("joint"), One("link")
-        Se("F", unit="N") >> near >> joint >> far
-        joint >> link
-        near >> I("m_1", 5.0, unit="kg", spread=SPREAD)
-        near >> C("k_1", stiffness=8e4, unit="N/m", spread=SPREAD, law=hardening)
-        near >> R("b_1", 60.0, unit="N*s/m", spread=SPREAD)
-        far >> I("m_2", 2.0, unit="kg", spread=SPREAD)
-        link >> C("k_2", stiffness=5e4, unit="N/m", spread=SPREAD)
-        link >> R("b_2", 30.0, unit="N*s/m", spread=SPREAD)
+        near, far = two_masses(g, Pair(5.0, 8e4, 60.0), Pair(2.0, 5e4, 30.0), hardening)
         if "x_1" in read:
             near >> Dq("x_1", unit="m")
         if "a_2" in read:
