@@ -98,6 +98,8 @@ def measured(
 COLOURED = 12.0
 """Level over that read off the top of the spectrum, above which the colour of noise that is seldom
 slower does not explain it."""
+SLOWEST = 15.0
+"""The same for what periods differ by, which is known."""
 NEARLY = 8.0
 """The same with room for what a floor is allowed to be wrong by."""
 
@@ -109,7 +111,7 @@ def _is_noise(level: float, y: Array) -> bool:
     """
     white = _white_level(y)
     silent = white < max(_rounding(y), RELATIVE_LEAST * float(y.std()))
-    return silent or level <= COLOURED * white
+    return silent or level <= SLOWEST * white
 
 
 REST = 200
@@ -117,12 +119,21 @@ REST = 200
 
 
 def _repeat_level(y: Array, lag: int, runs: list[slice]) -> float:
-    """Smallest over the stretches, from the last period back until a transient shows."""
-    return min(_steady_level(y, lag, s) for s in runs)
+    """Level of the quietest stretch and of all that differ from it by chance only."""
+    found = [_steady_power(y, lag, s) for s in runs]
+    least, freedom = min(found)
+    alike = [(p, f) for p, f in found if p <= least * (1.0 + SURE * np.sqrt(2 / f + 2 / freedom))]
+    return float(np.sqrt(np.average([p for p, _ in alike], weights=[f for _, f in alike])))
 
 
-def _steady_level(y: Array, lag: int, run: slice) -> float:
+SURE = 2.5
+"""Standard deviations from which one stretch is louder than another."""
+
+
+def _steady_power(y: Array, lag: int, run: slice) -> tuple[float, float]:
+    """Power of the noise from the last period back until a transient shows; degrees of freedom."""
     powers: list[float] = []
+    freedom = 0.0
     for end in range(run.stop, run.start, -lag):
         begin = max(run.start, end - lag)
         if end - begin < min(lag, 4 * PIECES) and powers:
@@ -133,11 +144,24 @@ def _steady_level(y: Array, lag: int, run: slice) -> float:
         known = [float(np.mean(p**2)) for p in pieces if p.size]
         if not known:
             break
-        power = float(np.median(known)) / 2.0
+        degrees = max(1.0, pieces[-1].size / _memory(np.concatenate(pieces)))
+        # the median of a mean square of few degrees of freedom lies below its mean (Wilson and
+        # Hilferty 1931)
+        power = float(np.median(known)) / 2.0 / (1.0 - 2.0 / (9.0 * degrees)) ** 3
         if powers and power > 1.5 * float(np.mean(powers)):
             break
         powers.append(power)
-    return float(np.sqrt(np.mean(powers))) if powers else np.inf
+        freedom += degrees * len(known)
+    return (float(np.mean(powers)), freedom) if powers else (np.inf, 1.0)
+
+
+def _memory(noise: Array) -> float:
+    """Samples that tell as much of the power as one of white noise: 1 + 2 sum of rho_k^2."""
+    spectrum = np.abs(np.fft.rfft(noise - noise.mean(), 2 * noise.size)) ** 2
+    rho = np.fft.irfft(spectrum)[: noise.size // PIECES]
+    rho = rho[1:] / max(float(rho[0]), 1e-300)
+    small = np.flatnonzero(rho < 2.0 / np.sqrt(noise.size))
+    return float(1.0 + 2.0 * np.sum(rho[: small[0] if small.size else None] ** 2))
 
 
 PIECES = 12

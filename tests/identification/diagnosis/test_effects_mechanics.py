@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from bondgraph.graph.elements import Source
+from bondgraph.laws import ContactLoss
 from bondgraph.simulation.simulate import exact_form
 from identification.diagnosis.catalogue.effect import Effect, Hint, Signature
 from identification.diagnosis.catalogue.flow.diode import DiodeEffect
@@ -290,3 +291,15 @@ def test_bend_of_a_bristle_over_many_slip_lengths() -> None:
             z = np.sign(step) + (z - np.sign(step)) * np.exp(-abs(step) / length)
             plain.append(z)
         np.testing.assert_allclose(bend(way, length), plain, atol=1e-9)
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_the_weight_says_on_which_side_a_contact_opens(side: float) -> None:
+    """More force above a corner is less below it beside a stiffness that is free."""
+    s = scene("mechanical")
+    effect, lift = ContactLossEffect(), s.of(s.graph["k"]).centre
+    for told in (side, -side):
+        hint = Hint({"side": told, "lift": lift}, np.array([told * side]))
+        law = effect.insert(s, s.graph["k"], hint).graph["k"].law
+        assert isinstance(law, ContactLoss)
+        assert law.side == side

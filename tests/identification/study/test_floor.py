@@ -75,17 +75,26 @@ def level(recording: Recording, commands: tuple[str, ...] = ("u",)) -> float:
     return noise_floor(recording, split, ("x",), commands)["x"]
 
 
+def coloured(pole: float, seed: int) -> np.ndarray:
+    """Noise with memory, standard deviation 2e-3, long enough for six periods."""
+    white = np.random.default_rng(seed).standard_normal(6 * PERIOD + 500)
+    return 2e-3 * np.sqrt(1 - pole**2) * lfilter([1.0], [1.0, -pole], white)[500:]
+
+
 @pytest.mark.parametrize("seed", [1, 2, 3])
 @pytest.mark.parametrize("pole", [0.0, 0.9, 0.98])
 def test_periods_tell_white_and_coloured_noise(pole: float, seed: int) -> None:
-    white = np.random.default_rng(seed).standard_normal(6 * PERIOD + 500)
-    noise = lfilter([1.0], [1.0, -pole], white)[500:]
-    noise *= 2e-3 / np.sqrt(1 / (1 - pole**2))
-    found = level(repeated(noise))
+    found = level(repeated(coloured(pole, seed)))
     # few independent samples lie in a period of slow noise
     assert found == pytest.approx(2e-3, rel=0.15 if pole < 0.95 else 0.5)
-    if pole == 0.9:
-        assert level(repeated(noise), ()) < 0.5 * found  # the top of the spectrum does not hear it
+    if pole == 0.9:  # the top of the spectrum does not hear it
+        assert level(repeated(coloured(pole, seed)), ()) < 0.5 * found
+
+
+def test_noise_with_memory_is_not_read_too_low() -> None:
+    # a median of mean squares of few degrees of freedom lies below their mean
+    found = [level(repeated(coloured(0.9, seed))) for seed in range(24)]
+    assert np.mean(found) == pytest.approx(2e-3, rel=0.02)
 
 
 @pytest.mark.parametrize("left", [1, 3, 30, 150])

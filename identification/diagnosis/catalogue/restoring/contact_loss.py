@@ -55,7 +55,7 @@ class ContactLossEffect(Effect):
     def insert(self, scene: FittedModel, element: Element, hint: Hint | None = None) -> Insertion:
         """Insert a contact that opens on the side that explained more."""
         past = scene.of(element)
-        side = 1.0 if hint is None else float(hint.shape["side"])
+        side = 1.0 if hint is None else opening_side(hint)
         edge = reach(past, -side * OUTSIDE)
         tried = [side * (reach(past, -side * share) - edge) for share in (0.6, 0.2)]
         if hint is not None:
@@ -73,3 +73,12 @@ class ContactLossEffect(Effect):
             share = rebalanced(element, past, side * past.slope * pull)
             starts += [{depth_name: depth, **share}, {depth_name: depth}]
         return self.inserted(element, graph, tuple(starts), (depth_name,))
+
+
+def opening_side(hint: Hint) -> float:
+    """Return the side on which the contact opens, 1 below and -1 above.
+
+    Less force on one side of a corner is more on the other beside a stiffness that is free: only
+    the weight's sign says which of the two is level.
+    """
+    return float(hint.shape["side"]) * (1.0 if hint.weights[0] >= 0 else -1.0)
