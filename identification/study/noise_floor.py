@@ -156,7 +156,7 @@ def _steady_power(y: Array, lag: int, run: slice) -> tuple[float, float]:
 
 
 def _memory(noise: Array) -> float:
-    """Samples that tell as much of the power as one of white noise: 1 + 2 sum of rho_k^2."""
+    """Return the samples that tell as much of a power as one of white noise: 1 + 2 sum rho_k^2."""
     spectrum = np.abs(np.fft.rfft(noise - noise.mean(), 2 * noise.size)) ** 2
     rho = np.fft.irfft(spectrum)[: noise.size // PIECES]
     rho = rho[1:] / max(float(rho[0]), 1e-300)
