@@ -53,7 +53,7 @@ MOST = 3
 
 def decide(evidence: Evidence, limits: Thresholds | None = None) -> Decision:
     """Decide what the evidence supports."""
-    t, e = limits or Thresholds(), evidence.here
+    t, e = limits or Thresholds(), _caused(evidence.here)
     trials = tuple(s.trial for s in evidence.laws)
     quiet = Decision(
         "explained", None, (), (), 0.0, 0.0, (), nominal=e.nominal, trials=trials,
@@ -82,6 +82,30 @@ def decide(evidence: Evidence, limits: Thresholds | None = None) -> Decision:
         kinds = held
         quiet = replace(quiet, reasons=(IN_EVERY_PAIR,))
     return _rest_of(kind_told(quiet, e, kinds, law, t), e, best.score, t)
+
+
+def _caused(e: Evidence) -> Evidence:
+    """Leave out a mere course in time where the motion itself explains more of the same change.
+
+    That law may be none that has a name, for it left the range in which it is what its name says:
+    still the coefficient follows what happens at its place, not the clock.
+    """
+    best = {
+        s.element: min((o.score.loss for o in e.laws if _moved_by_itself(o, s)), default=np.inf)
+        for s in e.laws if s.trial.insertion.kind == "time"
+    }  # fmt: skip
+    idle = {
+        s.element for s in e.laws
+        if s.trial.insertion.kind == "time" and best[s.element] < s.score.loss
+    }  # fmt: skip
+    laws = tuple(s for s in e.laws if s.trial.insertion.kind != "time" or s.element not in idle)
+    kinds = tuple(k for k in e.kinds if k.kind != "time" or k.element not in idle)
+    return replace(e, laws=laws, kinds=kinds) if idle else e
+
+
+def _moved_by_itself(law: Scored, course: Scored) -> bool:
+    own = law.trial.insertion
+    return law.element == course.element and own.kind not in ANYTHING and not law.trial.itself
 
 
 IN_EVERY_PAIR = "more than one effect is missing; every pair that explains as much as any holds it"
@@ -303,9 +327,17 @@ def _named(
     if open_ones and answer in ("exact", "approximate"):
         answer = "family"
         reasons.append(f"{', '.join(open_ones)} there could not be simulated, so not excluded")
+    ahead = _ahead(chosen, e, t) if answer == "approximate" else []
+    if ahead:
+        answer = "unknown"
+        reasons.append("better, though nothing to be named: " + ", ".join(a.label for a in ahead))
     members = [chosen, *others]
     physics = {s.trial.insertion.kind for s in members}
-    places = tuple(dict.fromkeys([s.element for s in members] + [s.element for s in same]))
+    if ahead:
+        physics |= {a.insertion.kind for a in ahead}
+        answer = "kind" if len(physics) == 1 else answer
+    told = (*(m.trial for m in members), *same, *ahead)
+    places = tuple(dict.fromkeys(s.element for s in told))
     shown: tuple[KindScore, ...] = (here,) if here is not None else ()
     # one that fails there though it is as good here shows that here decides nothing
     if not all(_replicated(s, e) for s in members):
@@ -336,6 +368,21 @@ def _named(
         law_fit=fit, kinds=shown,
     )  # fmt: skip
     return replace(decided, confidence=probability(decided))
+
+
+def _ahead(chosen: Scored, e: Evidence, t: Thresholds) -> list[Candidate]:
+    """Laws elsewhere that do better than one that is not quite right itself.
+
+    They may lie outside the range in which they are what their names say, or at places whose forms
+    do less: nothing to be named, but neither is what lags behind them. Where the named law leaves
+    much, a good law elsewhere is rather a second effect.
+    """
+    quiet = chosen.left.most <= t.noise
+    return [
+        s.trial for s in e.laws
+        if s.element != chosen.element and s.score.loss < chosen.score.loss
+        and s.trial.effect != UNNAMED.name and (quiet or not s.trial.itself)
+    ]  # fmt: skip
 
 
 def _imitated(chosen: Scored, e: Evidence) -> list[Scored]:

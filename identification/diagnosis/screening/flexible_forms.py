@@ -57,7 +57,7 @@ def flexible_forms(element: Element, past: PortHistory) -> Mapping[str, Signatur
                 "restoring": [curve(q)],
                 "memory": [plays(q), plays(past.output)],
                 "surface": [curve(q), products(q, _unit(np.gradient(q)))],
-                "slow": [slow(q, past.dt)],
+                "slow": [slow(q, past.dt), seeped(q)],
                 "time": [in_time(q)],
             }
         case R():
@@ -173,6 +173,12 @@ def slow(z: Array, dt: float) -> Array:
     duration = dt * z.size
     parts = [lagged(y, s * duration, dt) for s in SLOW for y in (z, z**2)]
     return np.stack(parts, axis=1)
+
+
+def seeped(z: Array) -> Array:
+    """What has left a store through leaks in proportion to powers of its effort."""
+    flows = np.stack([np.sign(z) * np.abs(z) ** p for p in (0.5, 1.0, 2.0)], axis=1)
+    return np.asarray(np.cumsum(flows, axis=0) / z.size)
 
 
 def lagged_power(past: PortHistory) -> Array:
