@@ -72,6 +72,10 @@ SHAPELESS = ("time", "exogenous")
 """Kinds that are a course in time and nothing else."""
 
 
+CLEAR = 2.0
+"""Times the limit of the set by which a form that may follow anything has to lead."""
+
+
 LIKE = 0.05
 """Part of the gain by which forms may differ through their columns alone."""
 
@@ -120,10 +124,11 @@ def kind_told(
         places = _with_kind(physics, kinds, e)
     else:
         places += sorted(open_places)
-    placed = len(set(places)) <= PLACES
+    gain = e.plain.behind(kind.score)
+    # a course that may follow anything follows a single push too, wherever that acted
+    placed = len(set(places)) <= PLACES and (kind.kind not in ANYTHING or gain > CLEAR * t.z)
     if not placed:
         physics = ""
-    gain = e.plain.behind(kind.score)
     reasons = [f"no law of the catalogue fits; {kind.label} does better (z {gain:.1f})"]
     fit = float("nan")
     if law is not None:
