@@ -110,7 +110,8 @@ def searched(base: Base, task: SearchTask, number: int, named: tuple[str, ...] =
         kinds = [k for k in kinds if k.element in where]
     evidence = replace(evidence, kinds=tuple(kinds), located=where)
     tell = _told_within(task, number)
-    trials = _finished(search(seen, base.template, ranked, options, tell), options)
+    found = search(seen, base.template, ranked, options, tell)
+    trials = _finished(found, options, limits.noise)
     return Searched(base, number, seen, ranked, options, evidence, tuple(trials))
 
 
@@ -510,12 +511,33 @@ def _merged(first: Sequence[KindScore], second: Sequence[KindScore]) -> list[Kin
     return sorted(best.values(), key=lambda k: k.score.loss)
 
 
-def _finished(trials: list[Candidate], options: DiagnosisOptions) -> list[Candidate]:
-    """Fit the best few to the end: those that the decision will compare."""
+def _finished(
+    trials: Sequence[Candidate], options: DiagnosisOptions, noise: float
+) -> list[Candidate]:
+    """Fit the best few to the end: those that the decision will compare.
+
+    Where even they leave more than noise, those that were on their way are followed as well: a
+    large effect bends the model so far that the right law starts behind a wrong one.
+    """
     if not trials:
-        return trials
+        return []
     best = min(t.train for t in trials)
-    close = [t for t in trials if t.train < 1.5 * best][:4]
-    done = finished(close, options)
-    rest = [t for t in trials if not any(t is c for c in close)]
+    done = finished([t for t in trials if t.train < 1.5 * best][:4], options)
+    best = min(t.train for t in done)
+    if best > noise**2:
+        known = {t.label for t in done}
+        still = [t for t in trials if t.label not in known and _on_its_way(t, best)]
+        done += finished(sorted(still, key=lambda t: t.train)[:STILL], options)
+    rest = [t for t in trials if t.label not in {d.label for d in done}]
     return sorted([*done, *rest], key=lambda t: t.test)
+
+
+def _on_its_way(trial: Candidate, best: float) -> bool:
+    unfinished = trial.fit.status is FitStatus.ITERATIONS and trial.effect != UNNAMED.name
+    return unfinished and trial.train < BEHIND * best
+
+
+STILL = 6
+"""Unfinished fits that are followed at most."""
+BEHIND = 10.0
+"""Times the misfit of the best fit up to which an unfinished one is followed."""
