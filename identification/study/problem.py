@@ -187,7 +187,10 @@ def data_for(
         for n in wanted:
             if n not in recording.channels:
                 error = unknown_name(f"channel for {kind}", n, recording.name, recording.channels)
-                raise UnusableInput(f"{error}; name it with --map {n}=COLUMN")
+                less = f", or leave it out: graph.remove({n!r})" if kind == "sensor" else ""
+                raise UnusableInput(
+                    f"{error}; name it with --map {n}=COLUMN or Recording.select{less}"
+                )
     for s in (*drives(graph), *graph.of_type(Sensor)):
         unit = recording.units[s.name]
         if s.unit and unit and not parse_unit(unit).same_dimension(parse_unit(s.unit)):

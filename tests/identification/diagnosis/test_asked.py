@@ -161,6 +161,13 @@ def test_a_recording_that_lacks_a_sensor_is_named_with_it() -> None:
     assert len(asked_of(spring(), (both, record("run")), None, None, {}).recordings) == 2
 
 
+def test_a_sensor_that_no_recording_holds_is_one_line() -> None:
+    graph = spring().with_branch("v", [Df("w", unit="m/s")])
+    for asked in ((graph, record()), (Study(graph, record()), None)):
+        with pytest.raises(UnusableInput, match=r"sensor 'w' in run.*select.*remove\('w'\)"):
+            diagnose(*asked)
+
+
 def test_samples_that_a_state_is_found_by_are_not_judged() -> None:
     asked = study(validation=(record("other", 5),), init=100)
     d = diagnose(asked, options=OPTIONS)
