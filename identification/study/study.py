@@ -404,22 +404,18 @@ class Study:
         Raises
         ------
         UnusableInput
-            Windows, sub-steps or parameters with a value in every recording are asked for.
+            Parameters with a value in every recording are asked for.
         """
-        for name, given in (("window", self.window), ("n_sub", self.n_sub)):
-            if given is not None:
-                raise UnusableInput(
-                    f"{name} = {given}: whole recordings are diagnosed, with as many sub-steps as "
-                    "their misfit asks for; leave it out"
-                )
-        if data.breaks and (own := sorted(v.name for v in self.free if v.own)):
+        if len(self.records) > 1 and (own := sorted(v.name for v in self.free if v.own)):
             raise UnusableInput(
-                f"{', '.join(own)} would have a value in every recording; a diagnosis takes one "
-                "for all: make it common, or diagnose the recordings one by one"
+                f"{', '.join(own)} would have a value in every recording; all of them are judged "
+                "as one here, by one value: make it common, or diagnose the recordings one by one"
             )
         begun = {n: replace(p, value=self.starts[n]) for n, p in self._freedom.items()}
         posed = self.posed(self.graph.with_values(self.starts), data)
-        return self._with_states(replace(posed, starts={}, overrides=begun))
+        lags = self.nuisances.lags and self.window is None
+        made = replace(posed, starts={}, overrides=begun, n_sub=self.n_sub or 1, lags=lags)
+        return self._with_states(made)
 
     def _scaled(self, made: Problem, i: int) -> Problem:
         """Give the problem the scale of its states, simulated once for each way to run it."""

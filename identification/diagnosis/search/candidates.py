@@ -504,15 +504,19 @@ def _rather(other: Fit, best: Fit) -> bool:
 
 def thinning(data: Data, samples: int) -> int:
     """Largest factor that keeps the commands and leaves at least `samples` samples."""
-    factor = 1
+    factor, shortest = 1, min(np.diff((0, *data.breaks, data.n)))
     while data.n // (2 * factor) >= samples // 2 and data.n > samples:
         wider = 2 * factor
-        if not all(_kept(v, wider) for v in data.commands.values()):
+        if shortest < FEWEST * wider or not all(_kept(v, wider) for v in data.commands.values()):
             break
         if not all(_kept(data.readings[:, c], wider) for c in range(data.readings.shape[1])):
             break
         factor = wider
     return factor
+
+
+FEWEST = 10
+"""Samples that every recording or window keeps."""
 
 
 def _kept(v: Array, factor: int) -> bool:
