@@ -111,8 +111,7 @@ def fit(
         return Fit(problem, point, made.status, np.inf, 0, e.y)
     if not np.isfinite(e.jacobian).all():
         raise np.linalg.LinAlgError("derivatives are not finite where the fit ended")
-    cost = float(np.mean(e.residual**2)) if e.residual.size else np.inf
-    found = Fit(problem, point, made.status, cost, made.iterations, e.y)
+    found = Fit(problem, point, made.status, e.cost, made.iterations, e.y)
     return judge(found) if judged else found
 
 

@@ -163,6 +163,15 @@ class JointProblem:
         """Return the number of residuals."""
         return max(sum(e.residual.size for e in evaluations), 1)
 
+    def channels(self, evaluations: Sequence[ResidualEvaluation]) -> tuple[int, ...]:
+        """Return the residuals of each reading of each window of each record, in order."""
+        return tuple(
+            (rows.stop - rows.start) // len(p.data.names)
+            for p, e in zip(self.problems, evaluations, strict=True)
+            for rows, _ in e.local
+            for _ in p.data.names
+        )
+
     def cost(self, evaluations: Sequence[ResidualEvaluation], point: JointPoint) -> float:
         """Mean square of residuals and priors."""
         weight, centre = self.prior

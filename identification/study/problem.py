@@ -297,6 +297,11 @@ class Problem:
         """What runs the model, offsets of commands and gains of channels added as nuisances."""
         return engine_of(self.with_chain) if self.built is None else self.built
 
+    @property
+    def exact(self) -> bool:
+        """Whether sub-steps change nothing."""
+        return self.engine.exact_step and self.data.hold != "band-limited"
+
     @cached_property
     def free_states(self) -> Array:
         """Positions of the states whose initial value is fitted."""

@@ -84,6 +84,11 @@ class ResidualEvaluation:
     jacobian: Array
     local: list[tuple[slice, Array]]
 
+    @property
+    def cost(self) -> float:
+        """Mean square of the residual; infinite where nothing is scored."""
+        return float(np.mean(self.residual**2)) if self.residual.size else np.inf
+
 
 def windows(problem: Problem) -> list[slice]:
     """Windows: one for each recording, or shorter ones that do not straddle the split."""

@@ -276,8 +276,7 @@ class Study:
                 spread=None if narrowed else p.spread,
             )
             start = p.value if v.start is None else v.start
-            low = -np.inf if p.lower is None else p.lower
-            high = np.inf if p.upper is None else p.upper
+            low, high = _ends(p)
             if not low <= start <= high:
                 raise UnusableInput(
                     f"{v.name}: its declared value {start:g} lies outside of its bounds {low:g} to "
@@ -475,15 +474,8 @@ class Study:
         free = []
         for v in self.free:
             if v.name in values:
-                p = self.graph.parameters[v.name]
-                low = p.lower if v.lower is None else v.lower
-                high = p.upper if v.upper is None else v.upper
-                start = float(np.clip(
-                    values[v.name],
-                    -np.inf if low is None else low,
-                    np.inf if high is None else high,
-                ))  # fmt: skip
-                v = replace(v, start=start)
+                start = np.clip(values[v.name], *_ends(self._freedom[v.name]))
+                v = replace(v, start=float(start))
             free.append(v)
         return self.changed(free=free)
 
@@ -499,6 +491,10 @@ class Study:
         """Short text."""
         names = ", ".join(self.free_names)
         return f"Study({self.graph.name!r}, {len(self.recordings)} recordings, free: {names})"
+
+
+def _ends(p: Parameter) -> tuple[float, float]:
+    return -np.inf if p.lower is None else p.lower, np.inf if p.upper is None else p.upper
 
 
 def _rebuilt(declared: Mapping[str, object]) -> Study:

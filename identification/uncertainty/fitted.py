@@ -13,7 +13,6 @@ from bondgraph.support.arrays import FloatArray
 from bondgraph.support.errors import UnusableInput
 from identification.estimation.result import Estimation
 from identification.study.joint import JointPoint, JointProblem
-from identification.study.problem import Problem
 from identification.study.residual import ResidualEvaluation, slots
 from identification.uncertainty.information import Information, Sensitivities, information
 
@@ -207,13 +206,7 @@ def fitted(
         np.array([abs(u.scale) for u in parameters]),
         tuple(u.unit for u in parameters),
     )
-    channels = tuple(
-        n
-        for p, e in zip(stack.problems, made, strict=True)
-        for rows, _ in e.local
-        for n in _sizes(p, rows)
-    )
-    total = sum_of_squares(stack, made, point)
+    channels, total = stack.channels(made), sum_of_squares(stack, made, point)
     return FitView(stack, point, parameters, s, residual, channels, total, known_noise)
 
 
@@ -239,11 +232,6 @@ def from_estimation(estimation: Estimation) -> FitView:
     sensors = {n for p in estimation.stack.problems for n in p.data.names}
     known = not isinstance(noise, str) and sensors <= set(noise)
     return fitted(estimation.stack, estimation.point, known_noise=known)
-
-
-def _sizes(p: Problem, rows: slice) -> list[int]:
-    n_y = len(p.data.names)
-    return [(rows.stop - rows.start) // n_y] * n_y
 
 
 def _without(columns: FloatArray, nuisances: FloatArray, weight: FloatArray) -> FloatArray:

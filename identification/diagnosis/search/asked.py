@@ -60,7 +60,7 @@ class Asked:
             return ()
         coloured = (
             "coloured noise: fits weigh all samples of a reading alike; comparisons are freed of a "
-            "pole of its noise, intervals are those of blocks; estimate(found.study) fits its colour"
+            "pole of its noise, intervals are those of blocks; estimate(found.study) fits it"
         )
         constants = (
             "an offset of each command is one for all recordings, where a fit takes one each"

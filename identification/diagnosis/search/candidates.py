@@ -479,8 +479,7 @@ def with_best_hold(result: Fit, iterations: int, holds: Sequence[str]) -> Fit:
         n_sub = finer if hold == "band-limited" else n_sub
         data = replace(result.problem.data, hold=hold)
         problem = replace(result.problem, data=data, n_sub=n_sub)
-        there = evaluate(problem, best.point, derivatives=False, scored=True).residual
-        cost = float(np.mean(there**2))
+        cost = evaluate(problem, best.point, derivatives=False, scored=True).cost
         if not np.isfinite(cost) or abs(cost - best.cost) < 0.02 * best.cost:
             continue
         try:

@@ -172,8 +172,7 @@ def hold_margin(result: Fit, holds: Collection[str]) -> str:
     behind: dict[str, float] = {}
     for h in others:
         problem = _with_hold(result, h, result.problem.n_sub)
-        there = evaluate(problem, result.point, derivatives=False, scored=True).residual
-        cost = float(np.mean(there**2))
+        cost = evaluate(problem, result.point, derivatives=False, scored=True).cost
         if abs(cost - result.cost) < A_LITTLE * result.cost:
             continue
         own_score = own_score or score(tried_from(result.problem, result.point, 0))
@@ -221,8 +220,7 @@ def _fine(result: Fit) -> Fit:
 def _shows(result: Fit, hold: str, n_sub: int) -> bool:
     """Whether another behaviour between samples changes the misfit at all."""
     problem = _with_hold(result, hold, n_sub)
-    there = evaluate(problem, result.point, derivatives=False, scored=True).residual
-    cost = float(np.mean(there**2)) if there.size else np.inf
+    cost = evaluate(problem, result.point, derivatives=False, scored=True).cost
     # what a refit can gain is bounded by how much the misfit moves
     return np.isfinite(cost) and abs(cost - result.cost) > A_LITTLE * result.cost
 
