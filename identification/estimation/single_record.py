@@ -17,9 +17,8 @@ from identification.study.problem import Problem
 from identification.study.residual import (
     Point,
     evaluate,
-    parameters_at,
-    slots,
     start_point,
+    values_at,
     windows,
 )
 
@@ -76,14 +75,7 @@ class Fit:
     @property
     def values(self) -> dict[str, float]:
         """All model parameters by name, declared delays (s) included."""
-        names = self.problem.engine.parameter_names
-        found = dict(
-            zip(names, map(float, parameters_at(self.problem, self.point.theta)), strict=True)
-        )
-        delays = self.point.theta[slots(self.problem).delays]
-        for n, d in zip(self.problem.delays, delays, strict=True):
-            found[n] = float(d) * self.problem.data.dt
-        return found
+        return values_at(self.problem, self.point.theta)
 
     def __repr__(self) -> str:
         """Short text."""

@@ -220,9 +220,5 @@ def _cached_stack(study: Study) -> JointProblem:
 
 def _polished(study: Study, method: str, arrival: Arrival, progress: Progress | None) -> Estimation:
     stack = study.stack()
-    values = {}
-    for p, at in zip(stack.problems, stack.columns, strict=True):
-        for i, f in zip(at, p.free, strict=False):
-            values[f.parameter.name] = f.value(float(arrival.theta[i]))
-    known = {n: v for n, v in values.items() if n in study.free_names}
-    return estimate(study.starting(known), method, progress=progress)
+    values = {f.parameter.name: f.value(float(arrival.theta[i])) for i, f in stack.free.items()}
+    return estimate(study.starting(values), method, progress=progress)

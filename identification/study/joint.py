@@ -150,9 +150,7 @@ class JointProblem:
     def lowest(self) -> Array:
         """Largest change of a logarithmic unknown in one step; others are free."""
         limit = np.full(self.n, np.inf)
-        for p, at in zip(self.problems, self.columns, strict=True):
-            logs = [i for i, f in enumerate(p.free) if f.log]
-            limit[at[logs]] = LARGEST_STEP
+        limit[[i for i, f in self.free.items() if f.log]] = LARGEST_STEP
         return limit
 
     def scored(self, record: int) -> list[int]:

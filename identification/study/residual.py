@@ -136,6 +136,13 @@ def parameters_at(problem: Problem, theta: Array) -> Array:
     return p
 
 
+def values_at(problem: Problem, theta: Array) -> dict[str, float]:
+    """Return all parameters by name, SI, declared delays included."""
+    found = dict(zip(problem.engine.parameter_names, parameters_at(problem, theta), strict=True))
+    found |= zip(problem.delays, theta[slots(problem).delays] * problem.data.dt, strict=True)
+    return {n: float(v) for n, v in found.items()}
+
+
 def evaluate(
     problem: Problem,
     point: Point,
