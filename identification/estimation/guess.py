@@ -24,7 +24,7 @@ from identification.estimation.guessing.measured import measured_response
 from identification.estimation.levenberg_marquardt import Descent, minimise
 from identification.estimation.threads import calm
 from identification.study.joint import JointPoint, JointProblem
-from identification.study.residual import parameters_at
+from identification.study.residual import parameters_at, values_at
 from identification.study.study import Study
 
 Progress = Callable[[str, float], None]
@@ -248,26 +248,19 @@ def _through_windows(brief: Study, stack: JointProblem, theta: Array, words: lis
 
 
 def _values(stack: JointProblem, theta: Array) -> dict[str, float]:
-    """Values of the free parameters, SI; of the first record where each has its own."""
+    """Values of the parameters, SI; of the first record where each has its own."""
     found: dict[str, float] = {}
     for p, at, factor in zip(stack.problems, stack.columns, stack.factors, strict=True):
-        for f, t in zip(p.free, theta[at] * factor, strict=False):
-            if f.parameter.name not in p.added:
-                found.setdefault(f.parameter.name, f.value(float(t)))
-        delays = len(p.free) + len(p.data.names)
-        for j, n in enumerate(p.delays):
-            found.setdefault(n, float(theta[at[delays + j]] * factor[delays + j]) * p.data.dt)
+        found = values_at(p, theta[at] * factor) | found
     return found
 
 
 def _theta(stack: JointProblem, study: Study) -> Array:
     """Unknowns of `stack` at the start values of a study with others."""
     theta = stack.start().theta.copy()
-    for p, at in zip(stack.problems, stack.columns, strict=True):
-        for i, f in zip(at, p.free, strict=False):
-            value = study.starts.get(f.parameter.name)
-            if value is not None:
-                theta[i] = np.log(value / f.start) if f.log else (value - f.start) / f.scale
+    for i, f in stack.free.items():
+        if (value := study.starts.get(f.parameter.name)) is not None:
+            theta[i] = f.theta(value)
     return theta
 
 
@@ -280,12 +273,7 @@ class _Pinned(JointProblem):
     def bounds(self) -> tuple[Array, Array]:
         """Bounds that meet for the parameters."""
         lower, upper = (b.copy() for b in super().bounds)
-        at = [
-            int(i)
-            for p, c in zip(self.problems, self.columns, strict=True)
-            for i, f in zip(c, p.free, strict=False)
-            if f.parameter.name not in p.added
-        ]
+        at = list(self.of_model)
         lower[at] = upper[at] = 0.0
         return lower, upper
 

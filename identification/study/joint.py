@@ -94,6 +94,12 @@ class JointProblem:
                 found.setdefault(int(i), f)
         return found
 
+    @cached_property
+    def of_model(self) -> dict[int, Free]:
+        """Those of `free` that the model has without what the measuring chain adds."""
+        added = {n for p in self.problems for n in p.added}
+        return {i: f for i, f in self.free.items() if f.parameter.name not in added}
+
     def local(self, point: JointPoint, record: int) -> Point:
         """Unknowns of one record."""
         theta = point.theta[self.columns[record]] * self.factors[record]

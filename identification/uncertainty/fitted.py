@@ -63,23 +63,20 @@ def unknowns(stack: JointProblem) -> tuple[Unknown, ...]:
     """Return the parameters of a stack: neither lags, offsets and clocks nor command offsets."""
     lower, upper = stack.bounds
     found: dict[int, Unknown] = {}
+    given = {n for p in stack.problems for n in p.priors}
+    for place, f in stack.of_model.items():
+        low, high = float(lower[place]), float(upper[place])
+        if f.log:
+            low = -np.inf if low < -EARLY else low
+            high = np.inf if high > EARLY else high
+        found[place] = Unknown(
+            stack.names[place], place, f.log, f.start, f.start if f.log else f.scale,
+            f.parameter.unit,
+            f.value(low) if np.isfinite(low) else (0.0 if f.log else low),
+            f.value(high) if np.isfinite(high) else high,
+            float(stack.prior[0][place]) ** 2 if f.parameter.name in given else 0.0,
+        )  # fmt: skip
     for p, columns, factors in zip(stack.problems, stack.columns, stack.factors, strict=True):
-        for i, f in enumerate(p.free):
-            place = int(columns[i])
-            if place in found or f.parameter.name in p.added:
-                continue
-            low, high = float(lower[place]), float(upper[place])
-            if f.log:
-                low = -np.inf if low < -EARLY else low
-                high = np.inf if high > EARLY else high
-            given = p.scaled_priors.get(f.parameter.name)
-            scale = f.start if f.log else f.scale
-            found[place] = Unknown(
-                stack.names[place], place, f.log, f.start, scale, f.parameter.unit,
-                f.value(low) if np.isfinite(low) else (0.0 if f.log else low),
-                f.value(high) if np.isfinite(high) else high,
-                given[1] ** 2 if given is not None else 0.0,
-            )  # fmt: skip
         for j in range(slots(p).delays.start, slots(p).delays.stop):
             place, step = int(columns[j]), p.data.dt * float(factors[j])
             found.setdefault(

@@ -371,9 +371,6 @@ FEW = 2000
 
 def _rebased(base: Problem, result: Fit) -> Fit:
     """Express the fit from the declared start values, so that points can be shared."""
-    point = result.point
-    theta = point.theta.copy()
-    for i, f in enumerate(base.free):
-        value = result.values[f.parameter.name]
-        theta[i] = np.log(value / f.start) if f.log else (value - f.start) / f.scale
-    return replace(result, problem=base, point=replace(point, theta=theta))
+    theta, values = result.point.theta.copy(), result.values
+    theta[: len(base.free)] = [f.theta(values[f.parameter.name]) for f in base.free]
+    return replace(result, problem=base, point=replace(result.point, theta=theta))
