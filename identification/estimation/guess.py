@@ -11,7 +11,6 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import final
 
 import numpy as np
 
@@ -264,22 +263,8 @@ def _theta(stack: JointProblem, study: Study) -> Array:
     return theta
 
 
-@final
-@dataclass(frozen=True, eq=False)
-class _Pinned(JointProblem):
-    """A stack whose parameters stay where they are: only nuisances and states move."""
-
-    @property
-    def bounds(self) -> tuple[Array, Array]:
-        """Bounds that meet for the parameters."""
-        lower, upper = (b.copy() for b in super().bounds)
-        at = list(self.of_model)
-        lower[at] = upper[at] = 0.0
-        return lower, upper
-
-
 def _misfit(study: Study) -> float:
     """Training misfit at the start values, nuisances and initial states fitted."""
     stack = study.stack()
-    pinned = _Pinned(stack.problems, stack.names, stack.columns, stack.factors)
+    pinned = replace(stack, held=dict.fromkeys(stack.of_model, 0.0))
     return minimise(pinned, pinned.start(), max_iterations=4, tolerance=1e-3).cost

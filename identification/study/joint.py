@@ -7,8 +7,8 @@ up; the initial states stay eliminated record by record.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -73,12 +73,15 @@ class JointProblem:
         Global position of each local unknown, record by record.
     factors : tuple of ndarray
         ``local = factor * global``: delays count in samples of their own record.
+    held : dict of int to float
+        Unknowns and the theta they are held at.
     """
 
     problems: tuple[Problem, ...]
     names: tuple[str, ...]
     columns: tuple[Array, ...]
     factors: tuple[Array, ...]
+    held: Mapping[int, float] = field(default_factory=dict)
 
     @property
     def n(self) -> int:
@@ -134,12 +137,14 @@ class JointProblem:
 
     @cached_property
     def bounds(self) -> tuple[Array, Array]:
-        """Lower and upper bounds of the unknowns."""
+        """Lower and upper bounds of the unknowns; those of a held one coincide."""
         lower, upper = np.full(self.n, -np.inf), np.full(self.n, np.inf)
         for p, at, factor in zip(self.problems, self.columns, self.factors, strict=True):
             low, high = _bounds(p)
             lower[at] = np.maximum(lower[at], low / factor)
             upper[at] = np.minimum(upper[at], high / factor)
+        for i, theta in self.held.items():
+            lower[i] = upper[i] = theta
         return lower, upper
 
     @cached_property

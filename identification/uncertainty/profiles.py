@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -32,25 +31,14 @@ class HeldStack(JointProblem):
 
     Attributes
     ----------
-    held : dict of int to float
-        Unknowns and the theta they are held at.
     direction : ndarray, shape (n,)
         Combination ``a theta`` that a tight weight keeps at `target`; empty for none.
     weight : float
     """
 
-    held: Mapping[int, float] = field(default_factory=dict)
     direction: FloatArray = field(default_factory=lambda: np.zeros(0))
     target: float = 0.0
     weight: float = 0.0
-
-    @cached_property
-    def bounds(self) -> tuple[FloatArray, FloatArray]:
-        """Bounds; those of a held unknown coincide."""
-        lower, upper = (b.copy() for b in super().bounds)
-        for i, v in self.held.items():
-            lower[i] = upper[i] = v
-        return lower, upper
 
     def cost(self, evaluations: Sequence[ResidualEvaluation], point: JointPoint) -> float:
         """Mean square, the held combination included."""
