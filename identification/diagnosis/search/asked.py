@@ -95,9 +95,8 @@ class Asked:
             return Study(graph, self.recordings, hold=hold, nuisances=moving)
         old = self.study.graph.parameters
         new = [Vary(n) for n, p in graph.parameters.items() if n not in old and not p.fixed]
-        return self.study.starting(values).changed(
-            graph=graph, hold=hold, free=(*self.study.starting(values).free, *new)
-        )
+        begun, steps = self.study.starting(values), self.study.n_sub and last.problem.n_sub
+        return begun.changed(graph=graph, hold=hold, n_sub=steps, free=(*begun.free, *new))
 
 
 def asked_of(

@@ -168,7 +168,11 @@ def test_sub_steps_of_a_study_are_where_the_diagnosis_begins() -> None:
     problem = given.problem(material_of(given).data)
     assert problem.n_sub == 4
     for hold in ("linear", "hold"):
-        assert nominal_fit(given.graph, problem.data, hold, problem)[1].problem.n_sub >= 4
+        made = nominal_fit(given.graph, problem.data, hold, problem)[1]
+        assert made.problem.n_sub >= 4
+        finer = replace(made, problem=replace(made.problem, n_sub=8))
+        assert given.about(finer).n_sub == 8
+    assert asked_of(study(), None, None, None, {}).about(finer).n_sub is None
 
 
 def test_coloured_noise_is_not_dropped_in_silence() -> None:
