@@ -2,8 +2,6 @@ from bondgraph.causality.assignment import assign_causality as assign_causality
 from bondgraph.drawing.svg import svg as svg
 from bondgraph.equations.derivation import system as system
 from bondgraph.graph.bond_graph import BondGraph as BondGraph
-from bondgraph.graph.composing.hierarchy import Port as Port
-from bondgraph.graph.composing.hierarchy import use as use
 from bondgraph.graph.elements import GY as GY
 from bondgraph.graph.elements import MGY as MGY
 from bondgraph.graph.elements import MTF as MTF
@@ -31,8 +29,10 @@ from identification.estimation.archive import save_fit as save_fit
 from identification.estimation.estimate import estimate as estimate
 from identification.estimation.guess import guess as guess
 from identification.estimation.starts import many_starts as many_starts
+from identification.study.calibration import Known as Known
 from identification.study.priors import LogNormal as LogNormal
 from identification.study.priors import Normal as Normal
+from identification.study.specification import Nuisances as Nuisances
 from identification.study.specification import Vary as Vary
 from identification.study.study import Study as Study
 from identification.uncertainty.profiles import profiles as profiles

@@ -235,6 +235,8 @@ def _diagnosed(
     known: tuple[Decision, ...],
 ) -> Diagnosis:
     """Fit the model as it is, search what is missing, and say what was found."""
+    asked = result.asked
+    assert asked is not None
     say("fitting the model as it is", 0.03)
     nominal, whole = _nominal(result, material)
     # what is shown as gained comes from samples that no choice has seen
@@ -271,12 +273,12 @@ def _diagnosed(
         result, kind=kind, scene=made.scene, steps=decisions, trials=decisions[0].trials,
         ranking=made.ranking, regions=regions(base.fit, made.scene), structure=classes,
         relations=made.relations, experiments=_experiments(decisions),
-        notes=notes_of(
+        notes=asked.notes + notes_of(
             material, nominal, _last(decisions, kind) or nominal, options.holds, known
         ),
     )  # fmt: skip
     result = _with_rest(result, whole)
-    if result.asked is not None and result.asked.disturbed:
+    if asked.disturbed:
         say("judging by one-step predictions", 0.97)
         result = _predicted(result, options, unseen)
     from identification.diagnosis.explanation.advice import advice

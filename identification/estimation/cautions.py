@@ -7,9 +7,11 @@ from collections.abc import Sequence
 import numpy as np
 
 from bondgraph.graph.bond_graph import BondGraph
+from bondgraph.graph.elements import Sensor
 from bondgraph.signals.recorded_rates import slopes
 from bondgraph.signals.recording import Recording
 from bondgraph.support.arrays import Array
+from bondgraph.support.errors import unknown_name
 from identification.estimation.covariance import information_root
 from identification.estimation.estimates import Estimate
 from identification.estimation.levenberg_marquardt import FitStatus
@@ -142,6 +144,13 @@ def cautions(study: Study) -> tuple[str, ...]:
     said = []
     if study.window is not None and study.nuisances.lags:
         said.append("windows take no lags of sensors: they are held at zero")
+    known = dict.fromkeys(c for r in study.records for c in r.channels)
+    said += [
+        f"{unknown_name('channel for sensor', s.name, 'any recording', known)}; it was left out: "
+        f"name its channel by Recording.select, or leave it out of the model: remove({s.name!r})"
+        for s in study.graph.of_type(Sensor)
+        if s.name not in known
+    ]
     own = [v.name for v in study.free if v.own]
     if own and study.validation:
         said.append(

@@ -46,12 +46,7 @@ def sandwich(
     """
     jacobian = stack.projected(evaluations, point)
     residual = np.concatenate([e.residual for e in evaluations])
-    channels = tuple(
-        (rows.stop - rows.start) // len(p.data.names)
-        for p, e in zip(stack.problems, evaluations, strict=True)
-        for rows, _ in e.local
-        for _ in p.data.names
-    )
+    channels = stack.channels(evaluations)
     rows = block_rows(residual.size, channels, blocks_for(residual, channels))
     scores = block_scores(jacobian, residual, rows, inverse)
     middle = np.diag(stack.prior[0] ** 2) + scores.T @ scores

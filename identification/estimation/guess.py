@@ -11,7 +11,6 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import final
 
 import numpy as np
 
@@ -24,7 +23,7 @@ from identification.estimation.guessing.measured import measured_response
 from identification.estimation.levenberg_marquardt import Descent, minimise
 from identification.estimation.threads import calm
 from identification.study.joint import JointPoint, JointProblem
-from identification.study.residual import parameters_at
+from identification.study.residual import parameters_at, values_at
 from identification.study.study import Study
 
 Progress = Callable[[str, float], None]
@@ -248,50 +247,24 @@ def _through_windows(brief: Study, stack: JointProblem, theta: Array, words: lis
 
 
 def _values(stack: JointProblem, theta: Array) -> dict[str, float]:
-    """Values of the free parameters, SI; of the first record where each has its own."""
+    """Values of the parameters, SI; of the first record where each has its own."""
     found: dict[str, float] = {}
     for p, at, factor in zip(stack.problems, stack.columns, stack.factors, strict=True):
-        for f, t in zip(p.free, theta[at] * factor, strict=False):
-            if f.parameter.name not in p.added:
-                found.setdefault(f.parameter.name, f.value(float(t)))
-        delays = len(p.free) + len(p.data.names)
-        for j, n in enumerate(p.delays):
-            found.setdefault(n, float(theta[at[delays + j]] * factor[delays + j]) * p.data.dt)
+        found = values_at(p, theta[at] * factor) | found
     return found
 
 
 def _theta(stack: JointProblem, study: Study) -> Array:
     """Unknowns of `stack` at the start values of a study with others."""
     theta = stack.start().theta.copy()
-    for p, at in zip(stack.problems, stack.columns, strict=True):
-        for i, f in zip(at, p.free, strict=False):
-            value = study.starts.get(f.parameter.name)
-            if value is not None:
-                theta[i] = np.log(value / f.start) if f.log else (value - f.start) / f.scale
+    for i, f in stack.free.items():
+        if (value := study.starts.get(f.parameter.name)) is not None:
+            theta[i] = f.theta(value)
     return theta
-
-
-@final
-@dataclass(frozen=True, eq=False)
-class _Pinned(JointProblem):
-    """A stack whose parameters stay where they are: only nuisances and states move."""
-
-    @property
-    def bounds(self) -> tuple[Array, Array]:
-        """Bounds that meet for the parameters."""
-        lower, upper = (b.copy() for b in super().bounds)
-        at = [
-            int(i)
-            for p, c in zip(self.problems, self.columns, strict=True)
-            for i, f in zip(c, p.free, strict=False)
-            if f.parameter.name not in p.added
-        ]
-        lower[at] = upper[at] = 0.0
-        return lower, upper
 
 
 def _misfit(study: Study) -> float:
     """Training misfit at the start values, nuisances and initial states fitted."""
     stack = study.stack()
-    pinned = _Pinned(stack.problems, stack.names, stack.columns, stack.factors)
+    pinned = replace(stack, held=dict.fromkeys(stack.of_model, 0.0))
     return minimise(pinned, pinned.start(), max_iterations=4, tolerance=1e-3).cost

@@ -24,9 +24,9 @@ from identification.study.residual import (
     Point,
     evaluate,
     offset_scale,
-    parameters_at,
     slots,
     start_point,
+    values_at,
 )
 from identification.study.scaled import Free
 from identification.study.study import SettledSetting, Study
@@ -106,12 +106,7 @@ class Estimation:
     def values_of(self, record: int) -> dict[str, float]:
         """All parameters of the model in one of the fitted recordings, SI."""
         problem = self.stack.problems[record]
-        local = self.stack.local(self.point, record)
-        names = problem.engine.parameter_names
-        found = dict(zip(names, map(float, parameters_at(problem, local.theta)), strict=True))
-        at = len(problem.free) + len(problem.data.names)
-        for j, n in enumerate(problem.delays):
-            found[n] = float(local.theta[at + j]) * problem.data.dt
+        found = values_at(problem, self.stack.local(self.point, record).theta)
         return {n: v for n, v in found.items() if n not in problem.added}
 
     @cached_property
@@ -119,10 +114,7 @@ class Estimation:
         """Fitted factors on readings and commands, by channel."""
         found: dict[str, float] = {}
         for r, p in enumerate(self.stack.problems):
-            theta = self.stack.local(self.point, r).theta
-            found |= dict(
-                zip(p.engine.parameter_names, map(float, parameters_at(p, theta)), strict=True)
-            )
+            found |= values_at(p, self.stack.local(self.point, r).theta)
         return {n: found[gain_name(n)] for n in self.study.nuisances.gains if gain_name(n) in found}
 
     @property

@@ -40,16 +40,11 @@ def settled_setting(
 
 def _finer(study: Study, setting: SettledSetting, stack: JointProblem) -> SettledSetting:
     """Return more sub-steps for readings of a method of its own, unless the step is exact."""
-    if _exact(setting, stack) or study.n_sub is not None:
+    if all(p.exact for p in stack.problems) or study.n_sub is not None:
         return setting
     steps = tuple(max(n, WITHOUT_FREE_RUN) for n in setting.n_sub)
     same = steps == setting.n_sub
     return setting if same else replace(setting, n_sub=steps, n_fine=steps)
-
-
-def _exact(setting: SettledSetting, stack: JointProblem) -> bool:
-    """Whether sub-steps change nothing."""
-    return setting.hold != "band-limited" and all(p.engine.exact_step for p in stack.problems)
 
 
 def corrected_steps(
@@ -64,7 +59,7 @@ def corrected_steps(
     A misfit that all samples share counts with the root of their number, so the change of the
     readings is judged by the step of the unknowns that it makes.
     """
-    if _exact(setting, stack) or study.n_sub is not None:
+    if all(p.exact for p in stack.problems) or study.n_sub is not None:
         return setting, False
     system = stack.normal(now, point)
     if not np.isfinite(system.factor).all():

@@ -17,9 +17,8 @@ from identification.study.problem import Problem
 from identification.study.residual import (
     Point,
     evaluate,
-    parameters_at,
-    slots,
     start_point,
+    values_at,
     windows,
 )
 
@@ -76,14 +75,7 @@ class Fit:
     @property
     def values(self) -> dict[str, float]:
         """All model parameters by name, declared delays (s) included."""
-        names = self.problem.engine.parameter_names
-        found = dict(
-            zip(names, map(float, parameters_at(self.problem, self.point.theta)), strict=True)
-        )
-        delays = self.point.theta[slots(self.problem).delays]
-        for n, d in zip(self.problem.delays, delays, strict=True):
-            found[n] = float(d) * self.problem.data.dt
-        return found
+        return values_at(self.problem, self.point.theta)
 
     def __repr__(self) -> str:
         """Short text."""
@@ -111,8 +103,7 @@ def fit(
         return Fit(problem, point, made.status, np.inf, 0, e.y)
     if not np.isfinite(e.jacobian).all():
         raise np.linalg.LinAlgError("derivatives are not finite where the fit ended")
-    cost = float(np.mean(e.residual**2)) if e.residual.size else np.inf
-    found = Fit(problem, point, made.status, cost, made.iterations, e.y)
+    found = Fit(problem, point, made.status, e.cost, made.iterations, e.y)
     return judge(found) if judged else found
 
 

@@ -168,10 +168,8 @@ def _spread(stack: JointProblem, count: int, seed: int) -> Array:
     lower, upper = stack.bounds
     free = np.zeros(stack.n, bool)
     reach = np.full(stack.n, WIDE_SCALES)
-    for p, at in zip(stack.problems, stack.columns, strict=True):
-        for i, f in zip(at, p.free, strict=False):
-            free[i] = f.parameter.name not in p.added
-            reach[i] = WIDE if f.log else WIDE_SCALES
+    free[list(stack.of_model)] = True
+    reach[[i for i, f in stack.free.items() if f.log]] = WIDE
     low = np.maximum(lower, begin - reach)
     high = np.minimum(upper, begin + reach)
     bounded = np.isfinite(lower) & np.isfinite(upper) & (upper - lower < 20.0)
@@ -220,9 +218,5 @@ def _cached_stack(study: Study) -> JointProblem:
 
 def _polished(study: Study, method: str, arrival: Arrival, progress: Progress | None) -> Estimation:
     stack = study.stack()
-    values = {}
-    for p, at in zip(stack.problems, stack.columns, strict=True):
-        for i, f in zip(at, p.free, strict=False):
-            values[f.parameter.name] = f.value(float(arrival.theta[i]))
-    known = {n: v for n, v in values.items() if n in study.free_names}
-    return estimate(study.starting(known), method, progress=progress)
+    values = {f.parameter.name: f.value(float(arrival.theta[i])) for i, f in stack.free.items()}
+    return estimate(study.starting(values), method, progress=progress)

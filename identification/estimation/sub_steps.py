@@ -41,12 +41,11 @@ def fit_from(problem: Problem, start: Point, iterations: int, beat: float = np.i
     beat : float
         Misfit above which the result is of no use: the descent ends where it will not get there.
     """
-    exact = problem.engine.exact_step and problem.data.hold != "band-limited"
-    if problem.n_sub == 1 or exact:
+    if problem.n_sub == 1 or problem.exact:
         return fit(problem, start=start, max_iterations=iterations)
     problem = replace(problem, correction=None, built=problem.engine)
     there = evaluate(problem, start, derivatives=False)
-    few, point, cost = with_few(problem, start, there), start, _cost(there)
+    few, point, cost = with_few(problem, start, there), start, there.cost
     for _ in range(PASSES):
         if few is None or not np.isfinite(cost):
             break
@@ -54,7 +53,7 @@ def fit_from(problem: Problem, start: Point, iterations: int, beat: float = np.i
         if made.status is FitStatus.BROKEN:
             break
         there = evaluate(problem, made.point, derivatives=False)
-        new = _cost(there)
+        new = there.cost
         if not new <= (1.0 + AGREES) * cost:
             break
         point, cost = made.point, new
@@ -71,10 +70,9 @@ def fit_from(problem: Problem, start: Point, iterations: int, beat: float = np.i
 
 def tried_from(problem: Problem, start: Point, iterations: int) -> Fit:
     """Go a few steps from a point, with one correction: enough to see whether it leads anywhere."""
-    exact = problem.engine.exact_step and problem.data.hold != "band-limited"
     problem = replace(problem, correction=None, built=problem.engine)
     few = None
-    if problem.n_sub > 1 and not exact:
+    if problem.n_sub > 1 and not problem.exact:
         few = with_few(problem, start, evaluate(problem, start, derivatives=False))
     return fit(few or problem, start=start, max_iterations=iterations, judged=False)
 
@@ -89,7 +87,7 @@ def begun_from(problem: Problem, start: Point, iterations: int) -> Fit:
     if made.problem.correction is None:
         return made
     there = evaluate(problem, made.point, derivatives=False)
-    cost = _cost(there)
+    cost = there.cost
     if not abs(cost - made.cost) <= (NEAR - 1.0) * made.cost:
         return fit(problem, start=start, max_iterations=iterations, judged=False)
     return replace(made, problem=problem, cost=cost, simulated=there.y)
@@ -126,10 +124,6 @@ def small_correction(change: Array, problem: Problem) -> bool:
     return bool(np.isfinite(moved).all() and (np.abs(moved).max(axis=0) <= most).all())
 
 
-def _cost(e: ResidualEvaluation) -> float:
-    return float(np.mean(e.residual**2)) if e.residual.size else np.inf
-
-
 LEAST, FINEST = 16, 64
 """Sub-steps of a sample up to which a fit is refined, in a long record and in a short one."""
 IN_ALL = 2**19
@@ -157,7 +151,7 @@ def refined(result: Fit, iterations: int, finest: int | None = None) -> Fit:
     """Refine the sub-steps of a fit until they no longer matter beside the residual."""
     problem = result.problem
     finest = finest_of(problem.data.n) if finest is None else finest
-    if problem.engine.exact_step and problem.data.hold != "band-limited":
+    if problem.exact:
         return result
     while result.status is not FitStatus.BROKEN:
         enough = _enough(result, finest)

@@ -7,8 +7,8 @@ up; the initial states stay eliminated record by record.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -73,12 +73,15 @@ class JointProblem:
         Global position of each local unknown, record by record.
     factors : tuple of ndarray
         ``local = factor * global``: delays count in samples of their own record.
+    held : dict of int to float
+        Unknowns and the theta they are held at.
     """
 
     problems: tuple[Problem, ...]
     names: tuple[str, ...]
     columns: tuple[Array, ...]
     factors: tuple[Array, ...]
+    held: Mapping[int, float] = field(default_factory=dict)
 
     @property
     def n(self) -> int:
@@ -93,6 +96,12 @@ class JointProblem:
             for f, i in zip(p.free, at, strict=False):
                 found.setdefault(int(i), f)
         return found
+
+    @cached_property
+    def of_model(self) -> dict[int, Free]:
+        """Those of `free` that the model has without what the measuring chain adds."""
+        added = {n for p in self.problems for n in p.added}
+        return {i: f for i, f in self.free.items() if f.parameter.name not in added}
 
     def local(self, point: JointPoint, record: int) -> Point:
         """Unknowns of one record."""
@@ -128,12 +137,14 @@ class JointProblem:
 
     @cached_property
     def bounds(self) -> tuple[Array, Array]:
-        """Lower and upper bounds of the unknowns."""
+        """Lower and upper bounds of the unknowns; those of a held one coincide."""
         lower, upper = np.full(self.n, -np.inf), np.full(self.n, np.inf)
         for p, at, factor in zip(self.problems, self.columns, self.factors, strict=True):
             low, high = _bounds(p)
             lower[at] = np.maximum(lower[at], low / factor)
             upper[at] = np.minimum(upper[at], high / factor)
+        for i, theta in self.held.items():
+            lower[i] = upper[i] = theta
         return lower, upper
 
     @cached_property
@@ -150,9 +161,7 @@ class JointProblem:
     def lowest(self) -> Array:
         """Largest change of a logarithmic unknown in one step; others are free."""
         limit = np.full(self.n, np.inf)
-        for p, at in zip(self.problems, self.columns, strict=True):
-            logs = [i for i, f in enumerate(p.free) if f.log]
-            limit[at[logs]] = LARGEST_STEP
+        limit[[i for i, f in self.free.items() if f.log]] = LARGEST_STEP
         return limit
 
     def scored(self, record: int) -> list[int]:
@@ -162,6 +171,15 @@ class JointProblem:
     def count(self, evaluations: Sequence[ResidualEvaluation]) -> int:
         """Return the number of residuals."""
         return max(sum(e.residual.size for e in evaluations), 1)
+
+    def channels(self, evaluations: Sequence[ResidualEvaluation]) -> tuple[int, ...]:
+        """Return the residuals of each reading of each window of each record, in order."""
+        return tuple(
+            (rows.stop - rows.start) // len(p.data.names)
+            for p, e in zip(self.problems, evaluations, strict=True)
+            for rows, _ in e.local
+            for _ in p.data.names
+        )
 
     def cost(self, evaluations: Sequence[ResidualEvaluation], point: JointPoint) -> float:
         """Mean square of residuals and priors."""

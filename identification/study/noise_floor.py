@@ -38,12 +38,9 @@ def noise_floor(
         and the mean square counts.
     """
     if breaks:
-        ends = (0, *breaks, recording.n)
-        levels = [
-            noise_floor(recording.slice(a, b), _within(split, a), sensors, commands)
-            for a, b in pairwise(ends)
-        ]
-        sizes = np.diff(ends) / recording.n
+        alone = _alone(recording, split, breaks)
+        levels = [noise_floor(r, s, sensors, commands) for r, s in alone]
+        sizes = [r.n / recording.n for r, _ in alone]
         return {
             n: float(np.sqrt(sum(w * f[n] ** 2 for w, f in zip(sizes, levels, strict=True))))
             for n in sensors
@@ -66,9 +63,12 @@ def noise_floor(
     return found
 
 
-def _within(split: Split, first: int) -> Split:
-    """Return the split without its rest beyond the first recording."""
-    return split if not first else replace(split, rest=None)
+def _alone(
+    whole: Recording, split: Split, breaks: tuple[int, ...]
+) -> list[tuple[Recording, Split]]:
+    """Return each recording with the split, whose rest is that of the first one."""
+    ends = pairwise((0, *breaks, whole.n))
+    return [(whole.slice(a, b), replace(split, rest=None) if a else split) for a, b in ends]
 
 
 def measured(
@@ -80,11 +80,7 @@ def measured(
 ) -> bool:
     """Whether the floor is read off the noise itself: from repeats or a rest, not the spectrum."""
     if breaks:
-        ends = (0, *breaks, recording.n)
-        return all(
-            measured(recording.slice(a, b), _within(split, a), sensors, commands)
-            for a, b in pairwise(ends)
-        )
+        return all(measured(r, s, sensors, commands) for r, s in _alone(recording, split, breaks))
     moving = [np.asarray(recording[c]) for c in commands if np.ptp(recording[c]) > 0]
     rest = split.rest
     long = rest is not None and rest.stop - (rest.start or 0) >= REST

@@ -187,7 +187,10 @@ def data_for(
         for n in wanted:
             if n not in recording.channels:
                 error = unknown_name(f"channel for {kind}", n, recording.name, recording.channels)
-                raise UnusableInput(f"{error}; name it with --map {n}=COLUMN")
+                less = f", or leave it out: graph.remove({n!r})" if kind == "sensor" else ""
+                raise UnusableInput(
+                    f"{error}; name it with --map {n}=COLUMN or Recording.select{less}"
+                )
     for s in (*drives(graph), *graph.of_type(Sensor)):
         unit = recording.units[s.name]
         if s.unit and unit and not parse_unit(unit).same_dimension(parse_unit(s.unit)):
@@ -293,6 +296,11 @@ class Problem:
     def engine(self) -> Engine:
         """What runs the model, offsets of commands and gains of channels added as nuisances."""
         return engine_of(self.with_chain) if self.built is None else self.built
+
+    @property
+    def exact(self) -> bool:
+        """Whether sub-steps change nothing."""
+        return self.engine.exact_step and self.data.hold != "band-limited"
 
     @cached_property
     def free_states(self) -> Array:

@@ -84,6 +84,11 @@ class ResidualEvaluation:
     jacobian: Array
     local: list[tuple[slice, Array]]
 
+    @property
+    def cost(self) -> float:
+        """Mean square of the residual; infinite where nothing is scored."""
+        return float(np.mean(self.residual**2)) if self.residual.size else np.inf
+
 
 def windows(problem: Problem) -> list[slice]:
     """Windows: one for each recording, or shorter ones that do not straddle the split."""
@@ -129,6 +134,13 @@ def parameters_at(problem: Problem, theta: Array) -> Array:
     for i, f, t in zip(problem.directions, problem.free, theta, strict=False):
         p[i] = f.value(float(t))
     return p
+
+
+def values_at(problem: Problem, theta: Array) -> dict[str, float]:
+    """Return all parameters by name, SI, declared delays included."""
+    found = dict(zip(problem.engine.parameter_names, parameters_at(problem, theta), strict=True))
+    found |= zip(problem.delays, theta[slots(problem).delays] * problem.data.dt, strict=True)
+    return {n: float(v) for n, v in found.items()}
 
 
 def evaluate(

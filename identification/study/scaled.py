@@ -29,6 +29,10 @@ class Free:
         """Physical value."""
         return self.start * float(np.exp(theta)) if self.log else self.start + self.scale * theta
 
+    def theta(self, value: float) -> float:
+        """Return the unknown of a physical value."""
+        return float(np.log(value / self.start)) if self.log else (value - self.start) / self.scale
+
     def slope(self, theta: float) -> float:
         """Return derivative of the value by theta."""
         return self.value(theta) if self.log else self.scale

@@ -276,8 +276,7 @@ class Study:
                 spread=None if narrowed else p.spread,
             )
             start = p.value if v.start is None else v.start
-            low = -np.inf if p.lower is None else p.lower
-            high = np.inf if p.upper is None else p.upper
+            low, high = _ends(p)
             if not low <= start <= high:
                 raise UnusableInput(
                     f"{v.name}: its declared value {start:g} lies outside of its bounds {low:g} to "
@@ -404,22 +403,18 @@ class Study:
         Raises
         ------
         UnusableInput
-            Windows, sub-steps or parameters with a value in every recording are asked for.
+            Parameters with a value in every recording are asked for.
         """
-        for name, given in (("window", self.window), ("n_sub", self.n_sub)):
-            if given is not None:
-                raise UnusableInput(
-                    f"{name} = {given}: whole recordings are diagnosed, with as many sub-steps as "
-                    "their misfit asks for; leave it out"
-                )
-        if data.breaks and (own := sorted(v.name for v in self.free if v.own)):
+        if len(self.records) > 1 and (own := sorted(v.name for v in self.free if v.own)):
             raise UnusableInput(
-                f"{', '.join(own)} would have a value in every recording; a diagnosis takes one "
-                "for all: make it common, or diagnose the recordings one by one"
+                f"{', '.join(own)} would have a value in every recording; all of them are judged "
+                "as one here, by one value: make it common, or diagnose the recordings one by one"
             )
         begun = {n: replace(p, value=self.starts[n]) for n, p in self._freedom.items()}
         posed = self.posed(self.graph.with_values(self.starts), data)
-        return self._with_states(replace(posed, starts={}, overrides=begun))
+        lags = self.nuisances.lags and self.window is None
+        made = replace(posed, starts={}, overrides=begun, n_sub=self.n_sub or 1, lags=lags)
+        return self._with_states(made)
 
     def _scaled(self, made: Problem, i: int) -> Problem:
         """Give the problem the scale of its states, simulated once for each way to run it."""
@@ -479,15 +474,8 @@ class Study:
         free = []
         for v in self.free:
             if v.name in values:
-                p = self.graph.parameters[v.name]
-                low = p.lower if v.lower is None else v.lower
-                high = p.upper if v.upper is None else v.upper
-                start = float(np.clip(
-                    values[v.name],
-                    -np.inf if low is None else low,
-                    np.inf if high is None else high,
-                ))  # fmt: skip
-                v = replace(v, start=start)
+                start = np.clip(values[v.name], *_ends(self._freedom[v.name]))
+                v = replace(v, start=float(start))
             free.append(v)
         return self.changed(free=free)
 
@@ -503,6 +491,10 @@ class Study:
         """Short text."""
         names = ", ".join(self.free_names)
         return f"Study({self.graph.name!r}, {len(self.recordings)} recordings, free: {names})"
+
+
+def _ends(p: Parameter) -> tuple[float, float]:
+    return -np.inf if p.lower is None else p.lower, np.inf if p.upper is None else p.upper
 
 
 def _rebuilt(declared: Mapping[str, object]) -> Study:

@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
+from bondgraph.graph.elements import Parameter
 from bondgraph.support.arrays import FloatArray
 from bondgraph.support.errors import UnusableInput
 from identification.estimation.result import Estimation
 from identification.study.joint import JointPoint, JointProblem
-from identification.study.problem import Problem
 from identification.study.residual import ResidualEvaluation, slots
+from identification.study.scaled import Free
 from identification.uncertainty.information import Information, Sensitivities, information
 
 SIMULATED = ("single_shooting", "multiple_shooting", "collocation")
@@ -31,10 +32,8 @@ class Unknown:
     name : str
     place : int
         Position among the unknowns.
-    log : bool
-    start, scale : float
-        ``value = start exp(theta)`` or ``start + scale theta``, SI.
-    unit : str
+    free : Free
+        Its value, SI; a logarithmic one has the start as its scale.
     lower, upper : float
         Bounds, SI; infinite (or zero) where there is none.
     prior : float
@@ -43,53 +42,34 @@ class Unknown:
 
     name: str
     place: int
-    log: bool
-    start: float
-    scale: float
-    unit: str
+    free: Free
     lower: float
     upper: float
-    prior: float
-
-    def value(self, theta: float) -> float:
-        """Return the value, SI."""
-        return self.start * float(np.exp(theta)) if self.log else self.start + self.scale * theta
-
-    def theta(self, value: float) -> float:
-        """Return the unknown of a value (SI)."""
-        return float(np.log(value / self.start)) if self.log else (value - self.start) / self.scale
+    prior: float = 0.0
 
 
 def unknowns(stack: JointProblem) -> tuple[Unknown, ...]:
     """Return the parameters of a stack: neither lags, offsets and clocks nor command offsets."""
     lower, upper = stack.bounds
     found: dict[int, Unknown] = {}
+    given = {n for p in stack.problems for n in p.priors}
+    for place, f in stack.of_model.items():
+        low, high = float(lower[place]), float(upper[place])
+        if f.log:
+            low = -np.inf if low < -EARLY else low
+            high = np.inf if high > EARLY else high
+        found[place] = Unknown(
+            stack.names[place], place, replace(f, scale=f.start) if f.log else f,
+            f.value(low) if np.isfinite(low) else (0.0 if f.log else low),
+            f.value(high) if np.isfinite(high) else high,
+            float(stack.prior[0][place]) ** 2 if f.parameter.name in given else 0.0,
+        )  # fmt: skip
     for p, columns, factors in zip(stack.problems, stack.columns, stack.factors, strict=True):
-        for i, f in enumerate(p.free):
-            place = int(columns[i])
-            if place in found or f.parameter.name in p.added:
-                continue
-            low, high = float(lower[place]), float(upper[place])
-            if f.log:
-                low = -np.inf if low < -EARLY else low
-                high = np.inf if high > EARLY else high
-            given = p.scaled_priors.get(f.parameter.name)
-            scale = f.start if f.log else f.scale
-            found[place] = Unknown(
-                stack.names[place], place, f.log, f.start, scale, f.parameter.unit,
-                f.value(low) if np.isfinite(low) else (0.0 if f.log else low),
-                f.value(high) if np.isfinite(high) else high,
-                given[1] ** 2 if given is not None else 0.0,
-            )  # fmt: skip
         for j in range(slots(p).delays.start, slots(p).delays.stop):
             place, step = int(columns[j]), p.data.dt * float(factors[j])
-            found.setdefault(
-                place,
-                Unknown(
-                    stack.names[place], place, False, 0.0, step, "s", 0.0,
-                    float(upper[place]) * step, 0.0,
-                ),
-            )  # fmt: skip
+            late = Free(Parameter(stack.names[place], 0.0, "s"), 0.0, False, step)
+            most = float(upper[place]) * step
+            found.setdefault(place, Unknown(stack.names[place], place, late, 0.0, most))
     return tuple(found[k] for k in sorted(found))
 
 
@@ -201,19 +181,13 @@ def fitted(
     columns = _without(jacobian[:, own], jacobian[:, others], stack.prior[0][others])
     s = Sensitivities(
         tuple(u.name for u in parameters),
-        np.array([u.value(float(point.theta[u.place])) for u in parameters]),
+        np.array([u.free.value(float(point.theta[u.place])) for u in parameters]),
         columns,
-        tuple(u.log for u in parameters),
-        np.array([abs(u.scale) for u in parameters]),
-        tuple(u.unit for u in parameters),
+        tuple(u.free.log for u in parameters),
+        np.array([abs(u.free.scale) for u in parameters]),
+        tuple(u.free.parameter.unit for u in parameters),
     )
-    channels = tuple(
-        n
-        for p, e in zip(stack.problems, made, strict=True)
-        for rows, _ in e.local
-        for n in _sizes(p, rows)
-    )
-    total = sum_of_squares(stack, made, point)
+    channels, total = stack.channels(made), sum_of_squares(stack, made, point)
     return FitView(stack, point, parameters, s, residual, channels, total, known_noise)
 
 
@@ -239,11 +213,6 @@ def from_estimation(estimation: Estimation) -> FitView:
     sensors = {n for p in estimation.stack.problems for n in p.data.names}
     known = not isinstance(noise, str) and sensors <= set(noise)
     return fitted(estimation.stack, estimation.point, known_noise=known)
-
-
-def _sizes(p: Problem, rows: slice) -> list[int]:
-    n_y = len(p.data.names)
-    return [(rows.stop - rows.start) // n_y] * n_y
 
 
 def _without(columns: FloatArray, nuisances: FloatArray, weight: FloatArray) -> FloatArray:

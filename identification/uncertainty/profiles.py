@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -32,25 +31,14 @@ class HeldStack(JointProblem):
 
     Attributes
     ----------
-    held : dict of int to float
-        Unknowns and the theta they are held at.
     direction : ndarray, shape (n,)
         Combination ``a theta`` that a tight weight keeps at `target`; empty for none.
     weight : float
     """
 
-    held: Mapping[int, float] = field(default_factory=dict)
     direction: FloatArray = field(default_factory=lambda: np.zeros(0))
     target: float = 0.0
     weight: float = 0.0
-
-    @cached_property
-    def bounds(self) -> tuple[FloatArray, FloatArray]:
-        """Bounds; those of a held unknown coincide."""
-        lower, upper = (b.copy() for b in super().bounds)
-        for i, v in self.held.items():
-            lower[i] = upper[i] = v
-        return lower, upper
 
     def cost(self, evaluations: Sequence[ResidualEvaluation], point: JointPoint) -> float:
         """Mean square, the held combination included."""
@@ -103,8 +91,9 @@ def profile_one(
     if name in plain.names:
         u = fit.of(name)
         width = float(plain.standard_errors[plain.names.index(name)])
-        origin = np.log(u.start) if u.log else u.start / u.scale
-        value = u.value(float(fit.point.theta[u.place]))
+        f = u.free
+        origin = np.log(f.start) if f.log else f.start / f.scale
+        value = f.value(float(fit.point.theta[u.place]))
 
         def refit(x: float, start: JointPoint) -> tuple[float, JointPoint]:
             stack = _held(fit.stack, held={u.place: x - origin})
@@ -112,16 +101,16 @@ def profile_one(
 
         return profile(
             refit, name, value, fit.sum_of_squares, fit.point,
-            width=width if np.isfinite(width) and width > 0 else 0.5, log=u.log,
-            scale=u.scale, unit=u.unit, bounds=(u.lower, u.upper), most=most, beyond=beyond,
-            threshold=_threshold(fit, fit.inflation(name)), cancelled=cancelled,
+            width=width if np.isfinite(width) and width > 0 else 0.5, log=f.log,
+            scale=f.scale, unit=f.parameter.unit, bounds=(u.lower, u.upper), most=most,
+            beyond=beyond, threshold=_threshold(fit, fit.inflation(name)), cancelled=cancelled,
         )  # fmt: skip
     powers = _powers(name, fit)
     direction, offset = np.zeros(fit.stack.n), 0.0
     for n, e in powers.items():
         u = fit.of(n)
         direction[u.place] = e
-        offset += e * float(np.log(u.start))
+        offset += e * float(np.log(u.free.start))
     local = np.array([float(powers.get(n, 0)) for n in plain.names])
     width = plain.error_of(local)
     robust = fit.robust.error_of(local)
@@ -147,9 +136,9 @@ def rise_at(fit: FitView, name: str, value: float, iterations: int = 30) -> tupl
     The value lies in the 95 % profile interval of a single valley if the rise is below the limit.
     """
     u = fit.of(name)
-    if (u.log and value <= 0) or not u.lower <= value <= u.upper:
+    if (u.free.log and value <= 0) or not u.lower <= value <= u.upper:
         return float("inf"), _threshold(fit, fit.inflation(name))
-    stack = _held(fit.stack, held={u.place: u.theta(value)})
+    stack = _held(fit.stack, held={u.place: u.free.theta(value)})
     total, _ = _refitted(stack, fit.point, iterations)
     return total - fit.sum_of_squares, _threshold(fit, fit.inflation(name))
 

@@ -231,14 +231,14 @@ def sample(
     )
     draws = np.stack(
         [
-            u.start * np.exp(found[0][:, :, i]) if u.log else u.start + u.scale * found[0][:, :, i]
-            for i, u in enumerate(fit.parameters)
+            f.start * np.exp(found[0][:, :, i]) if f.log else f.start + f.scale * found[0][:, :, i]
+            for i, f in enumerate(u.free for u in fit.parameters)
         ],
         axis=2,
     )
     return Sample(
         tuple(u.name for u in fit.parameters),
-        tuple(u.unit for u in fit.parameters),
+        tuple(u.free.parameter.unit for u in fit.parameters),
         draws,
         *found[1:],
     )

@@ -132,7 +132,7 @@ def _carried(base: Fit, better: Fit) -> Point:
     for i, f in enumerate(problem.free):
         value = values.get(f.parameter.name)
         if value is not None and (not f.log or value > 0):
-            theta[i] = np.log(value / f.start) if f.log else (value - f.start) / f.scale
+            theta[i] = f.theta(value)
     theta[at.lags] = better.point.theta[there.lags]
     theta[at.offsets] = better.point.theta[there.offsets]
     states = base.point.states.copy()

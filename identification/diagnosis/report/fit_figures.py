@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -18,7 +19,6 @@ from identification.diagnosis.report.views import (
 )
 from identification.report.canvas import (
     TILE,
-    Canvas,
     drawing,
     label,
     mark_held_out,
@@ -33,12 +33,7 @@ from identification.study.problem import Data
 
 def outputs_tile(d: Diagnosis, column: int) -> str:
     """Measured against simulated reading on a readable piece of the held-out samples."""
-    data = d.data
-    assert data is not None
-    with drawing(f"outputs-{column}", 2.6, TILE) as canvas:
-        _output(canvas.ax, d, data, curves(d), column)
-        _finished(canvas)
-    return canvas.svg
+    return _tile("outputs", _output, d, column)
 
 
 def _output(ax: Any, d: Diagnosis, data: Data, shown: tuple[Curve, ...], column: int) -> None:
@@ -59,17 +54,15 @@ def _output(ax: Any, d: Diagnosis, data: Data, shown: tuple[Curve, ...], column:
 
 def residual_tile(d: Diagnosis, column: int) -> str:
     """Residual over time with the noise floor."""
-    data = d.data
-    assert data is not None
-    with drawing(f"residual-{column}", 2.6, TILE) as canvas:
-        _residual(canvas.ax, d, data, curves(d), column)
-        _finished(canvas)
+    return _tile("residual", _residual, d, column)
+
+
+def _tile(name: str, draw: Callable[..., None], d: Diagnosis, column: int) -> str:
+    with drawing(f"{name}-{column}", 2.6, TILE) as canvas:
+        draw(canvas.ax, d, d.data, curves(d), column)
+        canvas.ax.set_xlabel("time (s)")
+        one_legend(canvas.figure, [canvas.ax], fontsize=8, handlelength=1.6, columnspacing=1.2)
     return canvas.svg
-
-
-def _finished(canvas: Canvas) -> None:
-    canvas.ax.set_xlabel("time (s)")
-    one_legend(canvas.figure, [canvas.ax], fontsize=8, handlelength=1.6, columnspacing=1.2)
 
 
 def _residual(ax: Any, d: Diagnosis, data: Data, shown: tuple[Curve, ...], column: int) -> None:

@@ -11,10 +11,12 @@ from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import Sensor
 from bondgraph.signals.recording import Recording, Split
 from bondgraph.support.errors import UnusableInput
+from identification.estimation.methods import METHODS
 from identification.estimation.single_record import Fit
 from identification.study.admission import distinct_names
 from identification.study.joined import at_one_rate
 from identification.study.problem import Data, Problem, drives
+from identification.study.residual import windows
 from identification.study.specification import Nuisances, Vary
 from identification.study.study import ESTIMATED, Study, default_splits
 
@@ -35,6 +37,8 @@ class Asked:
         Known standard deviations of readings, SI.
     study : Study or None
         Who says what is free and known; without one the graph does.
+    cuts : tuple of int
+        First samples of windows with an initial state of their own, if the study asks for them.
     """
 
     graph: BondGraph
@@ -43,10 +47,31 @@ class Asked:
     hold: str | None = None
     noise: Mapping[str, float] = field(default_factory=dict)
     study: Study | None = None
+    cuts: tuple[int, ...] = ()
 
     def problem(self, data: Data) -> Problem:
         """All of it as one problem: each recording from a state of its own."""
         return Problem(self.graph, data) if self.study is None else self.study.whole(data)
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What a diagnosis takes otherwise than a fit of the study."""
+        if self.study is None:
+            return ()
+        coloured = (
+            "coloured noise: fits weigh all samples of a reading alike; comparisons are freed of a "
+            "pole of its noise, intervals are those of blocks; estimate(found.study) fits it"
+        )
+        constants = (
+            "an offset of each command is one for all recordings, where a fit takes one each"
+        )
+        apart = self.study.nuisances.commands and len(self.study.records) > 1
+        cut = (
+            f"windows of {self.study.window} samples begin from states of their own, held-out ones "
+            "from states fitted to their samples; sensors have no lags in them"
+        )
+        said = {coloured: self.study.noise == "coloured", constants: apart, cut: bool(self.cuts)}
+        return tuple(text for text, holds in said.items() if holds)
 
     @property
     def disturbed(self) -> bool:
@@ -70,9 +95,8 @@ class Asked:
             return Study(graph, self.recordings, hold=hold, nuisances=moving)
         old = self.study.graph.parameters
         new = [Vary(n) for n, p in graph.parameters.items() if n not in old and not p.fixed]
-        return self.study.starting(values).changed(
-            graph=graph, hold=hold, free=(*self.study.starting(values).free, *new)
-        )
+        begun, steps = self.study.starting(values), self.study.n_sub and last.problem.n_sub
+        return begun.changed(graph=graph, hold=hold, n_sub=steps, free=(*begun.free, *new))
 
 
 def asked_of(
@@ -114,8 +138,20 @@ def asked_of(
     known = None if asked.hold == ESTIMATED else asked.hold
     return Asked(
         asked.graph.with_values(asked.starts), found, split or _split(asked, same), hold or known,
-        {**_levels(asked), **noise}, asked,
+        {**_levels(asked), **noise}, asked, _cuts(asked),
     )  # fmt: skip
+
+
+def _cuts(study: Study) -> tuple[int, ...]:
+    """Return where windows begin, all recordings behind one another; none without windows."""
+    if study.window is None:
+        return ()
+    METHODS["prediction_error" if study.process_noise else "single_shooting"].check(study)
+    first, found = 0, set[int]()
+    for i, r in enumerate(study.records):
+        found |= {first, *(first + w.start for w in windows(study.problem(i, study.first_setting)))}
+        first += r.n
+    return tuple(sorted(found - {0}))
 
 
 def _of_one_kind(graph: BondGraph, recordings: Sequence[Recording]) -> tuple[Recording, ...]:
@@ -155,6 +191,7 @@ def _levels(study: Study) -> dict[str, float]:
 def _split(study: Study, same: bool) -> Split | None:
     """Return the samples that a study holds out; None where it leaves that to the usual rule."""
     usual = study.splits == default_splits(study.graph, study.recordings)
+    usual = usual and study.window is None  # windows end where the study's parts do
     if usual and not study.validation:
         return None
     if usual:
@@ -170,7 +207,8 @@ def _split(study: Study, same: bool) -> Split | None:
         )
     if not same:
         raise UnusableInput(
-            "splits of recordings of different rates: bring these to one rate, or leave splits out"
+            "splits or windows of recordings of different rates: bring these to one rate, or leave "
+            "splits and window out"
         )
     train: list[slice] = []
     test: list[slice] = []

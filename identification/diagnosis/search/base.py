@@ -51,15 +51,7 @@ def thinned(template: Problem, nominal: Fit, options: DiagnosisOptions) -> Base:
     if factor == 1:
         return base_of(nominal)
     thin = replace(template, data=template.data.thinned(factor))
-    states = template.engine.state_names
-    known = {n: nominal.point.states[:, i] for i, n in enumerate(states)}
-    return base_of(
-        fit(
-            replace(thin, known_states=known),
-            start=_lags_scaled(nominal, thin, factor),
-            max_iterations=8,
-        )
-    )
+    return base_of(fit(thin, start=_lags_scaled(nominal, thin, factor), max_iterations=8))
 
 
 def _lags_scaled(f: Fit, problem: Problem, factor: float) -> Point:

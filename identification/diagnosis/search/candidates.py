@@ -479,8 +479,7 @@ def with_best_hold(result: Fit, iterations: int, holds: Sequence[str]) -> Fit:
         n_sub = finer if hold == "band-limited" else n_sub
         data = replace(result.problem.data, hold=hold)
         problem = replace(result.problem, data=data, n_sub=n_sub)
-        there = evaluate(problem, best.point, derivatives=False, scored=True).residual
-        cost = float(np.mean(there**2))
+        cost = evaluate(problem, best.point, derivatives=False, scored=True).cost
         if not np.isfinite(cost) or abs(cost - best.cost) < 0.02 * best.cost:
             continue
         try:
@@ -504,15 +503,19 @@ def _rather(other: Fit, best: Fit) -> bool:
 
 def thinning(data: Data, samples: int) -> int:
     """Largest factor that keeps the commands and leaves at least `samples` samples."""
-    factor = 1
+    factor, shortest = 1, min(np.diff((0, *data.breaks, data.n)))
     while data.n // (2 * factor) >= samples // 2 and data.n > samples:
         wider = 2 * factor
-        if not all(_kept(v, wider) for v in data.commands.values()):
+        if shortest < FEWEST * wider or not all(_kept(v, wider) for v in data.commands.values()):
             break
         if not all(_kept(data.readings[:, c], wider) for c in range(data.readings.shape[1])):
             break
         factor = wider
     return factor
+
+
+FEWEST = 10
+"""Samples that every recording or window keeps."""
 
 
 def _kept(v: Array, factor: int) -> bool:

@@ -72,7 +72,8 @@ def material_of(asked: Asked) -> Material:
     floor = read | given_noise(given, sensors, graph.name)
     open_ones = tuple(n for n in sensors if n not in given)
     sure = not open_ones or measured(recording, split, open_ones, commands, breaks)
-    data = replace(data, floor=np.array([floor[n] for n in sensors]), floor_measured=sure)
+    level = np.array([floor[n] for n in sensors])
+    data = replace(data, floor=level, floor_measured=sure, breaks=asked.cuts or breaks)
     ours = asked.split is None and not breaks and recording.n >= LEAST_TO_INTERLEAVE
     return Material(recording, data, read, given, sure, ours, _nothing_moves(data))
 

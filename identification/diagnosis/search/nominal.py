@@ -63,12 +63,12 @@ def nominal_fit(
     base = replace(base, built=base.engine)
     result = _fine(_integrating(base) if runs_away else _first_fit(base))
     if hold:
-        result = to_its_end(result if hold == data.hold else _held(result, hold)[1])
+        result = to_its_end(result if hold == data.hold else _held(result, hold, base.n_sub))
         return result.problem, result
     fits = {data.hold: result}
     for h in possible(HOLDS, base.engine.input_rates):
-        if h not in fits and _shows(result, h):
-            fits[h] = _held(result, h)[1]
+        if h not in fits and _shows(result, h, base.n_sub):
+            fits[h] = _held(result, h, base.n_sub)
     # a converter holds; every law that is fitted later chooses again
     likeliest = chosen({h: f.cost for h, f in fits.items()}, "hold")
     result = fits[likeliest]
@@ -171,11 +171,8 @@ def hold_margin(result: Fit, holds: Collection[str]) -> str:
     own_score: BlockScore | None = None
     behind: dict[str, float] = {}
     for h in others:
-        data = replace(result.problem.data, hold=h)
-        steps = max(result.problem.n_sub, 2 if h == "band-limited" else 1)
-        problem = replace(result.problem, data=data, n_sub=steps)
-        there = evaluate(problem, result.point, derivatives=False, scored=True).residual
-        cost = float(np.mean(there**2))
+        problem = _with_hold(result, h, result.problem.n_sub)
+        cost = evaluate(problem, result.point, derivatives=False, scored=True).cost
         if abs(cost - result.cost) < A_LITTLE * result.cost:
             continue
         own_score = own_score or score(tried_from(result.problem, result.point, 0))
@@ -203,14 +200,14 @@ SURE = 3.0
 """Standard errors by which another behaviour between samples must predict better."""
 
 
-def _with_hold(result: Fit, hold: str) -> Problem:
+def _with_hold(result: Fit, hold: str, n_sub: int) -> Problem:
     data = replace(result.problem.data, hold=hold)
-    return replace(result.problem, data=data, n_sub=2 if hold == "band-limited" else 1)
+    steps = max(n_sub, 2 if hold == "band-limited" else 1)
+    return replace(result.problem, data=data, n_sub=steps)
 
 
-def _held(result: Fit, hold: str) -> tuple[Problem, Fit]:
-    found = _fine(fit(_with_hold(result, hold), start=result.point, max_iterations=25))
-    return found.problem, found
+def _held(result: Fit, hold: str, n_sub: int) -> Fit:
+    return _fine(fit(_with_hold(result, hold, n_sub), start=result.point, max_iterations=25))
 
 
 def _fine(result: Fit) -> Fit:
@@ -220,11 +217,10 @@ def _fine(result: Fit) -> Fit:
     return settled_fit(result.problem, 15, result.point, FINEST)
 
 
-def _shows(result: Fit, hold: str) -> bool:
+def _shows(result: Fit, hold: str, n_sub: int) -> bool:
     """Whether another behaviour between samples changes the misfit at all."""
-    problem = _with_hold(result, hold)
-    there = evaluate(problem, result.point, derivatives=False, scored=True).residual
-    cost = float(np.mean(there**2)) if there.size else np.inf
+    problem = _with_hold(result, hold, n_sub)
+    cost = evaluate(problem, result.point, derivatives=False, scored=True).cost
     # what a refit can gain is bounded by how much the misfit moves
     return np.isfinite(cost) and abs(cost - result.cost) > A_LITTLE * result.cost
 
@@ -375,9 +371,6 @@ FEW = 2000
 
 def _rebased(base: Problem, result: Fit) -> Fit:
     """Express the fit from the declared start values, so that points can be shared."""
-    point = result.point
-    theta = point.theta.copy()
-    for i, f in enumerate(base.free):
-        value = result.values[f.parameter.name]
-        theta[i] = np.log(value / f.start) if f.log else (value - f.start) / f.scale
-    return replace(result, problem=base, point=replace(point, theta=theta))
+    theta, values = result.point.theta.copy(), result.values
+    theta[: len(base.free)] = [f.theta(values[f.parameter.name]) for f in base.free]
+    return replace(result, problem=base, point=replace(result.point, theta=theta))

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bondgraph.support.arrays import FloatArray as Array
 from identification.statistics.sobol import sobol
@@ -39,7 +38,7 @@ def law_trials(
     if not hidden:
         return []
     at = np.asarray(hidden, int)
-    free = _free_at(stack, at)
+    free = [stack.free[int(i)] for i in at]
     lower, upper = (b[at] for b in stack.bounds)
     unit = sobol(count, at.size, seed)
     points = np.tile(theta, (count + 1, 1))
@@ -58,16 +57,8 @@ def _spread(f: Free, x: float) -> float:
         return float(x * DECADES * np.log(10.0))
     size = f.start or f.scale
     if f.parameter.lower is not None and f.parameter.lower >= 0.0 and size > 0.0:
-        return float((size * 10.0 ** (DECADES * x) - f.start) / f.scale)
+        return f.theta(size * 10.0 ** (DECADES * x))
     return float(SCALES * x)
-
-
-def _free_at(stack: JointProblem, at: NDArray[np.intp]) -> list[Free]:
-    found: dict[int, Free] = {}
-    for p, columns in zip(stack.problems, stack.columns, strict=True):
-        for i, f in zip(columns, p.free, strict=False):
-            found.setdefault(int(i), f)
-    return [found[int(i)] for i in at]
 
 
 def _misfit(stack: JointProblem, theta: Array) -> float:

@@ -141,7 +141,6 @@ def _arbitrary(u: Array, y: Array, points: int) -> Found | None:
         return None
     dense = np.arange(lines[0], lines[-1] + 1)
     within = lines if lines.size < 0.5 * dense.size else dense
-    angle = 2.0 * np.pi * within / n
     for order in (2, 1):
         for used in (within,) if within is lines else (dense, lines):
             angle = 2.0 * np.pi * used / n

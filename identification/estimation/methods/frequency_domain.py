@@ -63,16 +63,16 @@ class FrequencyDomain(Method):
             settled_course(p, f, stack.local(start, r)) if mixes(p) else None
             for r, (p, f) in enumerate(zip(problems, lines, strict=True))
         )
-        fit = _LineStack(problems, stack.names, stack.columns, stack.factors, lines, courses)
+        fit = _LineStack(
+            problems, stack.names, stack.columns, stack.factors, lines=lines, courses=courses
+        )
         # states count from the steady course here
         states = tuple(p.rest_state[None, :] for p in problems)
         made = task.descend(fit, JointPoint(start.theta, states), task.options.report)
         covariance, notes = _covariance(fit, made)
         point = _free_run(stack, JointPoint(made.point.theta, start.states))
         readings = None
-        if task.setting.hold != "band-limited" and not any(
-            courses
-        ):  # otherwise sub-steps are still to be refined
+        if all(p.exact for p in stack.problems):  # otherwise sub-steps are still to be refined
             readings = tuple(e.y for e in stack.evaluate(point, derivatives=False))
         words = tuple(dict.fromkeys(f.words for f in lines))
         return MethodSolution(

@@ -22,6 +22,7 @@ from bondgraph.support.errors import UnusableInput
 from identification.estimation.levenberg_marquardt import STATUS, FitStatus
 from identification.estimation.methods.method import FitOptions, FitTask, Method, MethodSolution
 from identification.estimation.methods.trajectory import observed, windows_of
+from identification.study.free_parameters import dead_times
 from identification.study.joint import JointPoint, JointProblem
 from identification.study.problem import Problem
 from identification.study.residual import (
@@ -58,13 +59,11 @@ class MultipleShooting(Method):
                 f"multiple_shooting joins windows of its own, but window = {study.window} is for "
                 "states that need not join; leave window out, or use method='single_shooting'"
             )
-        for e in study.graph.elements.values():
-            drive = getattr(e, "drive", None)
-            if getattr(e, "delay", None) or (drive is not None and drive.delay):
-                raise UnusableInput(
-                    f"multiple_shooting: {e.name} has a dead time, which reaches over the edges of "
-                    "windows; use method='single_shooting'"
-                )
+        if late := sorted(dead_times(study.graph)):
+            raise UnusableInput(
+                f"multiple_shooting: {', '.join(late)} is a dead time, which reaches over the "
+                "edges of windows; use method='single_shooting'"
+            )
 
     def solve(self, task: FitTask) -> MethodSolution:
         """Close the gaps, then finish with the free run where it is as good."""

@@ -123,9 +123,11 @@ def lines_of(problem: Problem) -> Lines:
     y = np.stack([np.fft.rfft(settled.channels[c], axis=1) for c in data.names], axis=2)
     if mixes(problem):
         if transient:
+            decay = ", which still decay" if every.count > 2 else ""
             raise UnusableInput(
-                f"frequency_domain: {data.name} has {every.count} periods, and a model that is "
-                f"not linear needs two settled ones after its run-in, three in all; {OTHER}"
+                f"frequency_domain: {every.count} periods train of {data.name}{decay}; a model "
+                "that is not linear needs two settled ones after its run-in: record more, or "
+                f"train on more of them (splits=), or {OTHER}"
             )
         if problem.correction is not None:
             change = problem.correction[start : train.stop].reshape(settled.count, n, -1)

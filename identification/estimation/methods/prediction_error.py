@@ -17,6 +17,7 @@ from identification.estimation.prediction.fit import FilterFit, fit_filter
 from identification.estimation.prediction.kalman import KalmanFilter, kalman_filter
 from identification.estimation.prediction.likelihood import scored
 from identification.estimation.prediction.words import remarks
+from identification.study.free_parameters import dead_times
 from identification.study.joint import JointPoint
 from identification.study.study import Study
 
@@ -40,13 +41,11 @@ class PredictionError(Method):
 
     def check(self, study: Study) -> None:
         """Refuse dead times, clocks, windows, and laws that the step cannot follow."""
-        for e in study.graph.elements.values():
-            drive = getattr(e, "drive", None)
-            if getattr(e, "delay", None) or (drive is not None and drive.delay):
-                raise UnusableInput(
-                    f"prediction_error: {e.name} has a dead time, which is no state of a filter; "
-                    "use method='single_shooting'"
-                )
+        if late := sorted(dead_times(study.graph)):
+            raise UnusableInput(
+                f"prediction_error: {', '.join(late)} is a dead time, which is no state of a "
+                "filter; use method='single_shooting'"
+            )
         if study.nuisances.clock:
             raise UnusableInput(
                 "prediction_error: clock ratios cannot be fitted; resample the recording first or "

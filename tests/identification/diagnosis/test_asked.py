@@ -16,9 +16,12 @@ from bondgraph.support.errors import UnusableInput
 from identification.diagnosis.diagnose import Diagnosis, diagnose
 from identification.diagnosis.search.asked import asked_of
 from identification.diagnosis.search.candidates import DiagnosisOptions
+from identification.diagnosis.search.material import material_of
+from identification.diagnosis.search.nominal import nominal_fit
 from identification.estimation.estimate import estimate
 from identification.study.calibration import Known
 from identification.study.priors import LogNormal
+from identification.study.residual import windows
 from identification.study.specification import Nuisances, Vary
 from identification.study.study import ESTIMATED, Study
 from tests.spring import spring
@@ -130,8 +133,8 @@ def test_a_study_that_leaves_the_hold_open_chooses_it() -> None:
 @pytest.mark.parametrize(
     ("change", "says"),
     [
-        ({"window": 100}, "window = 100: whole recordings"),
-        ({"n_sub": 2}, "n_sub = 2: whole recordings"),
+        ({"window": 100, "initial": "rest"}, "leave window out, or initial free"),
+        ({"window": 100, "process_noise": ("m",)}, "leave out window"),
         ({"noise": {"x": (1e-6, 2e-6)}, "recordings": 2}, "one for all"),
         ({"free": ("d", Vary("k", own=True)), "recordings": 2}, "k would have a value in every"),
     ],
@@ -144,6 +147,39 @@ def test_what_a_diagnosis_cannot_take_is_one_line(change: dict[str, object], say
         asked = asked.changed(recordings=(record(), record("other", 5)), splits=None)
     with pytest.raises(UnusableInput, match=says):
         diagnose(asked.changed(**change), options=OPTIONS)
+
+
+def test_windows_of_a_study_are_those_of_the_diagnosis() -> None:
+    asked = study(window=300)
+    d = diagnose(asked, options=OPTIONS)
+    assert d.nominal is not None
+    problem = d.nominal.problem
+    ours = [w.start for w in windows(asked.problem(0, asked.first_setting))]
+    assert [w.start for w in windows(problem)] == ours
+    assert d.nominal.point.states.shape[0] == len(ours) == 5
+    assert not problem.lags
+    assert d.kind == "missing_physics"
+    assert d.findings[0].chosen is not None
+    assert d.findings[0].chosen.element == "k"
+
+
+def test_sub_steps_of_a_study_are_where_the_diagnosis_begins() -> None:
+    given = asked_of(study(n_sub=4), None, None, None, {})
+    problem = given.problem(material_of(given).data)
+    assert problem.n_sub == 4
+    for hold in ("linear", "hold"):
+        made = nominal_fit(given.graph, problem.data, hold, problem)[1]
+        assert made.problem.n_sub >= 4
+        finer = replace(made, problem=replace(made.problem, n_sub=8))
+        assert given.about(finer).n_sub == 8
+    assert asked_of(study(), None, None, None, {}).about(finer).n_sub is None
+
+
+def test_coloured_noise_is_not_dropped_in_silence() -> None:
+    d = diagnose(study(noise="coloured"), options=OPTIONS)
+    assert d.kind == "missing_physics"
+    assert sum("coloured noise" in n for n in d.notes) == 1
+    assert not any("coloured" in n for n in found().notes)
 
 
 def test_a_recording_that_lacks_a_sensor_is_named_with_it() -> None:
@@ -159,6 +195,13 @@ def test_a_recording_that_lacks_a_sensor_is_named_with_it() -> None:
             diagnose(*asked)
     # what the model does not read may be there or not
     assert len(asked_of(spring(), (both, record("run")), None, None, {}).recordings) == 2
+
+
+def test_a_sensor_that_no_recording_holds_is_one_line() -> None:
+    graph = spring().with_branch("v", [Df("w", unit="m/s")])
+    for asked in ((graph, record()), (Study(graph, record()), None)):
+        with pytest.raises(UnusableInput, match=r"sensor 'w' in run.*select.*remove\('w'\)"):
+            diagnose(*asked)
 
 
 def test_samples_that_a_state_is_found_by_are_not_judged() -> None:

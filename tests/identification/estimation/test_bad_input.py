@@ -225,6 +225,16 @@ def test_windows_with_a_given_initial_state_are_refused() -> None:
             estimate(study(record(300), window=60, initial=initial))
 
 
+def test_a_sensor_that_no_recording_holds_is_said() -> None:
+    r = record(600)
+    near = Recording("run", r.time, {**r.channels, "w_2": r["x"]}, {**r.units, "w_2": "m"})
+    (said,) = (n for n in estimate(Study(spring(speed=True), near)).notes if "sensor" in n)
+    assert "'w'" in said
+    assert "Known: F, x, w_2" in said
+    assert "remove('w')" in said
+    assert not any("sensor" in n for n in estimate(study(near)).notes)
+
+
 def test_too_few_iterations_are_said() -> None:
     found = estimate(study(record(300)), max_iterations=0)
     assert found.status is FitStatus.ITERATIONS

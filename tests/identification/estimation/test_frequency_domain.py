@@ -244,6 +244,9 @@ def test_refusals_name_another_way() -> None:
     short = recorded(worn(), 1000.0, 250, 2, (4.0, 200.0))
     with pytest.raises(UnusableInput, match=r"not linear needs two settled.*single_shooting"):
         estimate(study_of(worn(), short), "frequency_domain")
+    five = recorded(resonator(damping=0.1), 1000.0, 250, 5, (4.0, 200.0), lead=0)
+    with pytest.raises(UnusableInput, match=r"3 periods train .* still decay.* more, or .*splits"):
+        estimate(Study(worn(), five), "frequency_domain")  # a third of them is held out
     clocks = study_of(resonator(), record, nuisances=Nuisances(clock=1e-4))
     with pytest.raises(UnusableInput, match="clock"):
         estimate(clocks, "frequency_domain")
