@@ -176,7 +176,7 @@ def slow(z: Array, dt: float) -> Array:
 
 
 def seeped(z: Array) -> Array:
-    """What has left a store through leaks in proportion to powers of its effort."""
+    """Return what has left a store through leaks in proportion to powers of its effort."""
     flows = np.stack([np.sign(z) * np.abs(z) ** p for p in (0.5, 1.0, 2.0)], axis=1)
     return np.asarray(np.cumsum(flows, axis=0) / z.size)
 
