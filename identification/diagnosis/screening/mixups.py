@@ -7,7 +7,7 @@ only told if undoing it removes nearly all of the misfit.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from itertools import combinations
 
@@ -27,6 +27,7 @@ from identification.estimation.single_record import Fit, fit
 from identification.study.problem import Data, Problem
 
 Fitter = Callable[[BondGraph, Data], Fit]
+Commands = Mapping[str, Array]
 
 GROSS = 0.2
 """Error over the spread of a reading from which a mistake in the recording is looked for."""
@@ -200,7 +201,7 @@ def undone(data: Data, mixup: Mixup) -> Data:
         return data
     factor = -1.0 if mixup.kind == "sign" else 1.0 / mixup.factor
     if name in data.commands:
-        return replace(data, commands={**data.commands, name: factor * data.commands[name]})
+        return _commanded(data, lambda u: {**u, name: factor * u[name]} if name in u else u)
     c = data.names.index(name)
     if mixup.kind == "dead":
         # a floor this high takes the reading out of the fit
@@ -222,6 +223,12 @@ def as_read(graph: BondGraph, mixup: Mixup) -> BondGraph:
     return graph.replace(name, SENSORS[mixup.sensor](name, **kept))
 
 
+def _commanded(data: Data, changed: Callable[[Commands], Commands]) -> Data:
+    """Return the recording with other commands, at the samples and between them."""
+    finer = tuple((steps, changed(u)) for steps, u in data.finer)
+    return replace(data, commands=dict(changed(data.commands)), finer=finer)
+
+
 def _with(values: Array, place: int, value: float) -> Array:
     found = np.array(values, float)
     found[place] = value
@@ -230,9 +237,7 @@ def _with(values: Array, place: int, value: float) -> Array:
 
 def _exchanged(data: Data, one: str, other: str) -> Data:
     if one in data.commands:
-        commands = dict(data.commands)
-        commands[one], commands[other] = commands[other], commands[one]
-        return replace(data, commands=commands)
+        return _commanded(data, lambda u: {**u, one: u[other], other: u[one]} if one in u else u)
     order = list(range(len(data.names)))
     a, b = data.names.index(one), data.names.index(other)
     order[a], order[b] = b, a
@@ -364,6 +369,7 @@ def _brief(data: Data) -> Data:
         readings=data.readings[part],
         split=Split(slice(0, stop - begin), slice(0, stop - begin), "the first samples"),
         breaks=(),
+        finer=() if begin else data.finer[:1],
     )
 
 
