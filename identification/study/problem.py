@@ -507,7 +507,7 @@ class Problem:
         return self._fine[key]
 
     def _inputs_within(self, window: slice, steps: int) -> tuple[Array, int]:
-        """Inputs of a window as finely as its commands are known, and how many they are a sample.
+        """Return inputs of a window as finely as commands are known, how many a sample they are.
 
         At the samples alone where sub-steps do not meet them.
         """

@@ -1,4 +1,4 @@
-"""A calibration that is off is found at its sensor, not at another one, beyond its stated bounds."""
+"""A calibration that is off, or beyond its stated bounds, is found at its sensor, not elsewhere."""
 
 from __future__ import annotations
 
