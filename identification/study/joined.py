@@ -109,6 +109,52 @@ def _slower(r: Recording, step: float) -> Recording:
     return _inner(thin)
 
 
+def picked(recordings: Sequence[Recording]) -> tuple[Recording, ...]:
+    """Take every k-th sample of recordings k times faster than the slowest, k up to `FINEST`.
+
+    Commands that are followed `between_samples` need no low-pass, and the noise stays what it is.
+    """
+    slowest = max((r.dt for r in recordings), default=1.0)
+    return tuple(_picked(r, _steps(r, slowest)) for r in recordings)
+
+
+def between_samples(recordings: Sequence[Recording]) -> tuple[tuple[int, dict[str, Array]], ...]:
+    """Return what channels do between the samples that are `picked` of their recordings.
+
+    What is held between the samples of a fast recording is not held between fewer ones.
+
+    Returns
+    -------
+    tuple of (int, dict)
+        For each recording k and its channels, shape ((n - 1) k + 1,) for n samples; (1, {}) of one
+        that is taken as it is.
+    """
+    slowest = max((r.dt for r in recordings), default=1.0)
+    each = [(_steps(r, slowest), r) for r in recordings]
+    return tuple(
+        (k, {c: v[: (r.n - 1) // k * k + 1] for c, v in r.channels.items()}) if k > 1 else (1, {})
+        for k, r in each
+    )
+
+
+FINEST = 8
+"""Steps a sample that are followed: each is simulated, in all recordings."""
+
+
+def _steps(r: Recording, step: float) -> int:
+    ratio = Fraction(step / r.dt).limit_denominator(LARGEST)
+    return ratio.numerator if ratio.denominator == 1 and ratio.numerator <= FINEST else 1
+
+
+def _picked(r: Recording, steps: int) -> Recording:
+    if steps == 1:
+        return r
+    note = f"taken every {steps} samples, at about the rate of the slowest recording"
+    channels = {c: v[::steps] for c, v in r.channels.items()}
+    meta = {**r.meta, "notes": (*r.notes, note)}
+    return replace(r, time=r.time[::steps], channels=channels, meta=meta)
+
+
 def _inner(r: Recording) -> Recording:
     """Leave out the ends, where the low-pass goes on otherwise in a command than in a reading."""
     return r.slice(ENDS, r.n - ENDS)

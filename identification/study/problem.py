@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from bisect import bisect_right
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
@@ -51,6 +52,9 @@ class Data:
         `floor` was read off the noise itself, not estimated from the spectrum.
     sha256 : str
         Of the recording's file; empty if there is none.
+    finer : tuple of (int, dict)
+        For each recording the steps a sample in which its commands are known, and these commands,
+        shape ((n - 1) steps + 1,); see `joined.between_samples`. Empty: all at the samples alone.
     """
 
     name: str
@@ -65,6 +69,7 @@ class Data:
     resolution: Mapping[str, float] = field(default_factory=dict)
     floor_measured: bool = False
     sha256: str = ""
+    finer: tuple[tuple[int, Mapping[str, Array]], ...] = ()
 
     @property
     def n(self) -> int:
@@ -92,6 +97,20 @@ class Data:
         own = float((self.time[ends[k + 1] - 1] - self.time[ends[k]]) / (ends[k + 1] - ends[k] - 1))
         # one clock for all, but for the rounding of the stamps
         return self.dt if abs(own - self.dt) < SAME_CLOCK * self.dt else own
+
+    @cached_property
+    def parts(self) -> int:
+        """Steps of a sample in which the commands of every recording are known."""
+        return math.lcm(*(steps for steps, _ in self.finer))
+
+    def commanded(self, window: slice) -> tuple[int, Mapping[str, Array]]:
+        """Return the steps a sample in which commands of a window are known, and these commands."""
+        k, last = (bisect_right(self.breaks, i) for i in (window.start or 0, window.stop - 1))
+        # of several recordings at once none has steps of its own
+        steps, known = self.finer[k] if self.finer and k == last else (1, {})
+        begin = (0, *self.breaks)[k]
+        own = slice((window.start - begin) * steps, (window.stop - 1 - begin) * steps + 1)
+        return steps, {n: v[own] for n, v in known.items() if n in self.commands}
 
     def mask(self, part: str) -> Array:
         """Boolean mask of the samples of ``train``, ``test`` or ``held-out``.
@@ -150,6 +169,7 @@ class Data:
             readings=self.readings[::factor],
             split=split,
             breaks=tuple(-(-b // factor) for b in self.breaks),
+            finer=(),
         )
 
 
@@ -424,8 +444,12 @@ class Problem:
 
     @property
     def steps(self) -> int:
-        """Sub-steps of a sample; dead time needs the course of the outputs within a sample."""
-        return max(self.n_sub, 4) if self.delays else self.n_sub
+        """Sub-steps of a sample; dead time needs the course of the outputs within a sample.
+
+        Commands that are known between the samples change in whole sub-steps.
+        """
+        least = max(self.n_sub, 4) if self.delays else self.n_sub
+        return -(-least // self.data.parts) * self.data.parts
 
     @cached_property
     def inputs(self) -> Array:
@@ -486,8 +510,26 @@ class Problem:
         steps = self.steps if n_sub is None else n_sub
         key = (window.start, window.stop, steps)
         if key not in self._fine:
-            self._fine[key] = self.engine.fine_inputs(self.inputs[window], steps, self.data.hold)
+            u, within = self._inputs_within(window, steps)
+            self._fine[key] = self.engine.fine_inputs(u, steps // within, self.data.hold)
         return self._fine[key]
+
+    def _inputs_within(self, window: slice, steps: int) -> tuple[Array, int]:
+        """Return inputs of a window as finely as commands are known, how many a sample they are.
+
+        At the samples alone where sub-steps do not meet them.
+        """
+        u, engine = self.inputs[window], self.engine
+        within, known = self.data.commanded(window)
+        if within == 1 or steps % within:
+            return u, 1
+        n = np.arange(u.shape[0])
+        at = np.arange(n[-1] * within + 1) / within
+        made = engine.inputs(known, np.interp(at, n, self.data.time[window]))
+        for i, name in enumerate(engine.input_names):
+            if name not in engine.commands and name not in engine.input_rates:
+                made[:, i] = np.interp(at, n, u[:, i])  # counts along all recordings
+        return made, within
 
     @cached_property
     def _fine(self) -> dict[tuple[int, int, int], Array]:

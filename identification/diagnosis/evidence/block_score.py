@@ -36,6 +36,9 @@ WHITE = 0.1
 """Pole below which noise counts as white."""
 LEAST = 1e-3
 """Smallest standard deviation over the floor: no model predicts rounding."""
+BARELY = 1.0
+"""Lead in log likelihood below which nothing is told apart: not worth more than a bare mention
+(Kass and Raftery, J. Am. Stat. Assoc. 90 (1995) 773)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,6 +109,9 @@ class BlockScore:
             return 0.0 if self.sound == better.sound else np.inf if better.sound else -np.inf
         if self.loss < better.loss:
             return -better.behind(self)
+        # however well stretches agree on it: what differs by nothing is one hypothesis
+        if (self.loss - better.loss) * self.out.residual.size < BARELY:
+            return 0.0
         return max(self.apart(better), self.paired(better), key=abs)
 
     def apart(self, better: BlockScore) -> float:

@@ -35,6 +35,7 @@ from identification.diagnosis.screening.mode_forms import mode_forms
 from identification.diagnosis.screening.port_history import FittedModel, PortHistory
 from identification.diagnosis.screening.port_response import Probes, probes
 from identification.diagnosis.screening.score_test import Screened, training_rows
+from identification.diagnosis.screening.tangent_space import within_calibration
 from identification.estimation.single_record import Fit
 from identification.study.problem import Problem
 from identification.study.residual import Point, evaluate, slots
@@ -102,7 +103,7 @@ def bench_of(base: Fit, better: Fit, plain: BondGraph | None = None) -> Bench:
     problem = base.problem
     fit = base if base is better else replace(base, point=_carried(base, better))
     e = evaluate(problem, fit.point, scored=True)
-    columns = np.hstack([e.jacobian, states_of(problem, e)])
+    columns = np.hstack([within_calibration(base, e), states_of(problem, e)])
     graph = problem.with_chain if plain is None else plain
     return Bench(problem, rows_of(problem), e.residual, columns, probes(fit, graph))
 

@@ -68,7 +68,7 @@ def _run(f: Fit, column: int) -> tuple[Array, Array]:
     problem = f.problem
     s, w = np.full(problem.data.n, np.nan), np.full(problem.data.n, np.nan)
     p = parameters_at(problem, f.point.theta)
-    ready = by_step(lambda h: prepare(problem.compiled, p, h, problem.n_sub))
+    ready = by_step(lambda h: prepare(problem.compiled, p, h, problem.steps))
     for part, x0 in zip(windows(problem), f.point.states, strict=True):
         own = ready(problem.data.step(part))
         run = run_prepared(own, problem.inputs[part], x0, fine=problem.fine_inputs(part))

@@ -7,7 +7,7 @@ only told if undoing it removes nearly all of the misfit.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from itertools import combinations
 
@@ -15,8 +15,9 @@ import numpy as np
 from joblib import Parallel, delayed
 
 from bondgraph.graph.bond_graph import BondGraph
-from bondgraph.graph.elements import Da, Df, Dq, Sensor
+from bondgraph.graph.elements import Da, Df, Dq, Element, Sensor
 from bondgraph.signals.recording import Split
+from bondgraph.signals.units import parse_unit
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import BondsightError
 from identification.diagnosis.search.base import declared_fit
@@ -26,6 +27,7 @@ from identification.estimation.single_record import Fit, fit
 from identification.study.problem import Data, Problem
 
 Fitter = Callable[[BondGraph, Data], Fit]
+Commands = Mapping[str, Array]
 
 GROSS = 0.2
 """Error over the spread of a reading from which a mistake in the recording is looked for."""
@@ -45,8 +47,8 @@ FEWER = 600
 """Samples cut into short stretches."""
 ENOUGH = 10.0
 """Misfit over the floor of short stretches that a mistake undone may have in any case."""
-FAR = 8.0
-"""Ratio of measured to declared size from which other units are tried."""
+FAR = 2.0
+"""Ratio of measured to declared size from which other units are tried: declared values are off."""
 MOVED = 30.0
 """Ratio of a fitted to a declared value that no data sheet is wrong by."""
 DEAF = 0.1
@@ -56,6 +58,8 @@ SPREAD, CLOSE = 2.0, 1.2
 FACTORS = (1e2, 1e3, 1e6, 1e9, 180.0 / np.pi, 30.0 / np.pi, 9.80665, 1e3 / 25.4, 1e5, 6e4)
 """What a forgotten conversion multiplies by: percent, milli, micro, nano, degrees, turns a minute,
 kilogram-force, inches, bar, litres a minute."""
+ANGLES, LENGTHS = FACTORS[4:6], FACTORS[6:8]
+"""Those of what has no length in its unit, and of what has one (g for m/s^2 among them)."""
 
 
 @dataclass(frozen=True)
@@ -197,7 +201,7 @@ def undone(data: Data, mixup: Mixup) -> Data:
         return data
     factor = -1.0 if mixup.kind == "sign" else 1.0 / mixup.factor
     if name in data.commands:
-        return replace(data, commands={**data.commands, name: factor * data.commands[name]})
+        return _commanded(data, lambda u: {**u, name: factor * u[name]} if name in u else u)
     c = data.names.index(name)
     if mixup.kind == "dead":
         # a floor this high takes the reading out of the fit
@@ -219,6 +223,12 @@ def as_read(graph: BondGraph, mixup: Mixup) -> BondGraph:
     return graph.replace(name, SENSORS[mixup.sensor](name, **kept))
 
 
+def _commanded(data: Data, changed: Callable[[Commands], Commands]) -> Data:
+    """Return the recording with other commands, at the samples and between them."""
+    finer = tuple((steps, changed(u)) for steps, u in data.finer)
+    return replace(data, commands=dict(changed(data.commands)), finer=finer)
+
+
 def _with(values: Array, place: int, value: float) -> Array:
     found = np.array(values, float)
     found[place] = value
@@ -227,9 +237,7 @@ def _with(values: Array, place: int, value: float) -> Array:
 
 def _exchanged(data: Data, one: str, other: str) -> Data:
     if one in data.commands:
-        commands = dict(data.commands)
-        commands[one], commands[other] = commands[other], commands[one]
-        return replace(data, commands=commands)
+        return _commanded(data, lambda u: {**u, one: u[other], other: u[one]} if one in u else u)
     order = list(range(len(data.names)))
     a, b = data.names.index(one), data.names.index(other)
     order[a], order[b] = b, a
@@ -330,17 +338,20 @@ def _scales(graph: BondGraph, nominal: Fit, commands: list[str]) -> Iterator[Mix
     if not np.isfinite(ratio).all() or not (ratio > 0).all():
         return
     for n, r in zip(problem.data.names, ratio, strict=True):
-        yield from (Mixup("scale", (n,), f) for f in _conversions(float(r)))
+        yield from (Mixup("scale", (n,), f) for f in _conversions(float(r), graph[n]))
     together = float(np.exp(np.mean(np.log(ratio))))
     for n in commands:
-        yield from (Mixup("scale", (n,), f) for f in _conversions(1.0 / together))
+        yield from (Mixup("scale", (n,), f) for f in _conversions(1.0 / together, graph[n]))
 
 
-def _conversions(ratio: float) -> list[float]:
+def _conversions(ratio: float, channel: Element | None = None) -> list[float]:
     """Return conversions that a ratio of sizes may come from; none for an ordinary ratio."""
     if 1 / FAR < ratio < FAR:
         return []
-    known = [f**s for f in FACTORS for s in (1, -1)]
+    unit = getattr(channel, "unit", "")
+    long = bool(unit and parse_unit(unit).dims[0])
+    others = () if not unit else ANGLES if long else LENGTHS
+    known = [f**s for f in FACTORS if f not in others for s in (1, -1)]
     near = sorted(known, key=lambda f: abs(np.log(ratio / f)))[:2]
     return [f for f in near if abs(np.log(ratio / f)) < np.log(6.0)]
 
@@ -358,6 +369,7 @@ def _brief(data: Data) -> Data:
         readings=data.readings[part],
         split=Split(slice(0, stop - begin), slice(0, stop - begin), "the first samples"),
         breaks=(),
+        finer=() if begin else data.finer[:1],
     )
 
 

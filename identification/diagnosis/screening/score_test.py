@@ -20,6 +20,7 @@ from identification.diagnosis.catalogue.effect import Effect, Hint, Signature
 from identification.diagnosis.evidence.leave_out import rows_of
 from identification.diagnosis.screening.port_history import FittedModel
 from identification.diagnosis.screening.port_response import Probes
+from identification.diagnosis.screening.tangent_space import within_calibration
 from identification.statistics.blocks import mean_z
 from identification.study.problem import Problem
 from identification.study.residual import evaluate, weighted, windows
@@ -109,7 +110,8 @@ def projection(scene: FittedModel, free: Array | None = None) -> Projection:
     local = tuple((rows, _basis(matrix)) for rows, matrix in e.local)
     nothing = np.zeros((e.residual.size, 0))
     raw = Projection(problem, e.residual, 0.0, np.zeros(0), local, nothing)
-    columns = e.jacobian if free is None else np.hstack([e.jacobian, free])
+    columns = within_calibration(fit, e)
+    columns = columns if free is None else np.hstack([columns, free])
     made = replace(raw, _shared=_basis(raw.clean(columns)))
     left = made.clean(e.residual[:, None])[:, 0]
     return replace(

@@ -9,7 +9,33 @@ import numpy as np
 from bondgraph.signals.recording import Split
 from bondgraph.support.arrays import Array
 from identification.estimation.single_record import Fit
-from identification.study.residual import evaluate, windows
+from identification.study.joint import stack_of
+from identification.study.problem import gain_name
+from identification.study.residual import ResidualEvaluation, evaluate, windows
+
+
+def within_calibration(fit: Fit, e: ResidualEvaluation) -> Array:
+    """Return the Jacobian of a fit without the gains of its channels that ended at a bound.
+
+    How far a calibration may be off is stated: what lies beyond is no freedom, but a finding.
+
+    Returns
+    -------
+    ndarray, shape (M, p)
+    """
+    problem = fit.problem
+    lower, upper = stack_of((problem,)).bounds
+    gains = {gain_name(n) for n in (*problem.data.names, *problem.data.commands)} & problem.added
+    theta = fit.point.theta
+    ended = [
+        i for i, f in enumerate(problem.free)
+        if f.parameter.name in gains and not lower[i] + AT < theta[i] < upper[i] - AT
+    ]  # fmt: skip
+    return np.delete(e.jacobian, ended, axis=1)
+
+
+AT = 1e-6
+"""Distance from a bound, of a number scaled to one, that is none."""
 
 
 def freedom(fit: Fit) -> Array:

@@ -4,17 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import Sensor
 from bondgraph.signals.recording import Recording, Split
+from bondgraph.support.arrays import Array
 from bondgraph.support.errors import UnusableInput
 from identification.estimation.methods import METHODS
 from identification.estimation.single_record import Fit
 from identification.study.admission import distinct_names
-from identification.study.joined import at_one_rate
+from identification.study.joined import at_one_rate, between_samples, picked
 from identification.study.problem import Data, Problem, drives
 from identification.study.residual import windows
 from identification.study.specification import Nuisances, Vary
@@ -39,6 +41,8 @@ class Asked:
         Who says what is free and known; without one the graph does.
     cuts : tuple of int
         First samples of windows with an initial state of their own, if the study asks for them.
+    given : tuple of Recording
+        The recordings as they were given, at their own rates.
     """
 
     graph: BondGraph
@@ -48,6 +52,12 @@ class Asked:
     noise: Mapping[str, float] = field(default_factory=dict)
     study: Study | None = None
     cuts: tuple[int, ...] = ()
+    given: tuple[Recording, ...] = ()
+
+    @cached_property
+    def finer(self) -> tuple[tuple[int, dict[str, Array]], ...]:
+        """What the channels do between the samples of `recordings`."""
+        return between_samples(self.given)
 
     def problem(self, data: Data) -> Problem:
         """All of it as one problem: each recording from a state of its own."""
@@ -92,7 +102,7 @@ class Asked:
         hold = last.problem.data.hold
         if self.study is None:
             moving = Nuisances(commands=last.problem.source_offsets)
-            return Study(graph, self.recordings, hold=hold, nuisances=moving)
+            return Study(graph, self.given, hold=hold, nuisances=moving)
         old = self.study.graph.parameters
         new = [Vary(n) for n, p in graph.parameters.items() if n not in old and not p.fixed]
         begun, steps = self.study.starting(values), self.study.n_sub and last.problem.n_sub
@@ -126,19 +136,20 @@ def asked_of(
                 f"{asked.name}: what is to be diagnosed is no recording; make one with "
                 "Recording.read or Recording.from_arrays"
             )
-        return Asked(asked, at_one_rate(_of_one_kind(asked, given)), split, hold, noise)
+        own = _of_one_kind(asked, given)
+        return Asked(asked, at_one_rate(picked(own)), split, hold, noise, given=own)
     if recordings is not None:
         raise UnusableInput(
             "diagnose takes a graph with recordings or a study, which has its own; leave the "
             "recordings out, or use study.changed(recordings=...)"
         )
     own = _of_one_kind(asked.graph, [asked.with_silence(r) for r in asked.records])
-    found = at_one_rate(own)
+    found = at_one_rate(picked(own))
     same = [r.n for r in found] == [r.n for r in own]
     known = None if asked.hold == ESTIMATED else asked.hold
     return Asked(
         asked.graph.with_values(asked.starts), found, split or _split(asked, same), hold or known,
-        {**_levels(asked), **noise}, asked, _cuts(asked),
+        {**_levels(asked), **noise}, asked, _cuts(asked), own,
     )  # fmt: skip
 
 

@@ -64,7 +64,7 @@ def material_of(asked: Asked) -> Material:
     data = data_for(graph, recording, split, dict.fromkeys(sensors, 1.0))
     coarse = recording.meta.get("resolution") or {}
     steps = _declared_steps(graph) | (dict(coarse) if isinstance(coarse, Mapping) else {})
-    data = replace(data, breaks=breaks, resolution=steps)
+    data = replace(data, breaks=breaks, resolution=steps, finer=asked.finer if breaks else ())
     if reason := _insufficient(asked.n_free, data) or "; ".join((*stuck(data), *_turns(data))):
         return Material(recording, data, reason=reason)
     given = declared_noise(recording, sensors) | dict(asked.noise)

@@ -42,6 +42,15 @@ def test_antisymmetric_and_zero_for_equals() -> None:
     assert b.behind(a) > 3.0
 
 
+def test_what_differs_by_nothing_is_one_hypothesis() -> None:
+    """Two laws with the same predictions but for rounding: every stretch agrees on a lead of it."""
+    better = scored(white(1))
+    same = scored((1.0 + 1e-7) * white(1))
+    assert same.paired(better) > 3.0
+    assert same.behind(better) == better.behind(same) == 0.0
+    assert scored(1.05 * white(1)).behind(better) > 3.0
+
+
 def test_the_scale_of_the_floor_does_not_matter() -> None:
     n, d = white(1), white(2)
     one = scored(n + 0.1 * d).behind(scored(n))

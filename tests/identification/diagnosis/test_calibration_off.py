@@ -1,4 +1,4 @@
-"""A calibration that is off is found at its sensor, not at another one."""
+"""A calibration that is off, or beyond its stated bounds, is found at its sensor, not elsewhere."""
 
 from __future__ import annotations
 
@@ -6,10 +6,13 @@ import numpy as np
 import pytest
 
 from bondgraph import BondGraph, C, De, One, R, Sf, Zero
+from bondgraph.laws import Law, Polynomial
 from bondgraph.signals.recording import Recording
 from bondgraph.simulation.simulate import simulate
 from identification.diagnosis.diagnose import Diagnosis, diagnose
 from identification.diagnosis.search.candidates import DiagnosisOptions
+from identification.estimation import Known, Nuisances, Study
+from tests.spring import spring
 
 pytestmark = pytest.mark.slow
 
@@ -65,3 +68,45 @@ def test_a_sensor_that_is_four_per_cent_off(wrong: str) -> None:
 
 def test_a_right_calibration_is_no_finding() -> None:
     assert found("p2", 1.0).kind in ("explained", "parameters_only")
+
+
+def stated(gain: float, law: Law | None = None, cubic: float = 0.0) -> Diagnosis:
+    """A mass on a spring that is known, its place read by a sensor that is right within 2 %."""
+    rng = np.random.default_rng(17)
+    t = np.asarray(1e-3 * np.arange(1500), np.float64)
+    force = np.asarray(8.0 * np.sin(2 * np.pi * (0.5 + 3.0 * t) * t), np.float64)
+    values = {"a_3_k": cubic} if law is not None else {}
+    run = simulate(spring(k=800.0, law=law, speed="v"), t, {"F": force}, values)
+    channels = {"F": force}
+    for name, factor in (("x", gain), ("v", 1.0)):
+        y = np.asarray(run[name])
+        channels[name] = np.asarray(factor * y + 1e-3 * y.std() * rng.standard_normal(t.size))
+    record = Recording("run", t, channels, {"F": "N", "x": "m", "v": "m/s"})
+    study = Study(
+        spring(m=0.6, k=800.0, speed="v"), record, free=("m", "d"),
+        nuisances=Nuisances(gains={"x": Known(1.0, 0.02)}),
+    )  # fmt: skip
+    return diagnose(study, options=DiagnosisOptions(jobs=1, effects=1, keep=4, more=2))
+
+
+def test_a_calibration_beyond_its_bounds_is_a_finding() -> None:
+    d = stated(1.06)
+    assert d.kind == "missing_physics"
+    (first, *_) = d.findings
+    assert first.chosen is not None
+    assert (first.chosen.effect, first.chosen.element) == ("sensor_gain", "x")
+    assert d.repaired is not None
+    factor = d.repaired.values["gain_x"] * (1.0 + d.repaired.values["a_1_x"])
+    assert factor == pytest.approx(1.06, abs=2e-3)
+
+
+def test_a_calibration_within_its_bounds_is_none() -> None:
+    assert stated(1.015).kind in ("explained", "parameters_only")
+
+
+def test_a_gain_that_is_driven_to_its_bound_is_not_blamed() -> None:
+    """What is missing is the spring's: it hardens."""
+    d = stated(1.01, Polynomial(orders=(3,), size=1.0), 2e6)
+    assert d.decision is not None
+    assert d.decision.chosen is not None
+    assert d.decision.chosen.element == "k"

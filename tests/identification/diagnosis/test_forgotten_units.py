@@ -7,13 +7,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bondgraph import BondGraph, Da, Df, Dq, Reading
+from bondgraph import BondGraph, C, Da, Df, Dq, I, One, R, Reading, Se, Zero
 from bondgraph.graph.elements import Sensor
 from bondgraph.graph.modulation import effort
 from bondgraph.signals.recording import Recording
 from bondgraph.simulation.simulate import simulate
 from identification.diagnosis.diagnose import Diagnosis, diagnose
-from identification.diagnosis.screening.mixups import forgotten
+from identification.diagnosis.screening.mixups import _conversions, forgotten
 from identification.diagnosis.search.candidates import DiagnosisOptions
 from tests.spring import spring
 
@@ -64,6 +64,48 @@ def test_beside_another_sensor_the_channel_is_named(
     d = found(wrong, factor, *read)
     assert d.kind not in ("explained", "parameters_only")
     assert d.advice[0].startswith(says)
+
+
+def two_bodies(m: float, k: float, b: float) -> BondGraph:
+    """Two bodies on springs, the first pushed, the acceleration of both read."""
+    with BondGraph("two") as g:
+        first, second, joint, link = One("v1"), One("v2"), Zero("z"), One("r")
+        Se("F", unit="N") >> first >> I("m1", m, unit="kg")
+        second >> I("m2", 0.6 * m, unit="kg")
+        first >> joint >> second
+        joint >> link
+        for body, n, share in ((first, 1, 1.8), (link, 2, 1.0)):
+            body >> C(f"k{n}", stiffness=share * k, unit="N/m")
+            body >> R(f"b{n}", share * b, unit="N*s/m")
+        first >> Da("a1", unit="m/s^2")
+        second >> Da("a2", unit="m/s^2")
+    return g
+
+
+@pytest.mark.slow
+def test_beside_a_like_sensor_that_is_right() -> None:
+    """Values declared a third off bring the ratio of the sizes away from the conversion."""
+    rng = np.random.default_rng(23)
+    t = np.asarray(0.005 * np.arange(600), np.float64)
+    channels = {"F": np.repeat(rng.uniform(-5, 5, 60), 10)}
+    run = simulate(two_bodies(1.0, 500.0, 1.2), t, channels, hold="hold")
+    for n, factor in (("a1", 1.0), ("a2", 1 / G)):
+        y = np.asarray(run[n])
+        channels[n] = factor * (y + 1e-3 * y.std() * rng.standard_normal(t.size))
+    record = Recording("run", t, channels, {"F": "N", "a1": "m/s^2", "a2": "m/s^2"})
+    options = DiagnosisOptions(jobs=1, keep=3, more=1, effects=1)
+    d = diagnose(two_bodies(1.3, 380.0, 0.9), record, hold="hold", options=options)
+    assert d.kind == "unknown_physics"
+    (line,) = d.advice
+    assert line.startswith("a2 looks about 9.81 times too small (its unit?)")
+
+
+def test_conversions_fit_what_is_read() -> None:
+    """An acceleration is in g, not in turns a minute; an angle is not in inches."""
+    assert _conversions(0.15, Da("a", unit="m/s^2"))[0] == pytest.approx(1 / G)
+    assert not set(_conversions(7.0, Da("a", unit="m/s^2"))) & {30 / np.pi}
+    assert not set(_conversions(45.0, Dq("q", unit="rad"))) & {1e3 / 25.4}
+    assert _conversions(1.3) == []
 
 
 def test_alone_it_shows_in_all_values() -> None:

@@ -78,7 +78,7 @@ def level(recording: Recording, commands: tuple[str, ...] = ("u",)) -> float:
 def coloured(pole: float, seed: int) -> np.ndarray:
     """Noise with memory, standard deviation 2e-3, long enough for six periods."""
     white = np.random.default_rng(seed).standard_normal(6 * PERIOD + 500)
-    return 2e-3 * np.sqrt(1 - pole**2) * lfilter([1.0], [1.0, -pole], white)[500:]
+    return np.asarray(2e-3 * np.sqrt(1 - pole**2) * lfilter([1.0], [1.0, -pole], white)[500:])
 
 
 @pytest.mark.parametrize("seed", [1, 2, 3])
