@@ -47,6 +47,10 @@ DOUBT = 1.5
 """Standard errors by which a richer law may lead and its simpler one still be named alone."""
 
 
+FURTHER = 3.0
+"""Times the limit by which a law elsewhere has to lead: what a named one leaves may look so."""
+
+
 MOST = 3
 """More effects than this are no set of look-alikes but nothing known."""
 
@@ -69,7 +73,10 @@ def decide(evidence: Evidence, limits: Thresholds | None = None) -> Decision:
     if law is not None and _shows(e.plain, law.score, t) and _fits(law, kinds, e, t):
         if not _matters(law, e, t):
             return _slight(quiet, e, law, t)
-        return _rest_of(_named(quiet, e, law, laws, t), e, best.score, t)
+        named = _rest_of(_named(quiet, e, law, laws, t), e, best.score, t)
+        clear = not e.named or law.element in e.named or e.plain.behind(law.score) > FURTHER * t.z
+        if clear or named.kind != "missing_physics":
+            return named
     if not kinds:
         return _nothing(quiet, e, t)
     if not _matters(kinds[0], e, t):
