@@ -254,6 +254,33 @@ def test_what_changes_in_time_is_named_but_not_why() -> None:
     assert pushed.decided().answer == "exact"
 
 
+def test_a_course_in_time_is_not_named_where_the_motion_itself_explains_more() -> None:
+    """Heat that left the range of its name still says that the clock changes nothing."""
+
+    def answer(heat: float) -> Decision:
+        case = Case(5.0).law("time_varying_parameter at d", lag(1.0)).kind("time", "d", lag(1.0))
+        return case.law("self_heating at d", heat, most=0.5).kind("slow", "d", lag(2.0)).decided()
+
+    assert label(answer(lag(2.0))) == "time_varying_parameter at d"
+    d = answer(0.0)
+    assert (d.kind, d.answer, d.physics, d.places) == ("unknown_physics", "kind", "slow", ("d",))
+
+
+def test_a_law_that_is_not_quite_right_must_be_ahead_of_laws_elsewhere() -> None:
+    """It explains 92 % of what the best form does, and leaves noise."""
+    misfit = float(np.sqrt(0.08))
+
+    def answer(elsewhere: float, form: float = 0.0) -> Decision:
+        case = Case(1.0).law("coulomb_friction at d", misfit).kind("dissipative", "d", form)
+        return case.law("position_periodic_force at m", elsewhere, most=0.5).decided()
+
+    assert label(answer(misfit + 0.05)) == "coulomb_friction at d"
+    d = answer(misfit - 0.05)
+    assert (d.kind, d.answer, d.places) == ("unknown_physics", "unknown", ("d", "m"))
+    # one that explains all that any form does needs no lead
+    assert answer(misfit - 0.05, misfit).answer == "exact"
+
+
 def test_a_law_without_a_form_beside_it_is_not_called_exact() -> None:
     d = Case(5.0).law("hysteresis at k", 0.0).decided()
     assert (d.answer, np.isnan(d.law_fit)) == ("approximate", True)
@@ -757,6 +784,14 @@ def test_a_form_that_may_depend_on_anything_needs_to_do_clearly_better() -> None
     assert answer(4.0, "x") == ("kind", "sensing", ("x",))
 
 
+@pytest.mark.parametrize(("plain", "placed"), [(lag(5.0), ()), (lag(8.0), ("x",))])
+def test_what_may_follow_anything_is_told_only_where_it_clearly_leads(
+    plain: float, placed: tuple[str, ...]
+) -> None:
+    case = Case(plain, Remaining({"x": 5.0, "y": 5.0}, True, 0.0)).kind("sensing", "x", 0.0)
+    assert case.decided(replace(Thresholds(), gain=0.0)).places == placed
+
+
 @pytest.mark.parametrize("kind", ["time", "exogenous"])
 def test_what_takes_any_course_has_to_leave_nothing(kind: str) -> None:
     def answer(left: float) -> str:
@@ -1036,6 +1071,18 @@ def test_a_second_effect_elsewhere_is_named() -> None:
     case = Case(1.0, named=("k",)).law("coulomb_friction at d", 0.0)
     d = case.kind("dissipative", "d", lag(0.5)).kind("memory", "k", 0.9).decided()
     assert (d.kind, label(d)) == ("missing_physics", "coulomb_friction at d")
+
+
+@pytest.mark.parametrize(("z", "named"), [(8.0, False), (10.0, True)])
+def test_a_further_law_elsewhere_has_to_lead_clearly(z: float, named: bool) -> None:
+    """What a named law leaves may look like another effect."""
+
+    def answer(*known: str) -> str:
+        case = Case(lag(z), named=known).law("coulomb_friction at d", 0.0)
+        return case.kind("dissipative", "d", 0.0).decided(replace(Thresholds(), gain=0.0)).kind
+
+    assert answer() == answer("d") == "missing_physics"
+    assert (answer("k") == "missing_physics") is named
 
 
 # -- in general ------------------------------------------------------------------------------------

@@ -107,6 +107,21 @@ def test_a_kind_spans_the_laws_of_its_kind_and_not_those_of_others() -> None:
     assert explained(speed, np.tanh(MOVED / 0.03)) > 0.98
 
 
+@pytest.mark.parametrize("power", [0.5, 1.0, 1.5, 2.0])
+def test_what_leaks_from_a_store_is_slow(power: float) -> None:
+    """Through an orifice, a porous seal, a weir, against turbulence."""
+    z = 0.3 + MOVED - MOVED.min()
+    gone = DT * np.cumsum(z**power)
+    forms = flexible_forms(C("T", 1.0), past(z))
+
+    def left(*parts: np.ndarray) -> float:
+        columns = np.hstack([*parts, np.ones((N, 1)), z[:, None]])
+        return float(np.std(gone - columns @ np.linalg.lstsq(columns, gone, rcond=None)[0]))
+
+    assert left(forms["slow"].columns) < 1e-3 * gone.std()
+    assert left(forms["surface"].columns) > 0.5 * left()
+
+
 @pytest.mark.parametrize("element", [TF("n", 2.0), GY("g", 2.0)], ids=lambda e: e.name)
 def test_a_ratio_that_changes_keeps_the_power(element: TF | GY) -> None:
     """The power that the effort gains is the power that the other side gives."""

@@ -22,7 +22,7 @@ from identification.diagnosis.search.candidates import (
     trial_of,
 )
 from identification.diagnosis.search.nominal import nominal_fit
-from identification.diagnosis.search.one_step import _idle
+from identification.diagnosis.search.one_step import BEHIND, _finished, _idle
 from identification.estimation.single_record import fit
 from identification.estimation.sub_steps import settled_fit
 from identification.study.problem import Data, Problem
@@ -97,3 +97,15 @@ def test_the_richer_law_goes_on_from_where_the_simpler_ended() -> None:
     assert (again[1].effect, again[1].element, again[1].home) == ("stribeck_friction", "d", True)
     # what explains at least as much is left alone
     assert not_worse(again, OPTIONS)[1] is again[1]
+
+
+def test_what_was_on_its_way_is_followed_where_the_best_leaves_more_than_noise() -> None:
+    _, (coulomb, stribeck, hysteresis) = candidates()
+    assert coulomb.train > 1.5**2
+    assert 1.5 * coulomb.train < stribeck.train < BEHIND * coulomb.train
+    trials = [coulomb, stribeck, hysteresis]
+    followed = {t.effect: t for t in _finished(trials, OPTIONS, 1.5)}
+    assert followed["stribeck_friction"].train < 0.6 * coulomb.train
+    # beside a law that leaves noise nothing else is worth the time
+    left = _finished(trials, OPTIONS, 2 * float(np.sqrt(coulomb.train)))
+    assert any(t is stribeck for t in left)
