@@ -27,6 +27,7 @@ from bondgraph.laws.magnet import Magnet as Magnet
 from bondgraph.laws.maxwell_slip import MaxwellSlip as MaxwellSlip
 from bondgraph.laws.odometer import Odometer as Odometer
 from bondgraph.laws.onset import Onset as Onset
+from bondgraph.laws.orifice import Orifice as Orifice
 from bondgraph.laws.overflow import Overflow as Overflow
 from bondgraph.laws.parametrised import Parametrised as Parametrised
 from bondgraph.laws.periodic import Periodic as Periodic

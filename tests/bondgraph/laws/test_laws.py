@@ -27,6 +27,7 @@ from bondgraph.laws import (
     LuGre,
     Magnet,
     MaxwellSlip,
+    Orifice,
     Parametrised,
     PiecewiseLinear,
     Polynomial,
@@ -57,6 +58,7 @@ LAWS: dict[str, Law] = {
     "LuGre": LuGre(0.8, 0.4, 0.3, 60.0, 0.2),
     "Sliding": Sliding(MaxwellResistiveCapacitor((60.0, 40.0), (0.3, 0.6))),
     "QuadraticDrag": QuadraticDrag(0.7),
+    "Orifice": Orifice(0.7, 0.4),
     "Polynomial": Polynomial(0.2, 1.5, 1.0, (2, 3)),
     "Hats": PiecewiseLinear((-1.0, -0.5, 0.5, 1.0), 1.0),
     "Table": TableLaw((-1.0, 0.2, 1.0), (-0.5, 0.0, 2.0), free=True),
@@ -82,7 +84,7 @@ EVERY: dict[str, Law] = {
     **GRADED_LAWS,
     **{f"{type(law).__name__} {i}": law for i, law in enumerate(TIMED_LAWS)},
 }
-FRICTION = {"Coulomb", "Stribeck", "QuadraticDrag", "Viscous"}
+FRICTION = {"Coulomb", "Stribeck", "QuadraticDrag", "Orifice", "Viscous"}
 PRESLIDING = {"LuGre", "Sliding"}
 JUMPING = {"Rounding", "Wrapping"}
 STEP = 0.01

@@ -26,7 +26,7 @@ from identification.diagnosis.catalogue.restoring.contact_loss import ContactLos
 from identification.diagnosis.catalogue.restoring.end_stop import EndStopEffect
 from identification.diagnosis.catalogue.restoring.nonlinear_stiffness import NonlinearStiffness
 from identification.diagnosis.catalogue.storage.added_mode import AddedMode
-from identification.diagnosis.catalogue.storage.leakage import Leakage
+from identification.diagnosis.catalogue.storage.leakage import HOLE, Leakage
 from identification.diagnosis.catalogue.storage.overflow import OverflowEffect
 from identification.diagnosis.catalogue.storage.self_heating import SelfHeatingEffect
 from identification.estimation.single_record import fit, start_cost
@@ -54,6 +54,11 @@ class Case:
     weights: Callable[[float], tuple[float, ...]]
     weak: float
     tolerance: float = 0.03
+
+
+def deepest(store: str) -> float:
+    """Highest effort of a hydraulic store."""
+    return float(np.abs(scene("hydraulic").past[store].output).max())
 
 
 def first(signature: Signature) -> bool:
@@ -102,6 +107,8 @@ CASES = [
          lambda e: (e,), 0.02, 0.2),
     Case(Leakage(), "electrical", "C_1", first, lambda s, e: {"leak_C_1": e}, lambda e: (e,), 1e-4),
     Case(Leakage(), "hydraulic", "T_1", first, lambda s, e: {"leak_T_1": e}, lambda e: (e,), 1e-4),
+    Case(Leakage(), "hydraulic", "T_1", lambda s: shape(s, "way") == HOLE,
+         lambda s, e: {"full_R_leak_T_1": e * np.sqrt(deepest("T_1"))}, lambda e: (e,), 1e-5),
     Case(AddedMode(), "mechanical", "m", lambda s: shape(s, "omega") < 30.0,
          lambda s, e: {"mu_m": e, "omega_m": shape(s, "omega")}, lambda e: (e,), 1e-5, 0.05),
     Case(SelfHeatingEffect(), "electrical", "R_1", lambda s: shape(s, "tau") > 1.0,

@@ -3,56 +3,93 @@
 from __future__ import annotations
 
 import numpy as np
+from sympy import Expr
 
 from bondgraph.graph.elements import Element, Parameter, R, Zero, symbol
+from bondgraph.laws import Orifice
+from bondgraph.support.arrays import Array
 from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
-from identification.diagnosis.catalogue.places import vessels
+from identification.diagnosis.catalogue.places import CAPACITORS, HEAT_STORES, has_unit, vessels
 from identification.diagnosis.catalogue.starts import at_least
 from identification.diagnosis.screening.port_history import FittedModel
 
+SEEPS, HOLE = 0.0, 1.0
+"""A leak in proportion to the effort, or to its root."""
+NARROW = 1e-3
+"""Part of the effort that is lost in proportion to the flow through a hole: it has a length."""
+
 
 class Leakage(Effect):
-    """Charge, heat or volume seeps out in proportion to the effort."""
+    """Charge, heat or volume seeps out in proportion to the effort, or to its root."""
 
     name = "leakage"
     family = "storage"
     kind = "slow"
     law = "parallel_resistor"
-    sentence = "it leaks: what it holds seeps away in proportion to its effort"
+    sentence = "it leaks: what it holds seeps away the faster the higher its effort"
     looks = "the level sinks while nothing is drawn, and slow changes come out too small"
     confused_with = ("creep", "sensor_drift", "overflow")
     separated_by = (
         "fill it, close everything and wait at two levels: a leak empties it towards zero at a "
-        "rate in proportion to the level; creep ends, drift does not care about the level"
+        "rate that grows with the level; creep ends, drift does not care about the level"
     )
-    source = "self-discharge resistor of a capacitor; linear outflow of a tank"
+    source = "self-discharge resistor of a capacitor; Torricelli 1643 (a hole in a tank)"
     where = staticmethod(vessels)
 
     def signatures(self, scene: FittedModel, element: Element) -> tuple[Signature, ...]:
-        """Effort lost with what has seeped away."""
+        """Effort lost with what has seeped away, and with what has left through a hole."""
         past = scene.of(element)
-        q = past.argument
-        seeped = np.concatenate([[0.0], np.cumsum(0.5 * (q[1:] + q[:-1]))]) * past.dt
-        return (Signature((-past.slope * seeped)[:, None]),)
+        flows = {SEEPS: past.argument, HOLE: np.sign(past.output) * np.sqrt(np.abs(past.output))}
+        return tuple(
+            Signature((-past.slope * _since(f) * past.dt)[:, None], shape={"way": way})
+            for way, f in flows.items()
+        )
 
     def insert(self, scene: FittedModel, element: Element, hint: Hint | None = None) -> Insertion:
-        """Insert a resistor across the storage; its value is slope over rate."""
-        past, g, name = scene.of(element), scene.graph, element.name
-        duration = past.dt * past.n
-        typical = 0.1 / duration
-        rate = Parameter(
-            f"leak_{name}", typical, "1/s", lower=1e-5 / duration, upper=1.0 / past.dt,
-            scale=typical,
-        )  # fmt: skip
-        slope = g.coefficient(element)
+        """Insert a resistor or a hole across the storage, whichever explained more."""
+        past, name, g = scene.of(element), element.name, scene.graph
         (bond,) = g.bonds_of(name)
         junction = g[g.neighbour(name)]
         if not isinstance(junction, Zero):
             junction = Zero(f"leaking_{name}")
             g = g.with_inserted(bond, junction)
-        leak = R(f"R_leak_{name}", slope / symbol(rate.name, positive=True))
-        g = g.with_parameters([rate]).with_branch(junction.name, [leak])
-        tried = [typical, 30 * typical]
+        duration = past.dt * past.n
+        typical, hole = 0.1 / duration, hint is not None and hint.shape["way"] == HOLE
+        level = float(np.abs(past.output).max()) or 1.0
+        size = float(np.abs(past.argument).max()) or 1.0 if hole else 1.0
+        leak, rate = (
+            _hole(element, typical * size, level) if hole
+            else _seep(name, typical, duration, past.dt, g.coefficient(element))
+        )  # fmt: skip
+        g = (g if hole else g.with_parameters([rate])).with_branch(junction.name, [leak])
+        tried = [typical * size, 30 * typical * size]
         if hint is not None:
-            tried = [at_least(hint.weights[0], 0.1 * typical)]
+            weight = float(hint.weights[0]) * (np.sqrt(level) if hole else 1.0)
+            tried = [at_least(weight, 0.1 * typical * size)]
         return self.inserted(element, g, tuple({rate.name: v} for v in tried), (rate.name,))
+
+
+def _since(flow: Array) -> Array:
+    """Sum of a flow since the start, by the trapezoidal rule."""
+    return np.concatenate([[0.0], np.cumsum(0.5 * (flow[1:] + flow[:-1]))])
+
+
+def _seep(
+    name: str, typical: float, duration: float, dt: float, slope: Expr
+) -> tuple[R, Parameter]:
+    """Return a resistor across the store and its parameter: the rate, slope over resistance."""
+    rate = Parameter(
+        f"leak_{name}", typical, "1/s", lower=1e-5 / duration, upper=1.0 / dt, scale=typical
+    )
+    return R(f"R_leak_{name}", slope / symbol(rate.name, positive=True)), rate
+
+
+def _hole(element: Element, typical: float, level: float) -> tuple[R, Parameter]:
+    """Return a hole across the store, and its parameter: the flow at the highest effort."""
+    flow, effort = "m3/s", "Pa"
+    if has_unit(element, CAPACITORS):
+        flow, effort = "A", "V"
+    elif has_unit(element, HEAT_STORES):
+        flow, effort = "W", "K"
+    law, name = Orifice(typical, level, flow, effort), f"R_leak_{element.name}"
+    return R(name, NARROW * level / typical, law=law, fixed=True), law.parameters(name)[0]
