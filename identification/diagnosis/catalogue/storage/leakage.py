@@ -15,7 +15,7 @@ from identification.diagnosis.screening.port_history import FittedModel
 
 SEEPS, HOLE = 0.0, 1.0
 """A leak in proportion to the effort, or to its root."""
-NARROW = 1e-3
+NARROW = 0.01
 """Part of the effort that is lost in proportion to the flow through a hole: it has a length."""
 
 
@@ -54,18 +54,20 @@ class Leakage(Effect):
             junction = Zero(f"leaking_{name}")
             g = g.with_inserted(bond, junction)
         duration = past.dt * past.n
-        typical, hole = 0.1 / duration, hint is not None and hint.shape["way"] == HOLE
-        level = float(np.abs(past.output).max()) or 1.0
-        size = float(np.abs(past.argument).max()) or 1.0 if hole else 1.0
-        leak, rate = (
-            _hole(element, typical * size, level) if hole
-            else _seep(name, typical, duration, past.dt, g.coefficient(element))
-        )  # fmt: skip
-        g = (g if hole else g.with_parameters([rate])).with_branch(junction.name, [leak])
-        tried = [typical * size, 30 * typical * size]
-        if hint is not None:
-            weight = float(hint.weights[0]) * (np.sqrt(level) if hole else 1.0)
-            tried = [at_least(weight, 0.1 * typical * size)]
+        typical = 0.1 / duration
+        if hint is not None and hint.shape["way"] == HOLE:
+            level = float(np.abs(past.output).max()) or 1.0
+            least = 0.1 * typical * float(np.abs(past.argument).max() or 1.0)
+            full = at_least(hint.weights[0] * np.sqrt(level), least)
+            leak, rate = _hole(element, full, level)
+            tried = [full, 3 * full]
+        else:
+            leak, rate = _seep(name, typical, duration, past.dt, g.coefficient(element))
+            g = g.with_parameters([rate])
+            tried = [typical, 30 * typical]
+            if hint is not None:
+                tried = [at_least(hint.weights[0], 0.1 * typical)]
+        g = g.with_branch(junction.name, [leak])
         return self.inserted(element, g, tuple({rate.name: v} for v in tried), (rate.name,))
 
 
@@ -84,12 +86,12 @@ def _seep(
     return R(f"R_leak_{name}", slope / symbol(rate.name, positive=True)), rate
 
 
-def _hole(element: Element, typical: float, level: float) -> tuple[R, Parameter]:
+def _hole(element: Element, full: float, level: float) -> tuple[R, Parameter]:
     """Return a hole across the store, and its parameter: the flow at the highest effort."""
     flow, effort = "m3/s", "Pa"
     if has_unit(element, CAPACITORS):
         flow, effort = "A", "V"
     elif has_unit(element, HEAT_STORES):
         flow, effort = "W", "K"
-    law, name = Orifice(typical, level, flow, effort), f"R_leak_{element.name}"
-    return R(name, NARROW * level / typical, law=law, fixed=True), law.parameters(name)[0]
+    law, name = Orifice(full, level, flow, effort), f"R_leak_{element.name}"
+    return R(name, NARROW * level / full, law=law, fixed=True), law.parameters(name)[0]
