@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from sympy import Expr
 
@@ -68,7 +70,8 @@ class Leakage(Effect):
             if hint is not None:
                 tried = [at_least(hint.weights[0], 0.1 * typical)]
         g = g.with_branch(junction.name, [leak])
-        return self.inserted(element, g, tuple({rate.name: v} for v in tried), (rate.name,))
+        made = self.inserted(element, g, tuple({rate.name: v} for v in tried), (rate.name,))
+        return replace(made, law=leak.law.name) if isinstance(leak.law, Orifice) else made
 
 
 def _since(flow: Array) -> Array:
