@@ -10,11 +10,12 @@ from collections import Counter
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
-from joblib import Parallel, delayed
+from joblib import delayed
 
 from actuators.models.catalogue import stack_with_payload
 from bondgraph.signals.recording import Recording
 from bondgraph.support.errors import UnusableInput, unknown_name
+from bondgraph.support.parallel import results
 from bondgraph.support.whole_file import write_atomically
 from bondsight.cli.progress import Bar
 from hardware.simulators import Truth, draw_truth, effects, record, seal
@@ -138,9 +139,8 @@ def score(count: int, first: int, folder: Path, jobs: int, effect: str | None = 
     folder.mkdir(parents=True, exist_ok=True)
     begin = time.perf_counter()
     found: list[Outcome] = []
-    work = Parallel(n_jobs=jobs, return_as="generator_unordered")(
-        delayed(one)(seed, folder, effect) for seed in range(first, first + count)
-    )
+    calls = (delayed(one)(seed, folder, effect) for seed in range(first, first + count))
+    work = results(calls, jobs)
     with Bar(quiet=not sys.stderr.isatty()) as bar:
         for outcome in work:
             found.append(outcome)

@@ -9,11 +9,11 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from joblib import Parallel, delayed
-from joblib.parallel import get_active_backend
+from joblib import delayed
 
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import UnusableInput, unknown_name
+from bondgraph.support.parallel import results
 from identification.estimation.estimate import Progress, estimate
 from identification.estimation.levenberg_marquardt import FitStatus
 from identification.estimation.methods import METHODS, FitOptions, FitTask
@@ -184,13 +184,10 @@ def _spread(stack: JointProblem, count: int, seed: int) -> Array:
 def _run(
     study: Study, method: str, points: Array, jobs: int, max_iterations: int
 ) -> Generator[Arrival, None, None]:
-    backend, _ = get_active_backend()
-    streams = bool(getattr(backend, "supports_return_generator", False))
-    parallel = Parallel(n_jobs=jobs, return_as="generator_unordered" if streams else "list")
     tasks = (
         delayed(_one)(study, method, i, theta, max_iterations) for i, theta in enumerate(points)
     )
-    yield from parallel(tasks)
+    yield from results(tasks, jobs)
 
 
 def _one(study: Study, method: str, index: int, theta: Array, max_iterations: int) -> Arrival:

@@ -21,6 +21,7 @@ from bondgraph.signals.recording import Recording, Split
 from bondgraph.simulation.simulate import simulate
 from bondgraph.support.arrays import FloatArray
 from bondgraph.support.errors import BondsightError, UnusableInput, unknown_name
+from bondgraph.support.parallel import results
 from identification.estimation.estimate import estimate
 from identification.estimation.levenberg_marquardt import FitStatus
 from identification.estimation.threads import single_threaded
@@ -273,7 +274,7 @@ def coverage(
     progress : callable, optional
         Called with trials done, trials in all and a text; Ctrl-C keeps the finished trials.
     """
-    from joblib import Parallel, delayed
+    from joblib import delayed
 
     for k in kinds:
         if k not in KINDS:
@@ -282,7 +283,7 @@ def coverage(
     case.clean
     work = (delayed(trial)(case, first + i, tuple(kinds), first) for i in range(trials))
     try:
-        for made in Parallel(n_jobs=jobs, return_as="generator")(work):
+        for made in results(work, jobs, ordered=True):
             outcomes.append(made)
             if progress is not None:
                 progress(len(outcomes), trials, case.name)

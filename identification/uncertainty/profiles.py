@@ -10,6 +10,7 @@ import numpy as np
 
 from bondgraph.support.arrays import FloatArray
 from bondgraph.support.errors import UnusableInput
+from bondgraph.support.parallel import results
 from bondgraph.support.tall import triangle
 from identification.estimation.levenberg_marquardt import minimise
 from identification.estimation.result import Estimation
@@ -193,14 +194,14 @@ def profiles(
     jobs : int
         Processes (joblib; the backend follows `joblib.parallel_config`).
     """
-    from joblib import Parallel, delayed
+    from joblib import delayed
 
     fit = from_estimation(fit) if isinstance(fit, Estimation) else fit
     wanted = tuple(names) if names is not None else tuple(u.name for u in fit.parameters)
     done: list[Profile] = []
     try:
         work = (delayed(profile_one)(fit, n, most=most, beyond=beyond) for n in wanted)
-        for made in Parallel(n_jobs=jobs, return_as="generator")(work):
+        for made in results(work, jobs, ordered=True):
             done.append(made)
             if progress is not None:
                 progress(len(done), len(wanted), made.name)

@@ -14,6 +14,7 @@ from joblib import Parallel, delayed
 from bondgraph.simulation.start import HOLDS
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import BondsightError
+from bondgraph.support.parallel import results
 from identification.diagnosis.catalogue import CATALOGUE, UNNAMED, Effect, Insertion
 from identification.diagnosis.evidence.replication import added, scatter
 from identification.diagnosis.screening.port_history import FittedModel
@@ -283,10 +284,8 @@ def _round(
     end: float,
 ) -> list[Candidate]:
     found: list[tuple[str, Candidate]] = []
-    jobs = Parallel(n_jobs=options.jobs, return_as="generator_unordered")(
-        delayed(_alone)(work, *t) for t in tasks
-    )
-    for done, (label, trial) in enumerate(jobs, start=1):
+    made = results((delayed(_alone)(work, *t) for t in tasks), options.jobs)
+    for done, (label, trial) in enumerate(made, start=1):
         if trial is not None:
             found.append((label, trial))
         if progress is not None:

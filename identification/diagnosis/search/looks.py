@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Sequence
 
 import numpy as np
-from joblib import Parallel, delayed, effective_n_jobs
+from joblib import delayed, effective_n_jobs
 
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.support.errors import BondsightError
+from bondgraph.support.parallel import results
 from identification.diagnosis.catalogue import Effect
 from identification.diagnosis.evidence.kind_pairs import KindPair, pair_scores
 from identification.diagnosis.evidence.kind_score import KindScore, bench_of, kind_scores
@@ -53,7 +54,7 @@ class Looks:
         """Let a process of its own look for the relations that `where` will need."""
         if effective_n_jobs(self.jobs) > 1:
             work = [delayed(_relations)(base, classes)]
-            self.coming = Parallel(n_jobs=self.jobs, return_as="generator")(work)
+            self.coming = results(work, self.jobs)
 
     def where(self, base: Fit, classes: Isolability) -> tuple[str, ...]:
         """Return the only places where the mismatch may sit, whatever its law."""

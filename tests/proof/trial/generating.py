@@ -8,9 +8,10 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from joblib import Parallel, delayed
+from joblib import delayed
 
 from bondgraph.support.errors import UnusableInput
+from bondgraph.support.parallel import results
 from bondgraph.support.whole_file import write_atomically
 from tests.proof.exam.making import exam_record
 from tests.proof.trial.commitment import DESIGN, commit
@@ -85,9 +86,7 @@ def make_all(
     cases: Sequence[Case], layout: Layout, make: Make, jobs: int, progress: Progress | None
 ) -> list[dict[str, Any]]:
     """Make the recordings that are not there, list what is public, return all truths."""
-    made = Parallel(n_jobs=jobs, return_as="generator_unordered")(
-        delayed(_make)(case, layout, make) for case in cases
-    )
+    made = results((delayed(_make)(case, layout, make) for case in cases), jobs)
     for done, name in enumerate(made, start=1):
         if progress is not None:
             progress(f"recording {name}", done / len(cases))

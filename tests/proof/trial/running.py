@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from joblib import Parallel, delayed
+from joblib import delayed
 
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import Sensor, Source, TwoPort, Valued
@@ -16,6 +16,7 @@ from bondgraph.signals.recording import Recording
 from bondgraph.signals.recording_file import sha256_of
 from bondgraph.signals.units import parse_unit
 from bondgraph.support.errors import UnusableInput
+from bondgraph.support.parallel import results
 from bondgraph.support.whole_file import write_atomically
 from identification.diagnosis.localisation.element_kind import element_kind
 from tests.proof.trial.layout import Layout
@@ -90,10 +91,8 @@ def run_all(
     done = 0
     # the slow ones are not known beforehand: a fixed shuffle spreads plants over the processes
     order = np.random.default_rng(0).permutation(len(todo))
-    found = Parallel(n_jobs=jobs, return_as="generator_unordered", pre_dispatch="2*n_jobs")(
-        delayed(one)(work, layout, todo[i], target, seed) for i in order
-    )
-    for name, said in found:
+    calls = (delayed(one)(work, layout, todo[i], target, seed) for i in order)
+    for name, said in results(calls, jobs):
         done += 1
         if progress is not None:
             progress(f"{name}: {said}", (len(public) - len(todo) + done) / len(public))

@@ -45,6 +45,7 @@ def content(path: Path) -> dict[str, Any]:
     """Return an answer without what it cost."""
     kept: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
     kept["verdict"].pop("seconds")
+    kept["baselines"].pop("cpu_seconds")
     return {k: v for k, v in kept.items() if "seconds" not in k}
 
 
@@ -113,5 +114,21 @@ def test_dask_gives_the_same_answers(layout: Layout, tmp_path: Path) -> None:
     ):  # fmt: skip
         assert run_all(layout, public, tmp_path, exam_answer, jobs=2) == 3
     assert set(read_exam_answers(tmp_path)) == {p.id for p in public}
+    for p in public:
+        assert content(tmp_path / f"{p.id}.json") == content(layout.answers / f"{p.id}.json")
+
+
+@pytest.mark.long
+@pytest.mark.filterwarnings("ignore")
+def test_ray_gives_the_same_answers(layout: Layout, tmp_path: Path) -> None:
+    ray = pytest.importorskip("ray")
+    pytest.importorskip("ray.util.joblib").register_ray()
+    public = read_public(layout.public)
+    ray.init(num_cpus=2, include_dashboard=False, logging_level="ERROR")
+    try:
+        with joblib.parallel_config(backend="ray"):
+            assert run_all(layout, public, tmp_path, exam_answer, jobs=2) == 3
+    finally:
+        ray.shutdown()
     for p in public:
         assert content(tmp_path / f"{p.id}.json") == content(layout.answers / f"{p.id}.json")
