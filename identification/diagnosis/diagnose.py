@@ -43,6 +43,7 @@ from identification.diagnosis.search.forward_selection import steps
 from identification.diagnosis.search.material import Material, material_of
 from identification.diagnosis.search.nominal import (
     deeper,
+    deepest,
     held_to_residual,
     nominal_fit,
     seen_in_training,
@@ -297,6 +298,7 @@ def _nominal(result: Diagnosis, material: Material) -> tuple[Fit, Split]:
             f"{asked.graph.name} cannot be simulated on {material.recording.name}: the outputs are "
             "not finite; check parameter values, signs and units"
         )
+    nominal = deepest(nominal, held_to_residual(nominal, material.given), asked.problem, asked.hold)
     nominal = held_to_residual(nominal, material.given)
     if material.usual:
         nominal = seen_in_training(problem, nominal, asked.hold, result.limits.noise)

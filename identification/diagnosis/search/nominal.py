@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -335,6 +335,22 @@ def held_to_residual(result: Fit, given: Collection[str] = ()) -> Fit:
             return result
         result = again
     return result
+
+
+def deepest(
+    first: Fit, lowered: Fit, problem_of: Callable[[Data], Problem], hold: str | None
+) -> Fit:
+    """Return the fit by the lowered noise from where it ended, or one that begins anew.
+
+    A noise that was read too high calls a minimum good that is not: no other one was looked for.
+    """
+    data = first.problem.data
+    if (lowered.problem.data.floor > CLEARLY[0] * data.floor).all():
+        return lowered
+    problem = problem_of(replace(data, floor=lowered.problem.data.floor))
+    again = nominal_fit(problem.graph, problem.data, hold, problem)[1]
+    sound = again.status is not FitStatus.BROKEN
+    return again if sound and again.cost < DEEPER * lowered.cost else lowered
 
 
 CLEARLY = (0.7, 0.95, 0.95)

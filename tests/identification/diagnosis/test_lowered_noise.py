@@ -17,9 +17,9 @@ from identification.diagnosis.diagnose import diagnose
 from identification.diagnosis.search import material as module
 from identification.diagnosis.search.asked import Asked
 from identification.diagnosis.search.candidates import DiagnosisOptions
-from identification.diagnosis.search.nominal import held_to_residual, nominal_fit
-from identification.estimation.single_record import Fit
-from identification.study.problem import Data
+from identification.diagnosis.search.nominal import deepest, held_to_residual, nominal_fit
+from identification.estimation.single_record import Fit, fit
+from identification.study.problem import Data, Problem
 from tests.spring import spring
 
 N, DT = 900, 0.01
@@ -115,3 +115,16 @@ def test_the_answer_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
     assert [n.split(" was read")[0] for n in d.notes if "was read at" in n] == [
         "the noise of x", "the noise of speed",
     ]  # fmt: skip
+
+
+def test_another_minimum_is_looked_for_where_the_noise_was_read_too_high() -> None:
+    first = fitted(NOISE * 8)
+    data = replace(first.problem.data, floor=NOISE)
+    caught = fit(replace(first.problem, data=data, starts={"k": 900.0}), max_iterations=0)
+    found = deepest(first, caught, lambda d: Problem(plant(), d), "linear")
+    assert found.chi2("train") == pytest.approx(1.0, abs=0.1)
+    assert found.cost < 0.01 * caught.cost
+    # a noise that was read right leaves the minimum that was found
+    same = replace(first.problem, data=replace(data, floor=0.8 * first.problem.data.floor))
+    kept = fit(replace(same, starts={"k": 900.0}), max_iterations=0)
+    assert deepest(first, kept, lambda d: Problem(plant(), d), "linear") is kept
