@@ -17,6 +17,7 @@ from bondgraph.hysteresis import play_record
 from bondgraph.support.arrays import Array
 from identification.diagnosis.catalogue.effect import Signature
 from identification.diagnosis.catalogue.memory.creep import lagged
+from identification.diagnosis.catalogue.places import CAPACITORS, HEAT_STORES, TANKS, has_unit
 from identification.diagnosis.catalogue.transduction.nonlinear_ratio import (
     current_of_two_port,
     way_of_two_port,
@@ -53,11 +54,12 @@ def flexible_forms(element: Element, past: PortHistory) -> Mapping[str, Signatur
     q = _unit(past.argument)
     match element:
         case C():
+            keeps = has_unit(element, (*TANKS, *CAPACITORS, *HEAT_STORES))
             made = {
                 "restoring": [curve(q)],
                 "memory": [plays(q), plays(past.output)],
                 "surface": [curve(q), products(q, _unit(np.gradient(q)))],
-                "slow": [slow(q, past.dt), seeped(q)],
+                "slow": [slow(q, past.dt), *([seeped(q)] if keeps else [])],
                 "time": [in_time(q)],
             }
         case R():

@@ -112,7 +112,7 @@ def test_what_leaks_from_a_store_is_slow(power: float) -> None:
     """Through an orifice, a porous seal, a weir, against turbulence."""
     z = 0.3 + MOVED - MOVED.min()
     gone = DT * np.cumsum(z**power)
-    forms = flexible_forms(C("T", 1.0), past(z))
+    forms = flexible_forms(C("T", 1.0, unit="m3/Pa"), past(z))
 
     def left(*parts: np.ndarray) -> float:
         columns = np.hstack([*parts, np.ones((N, 1)), z[:, None]])
@@ -120,6 +120,8 @@ def test_what_leaks_from_a_store_is_slow(power: float) -> None:
 
     assert left(forms["slow"].columns) < 1e-3 * gone.std()
     assert left(forms["surface"].columns) > 0.5 * left()
+    spring = flexible_forms(C("k", stiffness=1.0, unit="N/m"), past(z))
+    assert left(spring["slow"].columns) > 1e-3 * gone.std()  # nothing leaves it
 
 
 @pytest.mark.parametrize("element", [TF("n", 2.0), GY("g", 2.0)], ids=lambda e: e.name)
