@@ -140,7 +140,7 @@ def _steady_power(y: Array, lag: int, run: slice) -> tuple[float, float]:
         known = [float(np.mean(p**2)) for p in pieces if p.size]
         if not known:
             break
-        degrees = max(1.0, pieces[-1].size / _memory(np.concatenate(pieces)))
+        degrees = max(FEWEST, pieces[-1].size / _memory(np.concatenate(pieces)))
         # the median of a mean square of few degrees of freedom lies below its mean (Wilson and
         # Hilferty 1931)
         power = float(np.median(known)) / 2.0 / (1.0 - 2.0 / (9.0 * degrees)) ** 3
@@ -149,6 +149,10 @@ def _steady_power(y: Array, lag: int, run: slice) -> tuple[float, float]:
         powers.append(power)
         freedom += degrees * len(known)
     return (float(np.mean(powers)), freedom) if powers else (np.inf, 1.0)
+
+
+FEWEST = 3.0
+"""Degrees of freedom of a part at least: what is slower than that may be a transient, no noise."""
 
 
 def _memory(noise: Array) -> float:
