@@ -46,6 +46,10 @@ def add_acquire_command(verbs: Any) -> None:
     )  # fmt: skip
     p.add_argument("--synchronise", choices=("clock", "start", "none"), default="clock",
                    help="how the sensor knows when the output changes")  # fmt: skip
+    p.add_argument(
+        "--patience", type=float, default=2.0, metavar="SECONDS",
+        help="longest silence of the sensor, beyond the length of a block (default 2)",
+    )  # fmt: skip
     p.add_argument("--name", default="take", help="of the recording and its files")
     p.add_argument("--out", type=Path, default=OUT)
     p.add_argument("--live", type=Path, default=None, metavar="PNG", help="picture of the progress")
@@ -189,7 +193,9 @@ def _record(options: argparse.Namespace, settings: Any) -> Path:
     erase = None
     if options.erase is not None:
         erase = erasure(options.erase, rate, settings.envelope)
-    plan = TakePlan(volts, rate, options.name, options.synchronise, erase=erase)
+    plan = TakePlan(
+        volts, rate, options.name, options.synchronise, patience=options.patience, erase=erase
+    )
     print(f"envelope:   {settings.envelope.describe().splitlines()[0]}")
     print(
         f"signal:     {options.signal}, {volts.size} samples of {rate:g} Hz "
@@ -197,12 +203,14 @@ def _record(options: argparse.Namespace, settings: Any) -> Path:
     )
     with open_station(settings) as bench:
         station = bench.station(plan)
+        for remark in station.remarks:
+            print(f"note:       {remark}")
         quiet = options.quiet or not sys.stderr.isatty()
         with watching(plan, station, quiet=quiet, picture=options.live) as view:
             taken = record(station, plan, options.out / options.name, watch=view)
         print(f"output:     {bench.output.status}")
     print(f"recording:  {taken.path}  {taken.recording!r}")
     print(f"raw data:   {taken.journal}")
-    for sentence in taken.sentences:
+    for sentence in taken.sentences[len(station.remarks) :]:
         print(f"note:       {sentence}")
     return taken.path

@@ -19,6 +19,7 @@ The file is TOML::
     [interferometer]
     connection = "usb:0"
     dead_path = 0.1
+    clocked = "fast"                 # "block" if edges can clock blocks too
 
     [noise]
     x = 1e-9                         # standard deviation of a channel, SI, where it is known
@@ -38,6 +39,7 @@ from bondgraph.support.errors import UnusableInput, real_number
 from bondgraph.support.typed_reader import Rules, bad, make, off_default, record
 from hardware.envelope import PRESETS, Envelope
 
+CLOCKED = ("fast", "block")
 OUTPUTS = ("mf634", "mf624", "ni", "gcs", "pipython")
 
 
@@ -125,6 +127,9 @@ class InterferometerSettings:
         Hz on its own clock; chosen from the waveform if not given.
     quadrature : bool
         Record sine and cosine too, and correct the periodic error from them.
+    clocked : {"fast", "block"}
+        Where edges on its clock input can take samples: in the fast mode only, as the device of
+        the thesis (its sections 4.2.2 and 6.6), or in a block too.
     """
 
     connection: str = "usb:0"
@@ -133,6 +138,7 @@ class InterferometerSettings:
     dead_path: float = 0.0
     rate: float | None = None
     quadrature: bool = False
+    clocked: Annotated[str, one_of(*CLOCKED)] = "fast"
 
 
 @dataclass(frozen=True, slots=True)
