@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable
 from functools import cached_property
-from math import isfinite
+from math import isclose, isfinite
 from typing import Any
 
 import sympy as sp
@@ -326,7 +326,8 @@ class _Builder:
         self, e: Element, role: str, law: Law, signal: str
     ) -> tuple[int, list[tuple[Any, str]]]:
         """Use a law on a signal; return its number and its linear part."""
-        slope = sp.S.One if law.signal_slope == 1.0 else sp.Float(law.signal_slope)
+        own = law.signal_slope
+        slope = sp.S.One if isclose(own, 1.0, rel_tol=1e-12) else sp.Float(own)
         return self.law_use(e, role, law, signal, slope), [(slope, signal)] if slope != 0 else []
 
     def _as_value(
