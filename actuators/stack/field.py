@@ -162,9 +162,7 @@ def stack_field_charge(
 
 def stack_field_curved(*, external_force: bool = False) -> BondGraph:
     """Return the voltage-driven stack with electrostriction and saturation, `CURVED`."""
-    return stack_field_voltage(
-        curvature=CURVED, sensors=("x", "i"), external_force=external_force
-    )
+    return stack_field_voltage(curvature=CURVED, sensors=("x", "i"), external_force=external_force)
 
 
 def _declared(

@@ -93,8 +93,9 @@ class ClosedLoopStudy:
     def __str__(self) -> str:
         """Return the numbers."""
         lines = [
-            "one whole sample from reading to force, hold of one sample; rates in Hz; the integral "
-            f"holds the errors before the present one (with it PI of 10 Hz needs {self.present:.1f})"
+            "one whole sample from reading to force, hold of one sample; rates in Hz",
+            "the integral holds the errors before the present one; with that too PI of 10 Hz needs "
+            f"{self.present:.1f}",
         ]
         lines += [
             f"crossover {r.crossover:4.0f} Hz, {'PID' if r.derivative else 'PI '}: stable above "

@@ -54,7 +54,7 @@ class PositionController:
 
 
 def with_present_error(c: PositionController, rate: float) -> PositionController:
-    """Controller whose sum before now equals that of `c` with the present error in it.
+    """Return the controller whose sum before now equals that of `c` with the present error in it.
 
     From ``K (1 + (T / T_i) z / (z - 1))``: gain and integral time grow by ``1 + T / T_i``.
     """

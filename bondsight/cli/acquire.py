@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from bondgraph.support.errors import UnusableInput
+from bondgraph.support.errors import UnusableInput, real_number
 from bondsight.cli.arguments import OUT, add_jobs, add_map, nonnegative
 from bondsight.cli.output import writable
 
@@ -77,6 +77,8 @@ def _acquire(options: argparse.Namespace) -> int:
             "acquire: give a station file, or --simulated for a virtual bench (not both)"
         )
     _check_name(options.name)
+    if not real_number("--patience", options.patience) > 0.0:
+        raise UnusableInput(f"--patience {options.patience:g}: give seconds above 0")
     writable(options.out)
     new_files(options.out / options.name)
     if options.diagnose:

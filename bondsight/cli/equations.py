@@ -10,7 +10,9 @@ from bondgraph.export.notations import NOTATIONS
 
 def add_equations_command(verbs: Any) -> None:
     """Add ``equations`` to the sub-parsers of ``bondsight``."""
-    p = verbs.add_parser("equations", help="print the equations of a model, with its external force")
+    p = verbs.add_parser(
+        "equations", help="print the equations of a model, with its external force"
+    )
     p.add_argument("model")
     p.add_argument("--format", choices=NOTATIONS, default="ordered")
     p.set_defaults(run=_equations)

@@ -66,7 +66,9 @@ class OpenStation:
                 f"{needed} = the digital line to the interferometer; wire it, or choose 'none'"
             )
         wave = GuardedWave(self.output, self._driven.wave(plan.synchronisation))
-        sensors, preparation, remarks = _sensors(self.interferometer, self.settings.interferometer, plan)
+        sensors, preparation, remarks = _sensors(
+            self.interferometer, self.settings.interferometer, plan
+        )
         return Station(
             self.clock, self.output, wave, sensors, preparation, parked(self.output),
             self._driven.gains, self.settings.amplifier.lag, self.settings.amplifier.lag_error,
@@ -198,7 +200,7 @@ def _clocked(
     raise UnusableInput(
         f"{plan.name}: {n} samples clocked at {plan.rate:g} Hz, but the station says that edges "
         f"clock only the fast mode, up to {NORMAL_RATE:g} Hz; lower the rate, synchronise by "
-        '\'start\', or say [interferometer] clocked = "block" if the device can'
+        "'start', or say [interferometer] clocked = \"block\" if the device can"
     )
 
 

@@ -57,6 +57,7 @@ def test_a_simulated_take_ends_with_its_seal(
         *((["--simulated", "--erase", v], f"--erase {v}: is outside of") for v in ("nan", "inf")),
         (["--simulated", "--erase=-5"], "--erase -5: is outside of"),
         (["--simulated", "--signal", "demagnetise:-5"], "--signal demagnetise:-5: is outside"),
+        *((["--simulated", "--patience", v], "--patience") for v in ("0", "nan")),
         (["--simulated", "--name", "../up"], "no plain file name"),
         (["--simulated", "--name", ""], "no plain file name"),
         (["--simulated", "--name", "a\nb"], "no plain file name"),

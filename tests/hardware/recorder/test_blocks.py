@@ -14,8 +14,8 @@ from bondgraph.support.errors import UnusableInput
 from hardware.devices.interferometer import Block, Streaming, Triggered
 from hardware.errors import HardwareError, LinkLost, TimedOut
 from hardware.recorder import TakePlan, TakeProgress, record
-from hardware.storage import flags_of, open_journal, recover
 from hardware.station import settings_from
+from hardware.storage import flags_of, open_journal, recover
 
 Make = Callable[..., Any]
 SENSOR = "interferometer"
