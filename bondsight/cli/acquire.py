@@ -10,6 +10,7 @@ from typing import Any
 from bondgraph.support.errors import UnusableInput, real_number
 from bondsight.cli.arguments import OUT, add_jobs, add_map, nonnegative
 from bondsight.cli.output import writable
+from bondsight.cli.take_file import TakeAction, described
 
 
 def add_acquire_command(verbs: Any) -> None:
@@ -31,7 +32,17 @@ def add_acquire_command(verbs: Any) -> None:
     p.add_argument("--place", default="", help="with --simulated: at this element")
     p.add_argument("--strength", default="", help="with --simulated: weak, medium or strong")
     p.add_argument("--seed", type=nonnegative, default=None, help="of the bench and the signal")
-    p.add_argument("--signal", default="session", help="session, sine:HZ, demagnetise, or a file")
+    p.add_argument(
+        "--take", type=Path, action=TakeAction, metavar="FILE",
+        help="signal, rate, samples, seed, erase, synchronise and patience from a TOML file, or "
+        "from the journal of a take that is to be repeated; options behind it count instead",
+    )  # fmt: skip
+    p.add_argument(
+        "--signal", default="session",
+        help="session, sine:HZ, ramp:SECONDS, triangle:HZ, staircase:STEPS:SECONDS, "
+        "multisine:LOWEST_HZ:HIGHEST_HZ, reversals:CURVES:VOLTS_A_SECOND (each may end with "
+        ":LOW:HIGH volts), demagnetise:VOLTS, or a file",
+    )  # fmt: skip
     p.add_argument(
         "--erase", type=float, default=None, metavar="VOLTS",
         help="before the take, take the actuator's history away by a decay around this voltage",
@@ -196,8 +207,9 @@ def _record(options: argparse.Namespace, settings: Any) -> Path:
     if options.erase is not None:
         erase = erasure(options.erase, rate, settings.envelope)
     plan = TakePlan(
-        volts, rate, options.name, options.synchronise, patience=options.patience, erase=erase
-    )
+        volts, rate, options.name, options.synchronise, patience=options.patience, erase=erase,
+        asked=described(options),
+    )  # fmt: skip
     print(f"envelope:   {settings.envelope.describe().splitlines()[0]}")
     print(
         f"signal:     {options.signal}, {volts.size} samples of {rate:g} Hz "

@@ -150,6 +150,7 @@ def _command(plan: TakePlan) -> dict[str, Any]:
     return {
         "samples": int(plan.volts.size), "rate": plan.rate, "lowest": float(plan.volts.min()),
         "highest": float(plan.volts.max()), "synchronisation": plan.synchronisation,
+        "asked": dict(plan.asked),
     }  # fmt: skip
 
 

@@ -175,16 +175,17 @@ def read_settings(path: str | Path) -> StationSettings:
     UnknownName
         Via `UnusableInput`, with the nearest names.
     """
-    file = Path(path)
+    return settings_from(toml_of(Path(path), "a station file"), Path(path).name)
+
+
+def toml_of(file: Path, what: str) -> dict[str, Any]:
+    """Return the plain values of a TOML file, or raise `UnusableInput` in one line."""
     try:
-        content = tomllib.loads(file.read_text(encoding="utf-8"))
+        return tomllib.loads(file.read_text(encoding="utf-8"))
     except OSError as error:
-        raise UnusableInput(
-            f"{file}: cannot be read, {error.strerror}; give a station file"
-        ) from None
+        raise UnusableInput(f"{file}: cannot be read, {error.strerror}; give {what}") from None
     except (UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
         raise UnusableInput(f"{file.name}: is no TOML, {error}") from None
-    return settings_from(content, file.name)
 
 
 def settings_from(content: Mapping[str, Any], where: str = "station") -> StationSettings:
