@@ -136,3 +136,18 @@ def test_an_unknown_station_is_taken_for_the_thesis_device() -> None:
     assert plain.clocked == "fast"
     with pytest.raises(UnusableInput, match="blok"):
         settings_from({**table, "interferometer": {"clocked": "blok"}})
+
+
+@pytest.mark.parametrize("ppm", [-2000.0, 2000.0])
+def test_a_full_block_on_a_clock_of_its_own_loses_the_end_only(
+    bench: Make, target: Path, ppm: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """There is no room for the samples behind the wave that make up for a fast clock."""
+    monkeypatch.setattr("hardware.station.opening.MEMORY", 1000)
+    _, station = bench(interferometer={"ppm": ppm})
+    plan = slow(5.0, 200.0)
+    made = station.station(plan)
+    assert (made.sensors[0].samples, made.sensors[0].rate) == (1000, 200.0)
+    taken = record(made, plan, target)
+    lost = 1000 - taken.recording.n
+    assert 0 <= lost <= (4 if ppm < 0.0 else 1)
