@@ -23,7 +23,7 @@ def stack_with_payload(*, external_force: bool = False) -> BondGraph:
     )
 
 
-MODELS: dict[str, Callable[[], BondGraph]] = {
+MODELS: dict[str, Callable[..., BondGraph]] = {
     "stack_bond_graph": stack_bond_graph,
     "stack_lumped": stack_lumped,
     "stack_with_payload": stack_with_payload,
