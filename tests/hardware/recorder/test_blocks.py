@@ -31,13 +31,16 @@ def with_sensor(station: Any, **settings: Any) -> None:
     station.settings = replace(now, interferometer=replace(now.interferometer, **settings))
 
 
-def test_a_block_longer_than_the_patience_is_kept(bench: Make, target: Path) -> None:
+@pytest.mark.parametrize(("way", "samples"), [("start", 529 * 4), ("clock", 525)])
+def test_a_block_longer_than_the_patience_is_kept(
+    bench: Make, target: Path, way: Any, samples: int
+) -> None:
     _, station = bench()
-    plan = slow(10.5)
+    plan = replace(slow(10.5), synchronisation=way)
     assert plan.seconds > 2.0 * plan.patience
     taken = record(station.station(plan), plan, target)
     assert taken.recording.n >= plan.volts.size - 2
-    assert open_journal(taken.journal).read(SENSOR).n == 529 * 4
+    assert open_journal(taken.journal).read(SENSOR).n == samples
 
 
 def test_a_trigger_that_never_comes_still_ends_a_long_take(bench: Make, target: Path) -> None:
@@ -99,15 +102,20 @@ def test_the_block_of_the_thesis_is_taken_as_asked_for(bench: Make) -> None:
         assert not station.station(plan).remarks
 
 
-def test_a_rate_that_no_block_holds_is_streamed_and_said(bench: Make) -> None:
+def test_a_rate_that_no_block_holds_is_streamed_and_said(
+    bench: Make, target: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("hardware.station.opening.MEMORY", 1000)
     _, station = bench()
     with_sensor(station, rate=50_000.0)
-    made = station.station(slow(10.5))
+    plan = slow(0.2)
+    made = station.station(plan)
     (sensor,) = made.sensors
     assert isinstance(sensor, Streaming)
     (remark,) = made.remarks
-    assert "32768" in remark
+    assert "no block of 1000" in remark
     assert "16000 Hz" in remark
+    assert record(made, plan, target).sentences[0] == remark
 
 
 def test_a_device_whose_blocks_no_edge_clocks_is_read_in_its_fast_mode(
