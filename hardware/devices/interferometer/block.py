@@ -30,7 +30,7 @@ class Block(Measurement):
     start : bool
         An edge on the trigger input starts it.
     external : bool
-        Every edge on the clock input takes one sample.
+        Every edge on the clock input takes one sample, where the device can.
     memory : int
         Values the device can hold.
     fastest : float
