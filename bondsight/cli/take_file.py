@@ -10,7 +10,6 @@ from typing import Annotated, Any
 
 from bondgraph.support.bounds import Count, Positive, one_of
 from bondgraph.support.errors import UnusableInput
-from bondgraph.support.typed_reader import make, record
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,6 +33,7 @@ def read_take(path: Path) -> TakeDescription:
     UnusableInput
         One line: no such file, no TOML, a key unknown or of another type.
     """
+    from bondgraph.support.typed_reader import make, record
     from hardware.station.settings import toml_of
     from hardware.storage import open_journal
 
