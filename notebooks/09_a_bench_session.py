@@ -130,6 +130,7 @@ voltage_monitor = 0.05
 [interferometer]
 connection = "net:{address["interferometer"]}"
 dead_path = 0.1
+clocked = "block"
 """
 settings = settings_from(tomllib.loads(STATION))
 bench = open_station(settings)

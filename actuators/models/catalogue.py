@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 
 from actuators.electrostatic.moving_plate import moving_plate, moving_plate_charge
 from actuators.models.textbook import mass_with_viscous_friction, resonator, thermal_lag
@@ -15,12 +16,14 @@ from actuators.ultrasonic.stage import ultrasonic_stage
 from bondgraph import BondGraph
 
 
-def stack_with_payload() -> BondGraph:
+def stack_with_payload(*, external_force: bool = False) -> BondGraph:
     """Return the linear stack that moves 0.1 kg through a 20 ohm lead; reads ``x`` and ``i``."""
-    return stack_bond_graph(mass=0.1, resistance=20.0, damping=150.0, sensors=("x", "i"))
+    return stack_bond_graph(
+        mass=0.1, resistance=20.0, damping=150.0, sensors=("x", "i"), external_force=external_force
+    )
 
 
-MODELS: dict[str, Callable[[], BondGraph]] = {
+MODELS: dict[str, Callable[..., BondGraph]] = {
     "stack_bond_graph": stack_bond_graph,
     "stack_lumped": stack_lumped,
     "stack_with_payload": stack_with_payload,
@@ -36,3 +39,12 @@ MODELS: dict[str, Callable[[], BondGraph]] = {
     "resonator": resonator,
     "thermal_lag": thermal_lag,
 }
+
+LOADED: dict[str, Callable[[], BondGraph]] = {
+    name: partial(MODELS[name], external_force=True)
+    for name in (
+        "stack_bond_graph", "stack_lumped", "stack_with_payload", "stack_field_voltage",
+        "stack_field_charge", "stack_field_curved", "stack_lumped_maxwell", "stack_bond_graph_ang",
+    )
+}  # fmt: skip
+"""Models with the force ``F_e`` on their end, which recordings seldom hold: for reading."""

@@ -11,7 +11,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from actuators.models.catalogue import MODELS
+from actuators.models.catalogue import LOADED, MODELS
 from bondgraph.export.graph_json.read_graph import from_json
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.support.errors import BondsightError, UnusableInput, unknown_name
@@ -23,10 +23,11 @@ _NOT_THE_MODEL = (
 )
 
 
-def load_model(text: str) -> BondGraph:
+def load_model(text: str, *, loaded: bool = False) -> BondGraph:
     """Model from a catalogue name, ``package.module:factory``, a ``.json`` or a ``.py`` file.
 
-    A ``.py`` file is run and has to offer ``model()``; a ``.json`` file is only read.
+    A ``.py`` file is run and has to offer ``model()``; a ``.json`` file is only read. With `loaded`
+    an actuator of the catalogue has the external force among its inputs.
 
     Raises
     ------
@@ -34,7 +35,7 @@ def load_model(text: str) -> BondGraph:
         One line: what cannot be loaded, where it failed, what to do.
     """
     if text in MODELS:
-        factory: Callable[[], Any] = MODELS[text]
+        factory: Callable[[], Any] = (LOADED if loaded else {}).get(text, MODELS[text])
     elif text.endswith(".json"):
         return from_json(Path(text))
     elif text.endswith(".py"):

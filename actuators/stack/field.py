@@ -160,9 +160,9 @@ def stack_field_charge(
     return graph.with_branch("terminal", (across,))
 
 
-def stack_field_curved() -> BondGraph:
+def stack_field_curved(*, external_force: bool = False) -> BondGraph:
     """Return the voltage-driven stack with electrostriction and saturation, `CURVED`."""
-    return stack_field_voltage(curvature=CURVED, sensors=("x", "i"))
+    return stack_field_voltage(curvature=CURVED, sensors=("x", "i"), external_force=external_force)
 
 
 def _declared(

@@ -15,13 +15,17 @@ from bondgraph.hysteresis import MaxwellResistiveCapacitor
 from bondgraph.laws import Hysteretic
 
 
-def stack_lumped_maxwell(transducer: float | None = None) -> BondGraph:
+def stack_lumped_maxwell(
+    transducer: float | None = None, *, external_force: bool = False
+) -> BondGraph:
     """Return the lumped-parameter model of table 6.1 with the Maxwell elements of table 6.4.
 
     Parameters
     ----------
     transducer : float, optional
         T, N/V; by default the printed one, with which the loop comes out too small.
+    external_force : bool
+        Add the input ``F_e``.
 
     Returns
     -------
@@ -35,16 +39,21 @@ def stack_lumped_maxwell(transducer: float | None = None) -> BondGraph:
         stiffness=named(TABLE_6_1, "k"),
         mass=named(TABLE_6_1, "m") / 3.0,
         damping=named(TABLE_6_1, "b"),
+        external_force=external_force,
     )
 
 
-def stack_bond_graph_ang(transducer: float | None = None) -> BondGraph:
+def stack_bond_graph_ang(
+    transducer: float | None = None, *, external_force: bool = False
+) -> BondGraph:
     """Return the general bond graph of table 6.2 with Ang's inverse of sec 6.5.
 
     Parameters
     ----------
     transducer : float, optional
         T, m/C; by default the printed number, which the printed inverse was fitted with.
+    external_force : bool
+        Add the input ``F_e``, which the thesis leaves out in (5.4).
 
     Returns
     -------
@@ -60,6 +69,7 @@ def stack_bond_graph_ang(transducer: float | None = None) -> BondGraph:
         damping=named(TABLE_6_1, "b"),
         resistance=named(TABLE_6_2, "R_e"),
         length=named(TABLE_6_2, "l"),
+        external_force=external_force,
     )
 
 

@@ -73,6 +73,8 @@ class ClosedLoopStudy:
     Attributes
     ----------
     rates : tuple of CrossoverRates
+    present : float
+        What the PI loop of 10 Hz needs (Hz) if its integral holds the present error too.
     loop : SampledLoop
         PID of 20 Hz, stable above `stable` Hz.
     smooth : mapping of float to Answer
@@ -82,6 +84,7 @@ class ClosedLoopStudy:
     """
 
     rates: tuple[CrossoverRates, ...]
+    present: float
     loop: us.SampledLoop
     stable: float
     smooth: Mapping[float, us.Answer]
@@ -89,7 +92,11 @@ class ClosedLoopStudy:
 
     def __str__(self) -> str:
         """Return the numbers."""
-        lines = ["one whole sample from reading to force, hold of one sample; rates in Hz"]
+        lines = [
+            "one whole sample from reading to force, hold of one sample; rates in Hz",
+            "the integral holds the errors before the present one; with that too PI of 10 Hz needs "
+            f"{self.present:.1f}",
+        ]
         lines += [
             f"crossover {r.crossover:4.0f} Hz, {'PID' if r.derivative else 'PI '}: stable above "
             f"{r.stable:7.1f}, 45 degrees above "
@@ -144,7 +151,8 @@ def closed_loop() -> ClosedLoopStudy:
         for rate in RATES
         for tolerance in (0.0, 1e-5, 1e-4)
     }
-    return ClosedLoopStudy(rates, loop, stable, smooth, rough)
+    present = us.stability_rate(us.designed(10.0), present=True)
+    return ClosedLoopStudy(rates, present, loop, stable, smooth, rough)
 
 
 def _rates(crossover: float, derivative: float) -> CrossoverRates:

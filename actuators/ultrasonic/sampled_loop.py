@@ -8,7 +8,7 @@ actuator behind the inverse of its characteristic.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import degrees, exp, pi, sqrt
 
 import numpy as np
@@ -25,6 +25,9 @@ MARGIN = 45.0
 @dataclass(frozen=True)
 class PositionController:
     """Force (N) from the position error (m): ``K (e + sum e T / T_i + T_d (e_k - e_(k-1)) / T)``.
+
+    The sum is over the errors *before* the present one. `with_present_error` gives the controller
+    that acts as if the present one were in the sum, the convention of `actuators.compensation`.
 
     Parameters
     ----------
@@ -48,6 +51,17 @@ class PositionController:
         """Refuse signs that cannot be stable."""
         if not (self.gain > 0 and self.integral > 0 and min(self.derivative, self.breakaway) >= 0):
             raise UnusableInput(f"Controller: gain and integral > 0, the others >= 0, not {self}")
+
+
+def with_present_error(c: PositionController, rate: float) -> PositionController:
+    """Return the controller whose sum before now equals that of `c` with the present error in it.
+
+    From ``K (1 + (T / T_i) z / (z - 1))``: gain and integral time grow by ``1 + T / T_i``.
+    """
+    more = 1 + 1 / (rate * c.integral)
+    return replace(
+        c, gain=c.gain * more, integral=c.integral * more, derivative=c.derivative / more
+    )
 
 
 @dataclass(frozen=True)
@@ -168,9 +182,17 @@ def spectral_radius(loop: SampledLoop, rate: float) -> float:
     return float(np.abs(np.linalg.eigvals(closed_loop_matrix(loop, rate))).max())
 
 
-def stability_rate(loop: SampledLoop) -> float:
-    """Lowest sample rate (Hz) above which the linear loop is stable, by its exact poles."""
-    return _lowest(lambda rate: 1.0 - spectral_radius(loop, rate), loop)
+def stability_rate(loop: SampledLoop, *, present: bool = False) -> float:
+    """Lowest sample rate (Hz) above which the linear loop is stable, by its exact poles.
+
+    With `present` the integral holds the present error too.
+    """
+
+    def excess(rate: float) -> float:
+        acting = with_present_error(loop.controller, rate) if present else loop.controller
+        return 1.0 - spectral_radius(replace(loop, controller=acting), rate)
+
+    return _lowest(excess, loop)
 
 
 def margin_rate(loop: SampledLoop, margin: float = MARGIN) -> float:

@@ -232,6 +232,8 @@ class _Equations:
         (b,) = self.graph.bonds_of(e.name)
         target = self.names.effort(b) if isinstance(e, Se) else self.names.flow(b)
         times = {"rate": 1 / LAPLACE, "integral": LAPLACE}.get(e.given, sp.S.One)
+        if e.drive is not None and e.drive.law is not None:
+            times = times * rational(e.drive.law.signal_slope)
         known: list[tuple[Any, str]] = [(-self._factor(e) * times, e.name)]
         if (offset := self.graph.channel_value(e, "offset")) is not None:
             known.append((-offset * times, "one"))
@@ -356,7 +358,8 @@ class _Equations:
         for power, name in enumerate(e.drift, start=1):
             known.append((-lag * symbol(name), "ramp" if power == 1 else f"ramp{power}"))
         argument = value if e.law else ""
+        through = rational(e.law.signal_slope) if e.law else sp.S.One
         self.put(
-            e.name, "reading", [(-gain, value)],
+            e.name, "reading", [(-gain * through, value)],
             known=tuple(known), argument=argument, lag=gain * lag,
         )  # fmt: skip

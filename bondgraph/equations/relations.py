@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable
 from functools import cached_property
-from math import isfinite
+from math import isclose, isfinite
 from typing import Any
 
 import sympy as sp
@@ -312,7 +312,7 @@ class _Builder:
             self.put(command, terms, f"command of {e.name}", expression=rest)
             terms, rest = [(1, command)], None
             if e.drive.law:
-                law = self.law_use(e, "drive", e.drive.law, command, sp.S.One)
+                law, terms = self._signal_law(e, "drive", e.drive.law, command)
         if e.drive and e.drive.lag:
             limited, lagged, rate = f"l_{e.name}", f"z_{e.name}", f"rate_z_{e.name}"
             self.put(limited, terms, f"limited command of {e.name}", law=law)
@@ -321,6 +321,14 @@ class _Builder:
             self.made.states.append(StoredState(lagged, rate, e.name, e.unit))
             terms, law = [(1, lagged)], None
         self.put(target, terms, why, law=law, expression=rest)
+
+    def _signal_law(
+        self, e: Element, role: str, law: Law, signal: str
+    ) -> tuple[int, list[tuple[Any, str]]]:
+        """Use a law on a signal; return its number and its linear part."""
+        own = law.signal_slope
+        slope = sp.S.One if isclose(own, 1.0, rel_tol=1e-12) else sp.Float(own)
+        return self.law_use(e, role, law, signal, slope), [(slope, signal)] if slope != 0 else []
 
     def _as_value(
         self, e: Source, terms: list[tuple[Any, str]], offset: sp.Expr | None
@@ -493,7 +501,7 @@ class _Builder:
         terms: list[tuple[Any, str]] = [(1, self._followed(e, self._read(e)))]
         law = None
         if e.law is not None:
-            law = self.law_use(e, "sensor", e.law, terms[0][1], sp.S.One)
+            law, terms = self._signal_law(e, "sensor", e.law, terms[0][1])
         if e.gain is not None:
             if law is not None:
                 bent = f"bent_{e.name}"

@@ -68,6 +68,11 @@ class Hysteretic(Law):
         return float(self.operator.linear_slope)
 
     @property
+    def signal_slope(self) -> float:
+        """The same: what comes out of a drive or a sensor is the operator."""
+        return self.slope
+
+    @property
     def n_memory(self) -> int:
         """Memory of the operator."""
         return self.operator.n_memory

@@ -68,6 +68,11 @@ class Law(ABC):
         return None
 
     @property
+    def signal_slope(self) -> float:
+        """Slope the deviation is taken from in a drive or a sensor: the identity, as a rule."""
+        return 1.0
+
+    @property
     def timed(self) -> bool:
         """Whether time matters; then `p` ends with the time since the memory, s."""
         return self.lives_in_time

@@ -83,6 +83,11 @@ class Parametrised(Law):
         return self.inner.slope
 
     @property
+    def signal_slope(self) -> float:
+        """As the law itself."""
+        return self.inner.signal_slope
+
+    @property
     def timed(self) -> bool:
         """As the law itself."""
         return self.inner.timed

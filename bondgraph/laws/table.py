@@ -20,8 +20,7 @@ JOINS = ("linear", "pchip")
 class TableLaw(Law):
     """``output(s)`` through the points ``(knots[i], values[i])``; the whole law, not a rest.
 
-    In a drive or a sensor the deviation is taken from the identity, so `reference` stays 1 there;
-    in a storage or a resistor the table replaces the element's value and `reference` may be any
+    It replaces the element's value, and in a drive or a sensor the identity; `reference` may be any
     slope near that of the points. A table in a storage is a function of `s` alone and so stores.
 
     Parameters
@@ -102,6 +101,11 @@ class TableLaw(Law):
     @property
     def slope(self) -> float:
         """The reference slope."""
+        return self.reference
+
+    @property
+    def signal_slope(self) -> float:
+        """The same in a drive or a sensor."""
         return self.reference
 
     def parameters(self, element: str) -> tuple[Parameter, ...]:

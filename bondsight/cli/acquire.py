@@ -7,9 +7,10 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from bondgraph.support.errors import UnusableInput
+from bondgraph.support.errors import UnusableInput, real_number
 from bondsight.cli.arguments import OUT, add_jobs, add_map, nonnegative
 from bondsight.cli.output import writable
+from bondsight.cli.take_file import TakeAction, described
 
 
 def add_acquire_command(verbs: Any) -> None:
@@ -31,7 +32,17 @@ def add_acquire_command(verbs: Any) -> None:
     p.add_argument("--place", default="", help="with --simulated: at this element")
     p.add_argument("--strength", default="", help="with --simulated: weak, medium or strong")
     p.add_argument("--seed", type=nonnegative, default=None, help="of the bench and the signal")
-    p.add_argument("--signal", default="session", help="session, sine:HZ, demagnetise, or a file")
+    p.add_argument(
+        "--take", type=Path, action=TakeAction, metavar="FILE",
+        help="signal, rate, samples, seed, erase, synchronise and patience from a TOML file, or "
+        "from the journal of a take that is to be repeated; options behind it count instead",
+    )  # fmt: skip
+    p.add_argument(
+        "--signal", default="session",
+        help="session, sine:HZ, ramp:SECONDS, triangle:HZ, staircase:STEPS:SECONDS, "
+        "multisine:LOWEST_HZ:HIGHEST_HZ, reversals:CURVES:VOLTS_A_SECOND (each may end with "
+        ":LOW:HIGH volts), demagnetise:VOLTS, or a file",
+    )  # fmt: skip
     p.add_argument(
         "--erase", type=float, default=None, metavar="VOLTS",
         help="before the take, take the actuator's history away by a decay around this voltage",
@@ -46,6 +57,10 @@ def add_acquire_command(verbs: Any) -> None:
     )  # fmt: skip
     p.add_argument("--synchronise", choices=("clock", "start", "none"), default="clock",
                    help="how the sensor knows when the output changes")  # fmt: skip
+    p.add_argument(
+        "--patience", type=float, default=2.0, metavar="SECONDS",
+        help="longest silence of the sensor, beyond the length of a block (default 2)",
+    )  # fmt: skip
     p.add_argument("--name", default="take", help="of the recording and its files")
     p.add_argument("--out", type=Path, default=OUT)
     p.add_argument("--live", type=Path, default=None, metavar="PNG", help="picture of the progress")
@@ -73,6 +88,8 @@ def _acquire(options: argparse.Namespace) -> int:
             "acquire: give a station file, or --simulated for a virtual bench (not both)"
         )
     _check_name(options.name)
+    if not real_number("--patience", options.patience) > 0.0:
+        raise UnusableInput(f"--patience {options.patience:g}: give seconds above 0")
     writable(options.out)
     new_files(options.out / options.name)
     if options.diagnose:
@@ -189,7 +206,10 @@ def _record(options: argparse.Namespace, settings: Any) -> Path:
     erase = None
     if options.erase is not None:
         erase = erasure(options.erase, rate, settings.envelope)
-    plan = TakePlan(volts, rate, options.name, options.synchronise, erase=erase)
+    plan = TakePlan(
+        volts, rate, options.name, options.synchronise, patience=options.patience, erase=erase,
+        asked=described(options),
+    )  # fmt: skip
     print(f"envelope:   {settings.envelope.describe().splitlines()[0]}")
     print(
         f"signal:     {options.signal}, {volts.size} samples of {rate:g} Hz "
@@ -197,12 +217,14 @@ def _record(options: argparse.Namespace, settings: Any) -> Path:
     )
     with open_station(settings) as bench:
         station = bench.station(plan)
+        for remark in station.remarks:
+            print(f"note:       {remark}")
         quiet = options.quiet or not sys.stderr.isatty()
         with watching(plan, station, quiet=quiet, picture=options.live) as view:
             taken = record(station, plan, options.out / options.name, watch=view)
         print(f"output:     {bench.output.status}")
     print(f"recording:  {taken.path}  {taken.recording!r}")
     print(f"raw data:   {taken.journal}")
-    for sentence in taken.sentences:
+    for sentence in taken.sentences[len(station.remarks) :]:
         print(f"note:       {sentence}")
     return taken.path

@@ -10,7 +10,9 @@ from bondgraph.export.notations import NOTATIONS
 
 def add_equations_command(verbs: Any) -> None:
     """Add ``equations`` to the sub-parsers of ``bondsight``."""
-    p = verbs.add_parser("equations", help="print the equations of a model")
+    p = verbs.add_parser(
+        "equations", help="print the equations of a model, with its external force"
+    )
     p.add_argument("model")
     p.add_argument("--format", choices=NOTATIONS, default="ordered")
     p.set_defaults(run=_equations)
@@ -20,5 +22,5 @@ def _equations(options: argparse.Namespace) -> int:
     from actuators.models.opening import load_model
     from bondgraph.export.notations import equations
 
-    print(equations(load_model(options.model), options.format))
+    print(equations(load_model(options.model, loaded=True), options.format))
     return 0

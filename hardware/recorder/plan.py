@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Literal
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,10 +38,11 @@ class TakePlan:
     skew_budget : float
         Largest error of time that the alignment may leave (s); beyond it the recording is marked
         as unsynchronised.
-
     erase : ndarray, optional
         (M,), played before the take at the same rate and not recorded (V): a decay that
         demagnetises, so that the record does not begin with the history of the actuator.
+    asked : mapping
+        How a user asked for it, plain values; the journal keeps it.
 
     Raises
     ------
@@ -56,6 +58,7 @@ class TakePlan:
     patience: float = 2.0
     skew_budget: float = 2e-6
     erase: NDArray[np.float64] | None = None
+    asked: Mapping[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         """Check and freeze the waveform."""

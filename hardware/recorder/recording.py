@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -114,6 +114,7 @@ def record(
             raise UnusableInput(
                 f"{error}; what arrived is in {path.name}: see bondsight acquire --recover"
             ) from error
+        made = replace(made, sentences=(*station.remarks, *made.sentences))
         recording, provenance = recording_of(
             made, plan, raw, station.noise, output_end=_end(station), envelope=dict(about),
             scales=_scales(station), air=air,
@@ -149,6 +150,7 @@ def _command(plan: TakePlan) -> dict[str, Any]:
     return {
         "samples": int(plan.volts.size), "rate": plan.rate, "lowest": float(plan.volts.min()),
         "highest": float(plan.volts.max()), "synchronisation": plan.synchronisation,
+        "asked": dict(plan.asked),
     }  # fmt: skip
 
 

@@ -83,6 +83,8 @@ class Station:
         clocks are told apart much better then.
     noise : mapping
         Standard deviation of the noise of channels, SI, where it is known.
+    remarks : tuple of str
+        What was asked for and is done otherwise; recordings carry it.
     """
 
     clock: Clock
@@ -95,3 +97,4 @@ class Station:
     lag: float | None = None
     lag_error: float = 0.0
     noise: Mapping[str, float] = field(default_factory=dict)
+    remarks: tuple[str, ...] = ()

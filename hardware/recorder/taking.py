@@ -1,8 +1,8 @@
 """Drive a waveform and write down everything that arrives while it lasts.
 
 One loop without threads: the output plays in slices of about 20 ms, between them every sensor is
-drained into the journal. Whatever ends the loop, what had arrived is in the journal and the output
-goes to its safe value.
+drained into the journal. Whatever ends the loop, the output goes to its safe value, and what had
+arrived or is still held by a sensor is in the journal.
 """
 
 from __future__ import annotations
@@ -89,16 +89,20 @@ def take(station: Station, plan: TakePlan, journal: Notebook, watch: Watch | Non
     """
     say = watch or _silent
     check(station, plan)
-    with station.safety:
-        try:
-            _prepare(station, plan, journal, say)
-            _run(station, plan, journal, say)
-        except BaseException as error:
-            _keep(journal, error)
-            raise
-        finally:
-            for sensor in station.sensors:
-                sensor.abort()
+    try:
+        with station.safety:
+            try:
+                _prepare(station, plan, journal, say)
+                _run(station, plan, journal, say)
+            except BaseException as error:
+                _keep(journal, error)
+                raise
+    except BaseException:
+        _rescue(station, journal)
+        raise
+    finally:
+        for sensor in station.sensors:
+            sensor.abort()
     journal.note({"event": "output", **station.output.provenance()})
     say(TakeProgress("end", plan.seconds, plan.volts.size, plan.volts.size))
 
@@ -159,6 +163,8 @@ def _run(station: Station, plan: TakePlan, journal: Notebook, say: Watch) -> Non
                 amiss = station.output.compare(chunk.channels["V"], chunk.channels["V_mon"], amiss)
         _check_silence(station, plan, last, waiting=False)
         station.output.tend()
+    # a block says nothing before its end: from the end of the wave on its silence counts
+    last = dict.fromkeys(last, station.clock.now())
     while not all(s.done for s in station.sensors):
         chunks = _poll(station, journal, last)
         say(TakeProgress("drain", station.clock.now() - begin, state.samples, state.total,
@@ -226,7 +232,7 @@ def _check_silence(
         if not sensor.done and silence > allowed:
             raise TimedOut(
                 f"{sensor.stream}: nothing came for {silence:.3g} s; check the trigger line and "
-                "the beam, or give more patience"
+                "the beam, or give more patience (--patience)"
             )
 
 
@@ -244,6 +250,16 @@ def _keep(journal: Notebook, error: BaseException) -> None:
             for chunk in _chunks(error.partial):
                 journal.append(chunk)
         journal.note({"event": "error", "kind": kind, "message": str(error), "flag": int(flags)})
+
+
+def _rescue(station: Station, journal: Notebook) -> None:
+    """Write what sensors still hold after an error, once the output is safe."""
+    for sensor in station.sensors:
+        with contextlib.suppress(HardwareError):
+            try:
+                _write(journal, sensor.finish())
+            except HardwareError as error:
+                _write(journal, _chunks(error.partial))
 
 
 def _chunks(partial: object) -> list[Chunk]:

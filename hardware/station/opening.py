@@ -66,11 +66,13 @@ class OpenStation:
                 f"{needed} = the digital line to the interferometer; wire it, or choose 'none'"
             )
         wave = GuardedWave(self.output, self._driven.wave(plan.synchronisation))
-        sensors, preparation = _sensors(self.interferometer, self.settings.interferometer, plan)
+        sensors, preparation, remarks = _sensors(
+            self.interferometer, self.settings.interferometer, plan
+        )
         return Station(
             self.clock, self.output, wave, sensors, preparation, parked(self.output),
             self._driven.gains, self.settings.amplifier.lag, self.settings.amplifier.lag_error,
-            self.settings.noise,
+            self.settings.noise, remarks,
         )  # fmt: skip
 
     def close(self) -> None:
@@ -147,43 +149,73 @@ def _interferometer(
 
 def _sensors(
     device: Interferometer | None, settings: InterferometerSettings | None, plan: TakePlan
-) -> tuple[tuple[Acquisition, ...], Preparation]:
+) -> tuple[tuple[Acquisition, ...], Preparation, tuple[str, ...]]:
+    """Return what records, what prepares it, and what is done otherwise than was asked for."""
     if device is None or settings is None:
-        return (), no_preparation()
+        return (), no_preparation(), ()
     options: dict[str, Any] = {"patience": plan.patience}
     if settings.quadrature:
         options["extras"] = ("sin", "cos")
-    n = plan.volts.size
-    made: Acquisition
     if plan.synchronisation == "clock":
         # shows an edge of the sample clock that was too many or was missed
         options["extras"] = (*options.get("extras", ()), "clock")
-    if plan.synchronisation == "clock":
-        if n <= MEMORY:
-            # the device needs a whole rate as what is expected; the edges decide
-            made = Block(device, n, float(round(plan.rate)), start=False, external=True, **options)
-        elif plan.rate <= NORMAL_RATE:
-            made = Triggered(device, plan.rate, n, **options)
-        else:
-            raise UnusableInput(
-                f"{plan.name}: {n} samples clocked at {plan.rate:g} Hz fit neither a block of "
-                f"{MEMORY} nor a stream of {NORMAL_RATE:g} Hz; ask for less of one of them"
-            )
-        return (made,), device
+        return (_clocked(device, settings, plan, options),), device, ()
     start = plan.synchronisation == "start"
-    rate = settings.rate or _block_rate(plan)
-    count: int | None = math.ceil((plan.seconds + 4.0 / plan.rate) * rate)
-    if start and count is not None and count <= MEMORY:
-        made = Block(device, count, rate, start=True, **options)
-    else:
-        rate = min(settings.rate or NORMAL_RATE, NORMAL_RATE)
-        # what begins by itself has no end either: the take ends it
-        count = math.ceil((plan.seconds + 4.0 / plan.rate) * rate) if start else None
-        made = Streaming(device, rate, count, start=start, **options)
-    return (made,), device
+    asked = settings.rate
+    block = _own_block(plan, asked) if start else None
+    if block is not None:
+        made: Acquisition = Block(device, *block, start=True, **options)
+        return (made,), device, ()
+    rate = min(asked or NORMAL_RATE, NORMAL_RATE)
+    # what begins by itself has no end either: the take ends it
+    count = math.ceil((plan.seconds + 4.0 / plan.rate) * rate) if start else None
+    made = Streaming(device, rate, count, start=start, **options)
+    if asked is None or (asked == rate and not start):
+        return (made,), device, ()
+    remark = (
+        f"{made.stream}: {plan.seconds:.4g} s at {asked:g} Hz were asked for, which is no block of "
+        f"{MEMORY} samples that a trigger starts; it streams at {rate:g} Hz"
+    )
+    return (made,), device, (remark,)
 
 
-def _block_rate(plan: TakePlan) -> float:
-    """Return the finest whole rate that is useful and whose block still fits."""
-    seconds = plan.seconds + 4.0 / plan.rate
-    return float(max(1, min(int(MEMORY / seconds) - 1, round(FINER * plan.rate), 1_000_000)))
+def _clocked(
+    device: Interferometer,
+    settings: InterferometerSettings,
+    plan: TakePlan,
+    options: dict[str, Any],
+) -> Acquisition:
+    """Return what takes a sample at every edge, in a mode in which the device can."""
+    n, block = plan.volts.size, settings.clocked == "block"
+    if block and n <= MEMORY:
+        # the device needs a whole rate as what is expected; the edges decide
+        return Block(device, n, float(round(plan.rate)), start=False, external=True, **options)
+    if plan.rate <= NORMAL_RATE:
+        return Triggered(device, plan.rate, n, **options)
+    if block:
+        raise UnusableInput(
+            f"{plan.name}: {n} samples clocked at {plan.rate:g} Hz fit neither a block of "
+            f"{MEMORY} nor a stream of {NORMAL_RATE:g} Hz; ask for less of one of them"
+        )
+    raise UnusableInput(
+        f"{plan.name}: {n} samples clocked at {plan.rate:g} Hz, but the station says that edges "
+        f"clock only the fast mode, up to {NORMAL_RATE:g} Hz; lower the rate, synchronise by "
+        "'start', or say [interferometer] clocked = \"block\" if the device can"
+    )
+
+
+def _own_block(plan: TakePlan, asked: float | None) -> tuple[int, float] | None:
+    """Return samples and rate of a block on the sensor's own clock; None if it holds too little.
+
+    The rate is the finest whole one that is useful. The block lasts four periods of the output
+    longer than the wave, as far as they fit without a rate below the output's.
+    """
+    longer = plan.seconds + 4.0 / plan.rate
+    rate = asked
+    if rate is None:
+        within, exact = (int(MEMORY / s * (1.0 + 1e-12)) for s in (longer, plan.seconds))
+        finest = within if within >= plan.rate else exact
+        rate = float(max(1, min(finest, round(FINER * plan.rate), 1_000_000)))
+    if plan.seconds * rate > MEMORY * (1.0 + 1e-12):
+        return None
+    return min(math.ceil(longer * rate), MEMORY), rate

@@ -19,6 +19,7 @@ The file is TOML::
     [interferometer]
     connection = "usb:0"
     dead_path = 0.1
+    clocked = "fast"                 # "block" if edges can clock blocks too
 
     [noise]
     x = 1e-9                         # standard deviation of a channel, SI, where it is known
@@ -38,6 +39,7 @@ from bondgraph.support.errors import UnusableInput, real_number
 from bondgraph.support.typed_reader import Rules, bad, make, off_default, record
 from hardware.envelope import PRESETS, Envelope
 
+CLOCKED = ("fast", "block")
 OUTPUTS = ("mf634", "mf624", "ni", "gcs", "pipython")
 
 
@@ -125,6 +127,9 @@ class InterferometerSettings:
         Hz on its own clock; chosen from the waveform if not given.
     quadrature : bool
         Record sine and cosine too, and correct the periodic error from them.
+    clocked : {"fast", "block"}
+        Where edges on its clock input can take samples: in the fast mode only, as the device of
+        the thesis (its sections 4.2.2 and 6.6), or in a block too.
     """
 
     connection: str = "usb:0"
@@ -133,6 +138,7 @@ class InterferometerSettings:
     dead_path: float = 0.0
     rate: float | None = None
     quadrature: bool = False
+    clocked: Annotated[str, one_of(*CLOCKED)] = "fast"
 
 
 @dataclass(frozen=True, slots=True)
@@ -169,16 +175,17 @@ def read_settings(path: str | Path) -> StationSettings:
     UnknownName
         Via `UnusableInput`, with the nearest names.
     """
-    file = Path(path)
+    return settings_from(toml_of(Path(path), "a station file"), Path(path).name)
+
+
+def toml_of(file: Path, what: str) -> dict[str, Any]:
+    """Return the plain values of a TOML file, or raise `UnusableInput` in one line."""
     try:
-        content = tomllib.loads(file.read_text(encoding="utf-8"))
+        return tomllib.loads(file.read_text(encoding="utf-8"))
     except OSError as error:
-        raise UnusableInput(
-            f"{file}: cannot be read, {error.strerror}; give a station file"
-        ) from None
+        raise UnusableInput(f"{file}: cannot be read, {error.strerror}; give {what}") from None
     except (UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
         raise UnusableInput(f"{file.name}: is no TOML, {error}") from None
-    return settings_from(content, file.name)
 
 
 def settings_from(content: Mapping[str, Any], where: str = "station") -> StationSettings:

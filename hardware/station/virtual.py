@@ -47,7 +47,7 @@ def station_table(
         host, _, port = addresses["interferometer"].rpartition(":")
         table["interferometer"] = {
             "connection": f"net:{host}:{port}", "library": library,
-            "dead_path": config.air.dead_path,
+            "dead_path": config.air.dead_path, "clocked": config.clocked,
         }  # fmt: skip
     return table
 

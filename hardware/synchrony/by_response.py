@@ -70,7 +70,7 @@ def skew_by_response(
     """
     volts = drive.filled(command)
     usable = sensor.usable(length)
-    if float(np.ptp(volts)) == 0.0 or int(usable.sum()) < 4 * TAPS:
+    if volts.size <= TAPS or float(np.ptp(volts)) == 0.0 or int(usable.sum()) < 4 * TAPS:
         return None
     own = CubicSpline(sensor.time[usable], sensor.channel(length)[usable])
     first, last = (float(sensor.time[usable][k]) for k in (0, -1))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import json
 import os
+import re
 import subprocess
 import sys
 from collections.abc import Iterator, Mapping
@@ -14,7 +15,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from actuators.models.catalogue import MODELS
+from actuators.models.catalogue import LOADED, MODELS
 from actuators.models.opening import load_model, model_name
 from bondgraph import BondGraph
 from bondgraph.export.graph_json.write_graph import to_json
@@ -565,6 +566,16 @@ def test_catalogue_models_can_be_checked_and_drawn(
     assert target.read_text(encoding="utf-8").startswith("<")
     assert main(["equations", name]) == 0
     assert capsys.readouterr().err == ""
+
+
+@pytest.mark.parametrize("name", [n for n in MODELS if n in LOADED])
+def test_equations_hold_the_external_force(name: str, capsys: pytest.CaptureFixture[str]) -> None:
+    """Its omission in (5.4) is listed as an error of the thesis."""
+    assert main(["equations", name]) == 0
+    text = capsys.readouterr().out
+    assert re.search(r"\bF_e\b", text)
+    if name == "stack_bond_graph":
+        assert "e_m := e_F_e - e_R_nl - e_force" in text
 
 
 def test_without_a_verb_the_help_is_shown(capsys: pytest.CaptureFixture[str]) -> None:

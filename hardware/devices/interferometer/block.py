@@ -30,7 +30,7 @@ class Block(Measurement):
     start : bool
         An edge on the trigger input starts it.
     external : bool
-        Every edge on the clock input takes one sample.
+        Every edge on the clock input takes one sample, where the device can.
     memory : int
         Values the device can hold.
     fastest : float
@@ -74,14 +74,14 @@ class Block(Measurement):
             raise UnusableInput(
                 f"interferometer: {rate:g} Hz for a block; it takes whole Hz up to {fastest:g}"
             )
-        self._samples = samples
+        self.samples = samples
         self._armed = 0.0
 
     def _arm(self) -> None:
         call, d = self.device.library.call, self.device.handle
         flags = self._flags("IfmSetBlockModeFilter")
         call("IfmSetBlockMode", d, flags, self._trigger, round(self.rate))
-        call("IfmStartBlock", d, self._samples)
+        call("IfmStartBlock", d, self.samples)
         self._armed = self.device.clock.now()
 
     def _collect(self, chunks: list[Chunk]) -> None:
@@ -96,7 +96,7 @@ class Block(Measurement):
         if ready:
             # fewer than asked for if some were lost: by an age beyond them the library gives others
             held = int(device.library.call("IfmValueCount", device.handle))
-            count = min(held, self._samples) if held > 0 else self._samples
+            count = min(held, self.samples) if held > 0 else self.samples
             self._take(count, chunks, oldest=count - 1)
             self._require_presence()
             device.library.call("IfmClearBuffers", device.handle)
@@ -104,7 +104,7 @@ class Block(Measurement):
             return
         self._require_presence()
         waited = device.clock.now() - self._armed
-        if waited > self._samples / self.rate * 1.01 + self._patience:
+        if waited > self.samples / self.rate * 1.01 + self._patience:
             self._stop()
             raise TimedOut(
                 f"{self.stream} {self.identity.serial}: no block within {waited:.3g} s; the "
@@ -117,7 +117,7 @@ class Block(Measurement):
         device = self.device
         count = int(device.library.function("IfmValueCount")(device.handle))
         if count > 0:
-            self._take(min(count, self._samples), chunks)
+            self._take(min(count, self.samples), chunks)
 
     def _end(self, chunks: list[Chunk]) -> None:
         if not self._complete:

@@ -108,6 +108,8 @@ class BenchConfig:
     interferometer, card, controller : DeviceClock
         Clocks of the devices. The program paces the card, so the ppm of `card` are for the
         program's clock (`BenchClock`).
+    clocked : str
+        ``"block"``: edges clock the interferometer's blocks too; ``"fast"``: its fast mode only.
     card_model : str
         ``"MF634"`` or ``"MF624"``.
     gain, offset : float
@@ -134,6 +136,7 @@ class BenchConfig:
     interferometer: DeviceClock = field(default_factory=DeviceClock)
     card: DeviceClock = field(default_factory=DeviceClock)
     controller: DeviceClock = field(default_factory=DeviceClock)
+    clocked: str = "block"
     card_model: str = "MF634"
     gain: float = 20.0
     offset: float = 0.0
@@ -154,6 +157,8 @@ class BenchConfig:
             raise ValueError(
                 f"bench: {' and '.join(drivers)} would both hold the terminals; choose one"
             )
+        if self.clocked not in ("fast", "block"):
+            raise ValueError(f"bench: clocked = {self.clocked!r}; choose 'fast' or 'block'")
         for name in ("watchdog", "speed"):
             value = getattr(self, name)
             if not (math.isfinite(value) and value >= 0.0):

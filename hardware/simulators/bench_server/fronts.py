@@ -79,6 +79,7 @@ def _interferometer(rig: Rig, config: BenchConfig, noise: float) -> BenchDevice:
         air=air,
         dead_path=a.dead_path,
         noise=noise,
+        clocked_blocks=config.clocked == "block",
         seed=config.plant.noise_seed,
     )
     return BenchDevice(front, {"interferometer": _setting("interferometer", front.faults)})

@@ -11,7 +11,7 @@ import numpy as np
 from hardware.simulators.rig import DeviceClock, Rig
 from hardware.simulators.siosifm.condition import Answer, Condition
 from hardware.simulators.siosifm.counter import OVERFLOW_DEVICE, OVERFLOW_LIBRARY, Counter
-from hardware.simulators.siosifm.run import START, Edges, MeasurementRun
+from hardware.simulators.siosifm.run import CLOCK, EVENT, START, Edges, MeasurementRun
 
 CHANNEL, DATALEN, REQUEST, USB, NOT_IMPLEMENTED, TOO_FAST, PARAMETER = (
     -2, -4, -11, -12, -100, -18, -22,
@@ -37,6 +37,8 @@ class SimulatedInterferometer(Condition):
         Number on the bus.
     stream_limit, block_limit : float
         Largest rates of streaming and of blocks (Hz); more is refused with -18.
+    clocked_blocks : bool
+        Whether edges can clock a block; if not, such a block is refused with -22.
     starts, clocks : callable
         ``starts(first)`` gives the true instants (s) of the edges on the start input but for the
         first so many; `clocks` the same for the clock or event input.
@@ -51,6 +53,7 @@ class SimulatedInterferometer(Condition):
         serial: int,
         stream_limit: float,
         block_limit: float,
+        clocked_blocks: bool,
         starts: Edges,
         clocks: Edges,
     ) -> None:
@@ -58,6 +61,7 @@ class SimulatedInterferometer(Condition):
         self.requests: deque[str] = deque(maxlen=400)
         self._clock = clock
         self._limits = stream_limit, block_limit
+        self._clocked_blocks = clocked_blocks
         self._starts, self._clocks = starts, clocks
         self._trigger = 0
         self._flags, self._rate = 0x0102, 1000.0
@@ -200,6 +204,8 @@ class SimulatedInterferometer(Condition):
         if float(rate) * average > self._limits[1]:
             return TOO_FAST
         if int(rate) <= 0:
+            return PARAMETER
+        if int(trigger) & (CLOCK | EVENT) and not self._clocked_blocks:
             return PARAMETER
         self._average = average
         self._block = int(flags), int(trigger), _steps(float(rate))

@@ -37,7 +37,7 @@ class InterferometerFront(LoopbackServer):
         Amplitude and errors of the detectors.
     dead_path, noise, resolution, seed
         As of `Counter`.
-    serial, stream_limit, block_limit, starts, clocks
+    serial, stream_limit, block_limit, clocked_blocks, starts, clocks
         As of `SimulatedInterferometer`; edges default to the trigger line of the rig.
     """
 
@@ -55,6 +55,7 @@ class InterferometerFront(LoopbackServer):
         serial: int = 1234,
         stream_limit: float = 16_000.0,
         block_limit: float = 1e6,
+        clocked_blocks: bool = True,
         starts: Edges | None = None,
         clocks: Edges | None = None,
         seed: int = 1,
@@ -79,6 +80,7 @@ class InterferometerFront(LoopbackServer):
             serial=serial,
             stream_limit=stream_limit,
             block_limit=block_limit,
+            clocked_blocks=clocked_blocks,
             starts=rig.trigger_edges_from if starts is None else starts,
             clocks=rig.trigger_edges_from if clocks is None else clocks,
         )

@@ -269,3 +269,5 @@ def test_findings_are_short_and_complete() -> None:
         assert f.finding.isascii()
     for word in ("not public", "6.4", "weights", "two clocks"):
         assert word in NOT_REPRODUCIBLE
+    assert "every model here" not in NOT_REPRODUCIBLE, "operators that depend on rate are here"
+    assert 'clocked = "fast"' in text("4.2.2")

@@ -122,6 +122,22 @@ def test_two_ways_to_the_stability_limit(crossover: float, derivative: float) ->
     assert us.phase_margin(loop, good) == pytest.approx(45.0, abs=1e-3)
 
 
+@pytest.mark.parametrize(("present", "limit"), [(False, 75.0), (True, 81.1)])
+def test_the_present_error_in_the_integral_costs_samples(present: bool, limit: float) -> None:
+    """Poles from the polynomial of the loop, with either sum in it."""
+    loop = us.designed(10.0)
+    rate = us.stability_rate(loop, present=present)
+    assert rate == pytest.approx(limit, abs=0.05)
+    T, tau, c = 1 / rate, loop.time_constant, loop.controller
+    phi = np.exp(-T / tau)
+    g = (T - tau * (1 - phi)) / loop.damping, (1 - phi) / loop.damping
+    plant = np.polyadd(g[0] * np.poly([phi]), [tau * (1 - phi) * g[1]])
+    share = T / c.integral
+    control = np.polyadd([1.0, -1.0], [share, 0.0] if present else [share])
+    closed = np.polyadd(np.poly([0.0, 1.0, 1.0, phi]), c.gain * np.polymul(control, plant))
+    assert np.abs(np.roots(closed)).max() == pytest.approx(1.0, abs=1e-5)
+
+
 def test_exact_margin_tends_to_the_rule_of_thumb() -> None:
     loop = us.designed(10.0)
     for rate in (500.0, 2000.0, 10_000.0):

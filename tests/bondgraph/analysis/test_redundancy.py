@@ -35,8 +35,10 @@ from bondgraph.analysis.redundancy import Redundancy, redundancy
 from bondgraph.analysis.redundancy_relation import RedundancyRelation
 from bondgraph.analysis.sensor_advice import splitting_sensors
 from bondgraph.equations.derivation import system
+from bondgraph.graph.drives import Drive
 from bondgraph.graph.elements import RS, Field, Parameter, Sensor, TwoPort, symbol
-from bondgraph.laws import Polynomial
+from bondgraph.hysteresis import PrandtlIshlinskii
+from bondgraph.laws import Hysteretic, Polynomial, TableLaw
 from identification.diagnosis.localisation.structural_classes import structure
 from tests.properties.graphs import pencil, random_graph
 from tests.spring import spring
@@ -381,6 +383,23 @@ def test_nonlinear_law_enters_as_a_deviation() -> None:
     np.testing.assert_allclose(r.residual(data, values), deviation, atol=1e-12)
     full = r.residual({**data, "k_deviation": [deviation]}, values)
     np.testing.assert_allclose(full, 0.0, atol=1e-12)
+
+
+def test_whole_laws_of_a_drive_and_a_sensor_deviate_from_their_own_slope() -> None:
+    """Not from the identity: with ``1.2 u + d_u`` as force and ``0.8 x + d_x`` as reading."""
+    drive = Drive(law=Hysteretic(PrandtlIshlinskii((0.0, 1.0), (1.2, 0.3))))
+    seen = TableLaw((-9.0, 9.0), (-7.2, 7.2), flat=False, reference=0.8)
+    g = spring(k=20.0).with_element("F", drive=drive).with_element("x", law=seen)
+    (r,) = redundancy(g).relations
+    t = np.linspace(0.0, 1.0, 50)
+    x = [np.sin(3 * t), 3 * np.cos(3 * t), -9 * np.sin(3 * t)]
+    play = 0.3 * np.cos(t)  # any course: the relation is linear in the deviation
+    command = (0.5 * x[2] + 2.0 * x[1] + 20.0 * x[0] - play) / 1.2
+    data = {"F": [command], "x": [0.8 * v for v in x], "F_deviation": [play]}
+    data["x_deviation"] = [0.0 * v for v in x]
+    values = {"m": 0.5, "d": 2.0, "k": 20.0}
+    size = np.abs(r.residual({**data, "F": [0.0 * t]}, values)).max()
+    np.testing.assert_allclose(r.residual(data, values), 0.0, atol=1e-12 * size)
 
 
 # -- signatures, isolability and advice -------------------------------------------------------

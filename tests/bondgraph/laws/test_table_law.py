@@ -117,8 +117,9 @@ def test_spring_settles_on_the_curve_and_stores() -> None:
     assert np.ptp(late) == pytest.approx(4.0, rel=2e-3)
 
 
-def test_drive_is_the_whole_table() -> None:
-    law = TableLaw((0.0, 1.0, 2.0), (0.0, 0.0, 3.0))
+@pytest.mark.parametrize("reference", [1.0, 2.5, 0.0])
+def test_drive_is_the_whole_table(reference: float) -> None:
+    law = TableLaw((0.0, 1.0, 2.0), (0.0, 0.0, 3.0), reference=reference)
     with BondGraph("driven") as g:
         body = One("body")
         Se("u", drive=Drive(law=law)) >> body

@@ -65,6 +65,7 @@ def bench(library: str) -> Iterator[Callable[..., Bench]]:
                         "connection": f"net:{host}:{port}",
                         "library": library,
                         "dead_path": 0.1,
+                        "clocked": server.config.clocked,
                     },
                 }
             )
