@@ -114,8 +114,7 @@ def picked(recordings: Sequence[Recording]) -> tuple[Recording, ...]:
 
     Commands that are followed `between_samples` need no low-pass, and the noise stays what it is.
     """
-    slowest = max((r.dt for r in recordings), default=1.0)
-    return tuple(_picked(r, _steps(r, slowest)) for r in recordings)
+    return tuple(_picked(r, k) for r, k in zip(recordings, _steps(recordings), strict=True))
 
 
 def between_samples(recordings: Sequence[Recording]) -> tuple[tuple[int, dict[str, Array]], ...]:
@@ -129,8 +128,7 @@ def between_samples(recordings: Sequence[Recording]) -> tuple[tuple[int, dict[st
         For each recording k and its channels, shape ((n - 1) k + 1,) for n samples; (1, {}) of one
         that is taken as it is.
     """
-    slowest = max((r.dt for r in recordings), default=1.0)
-    each = [(_steps(r, slowest), r) for r in recordings]
+    each = zip(_steps(recordings), recordings, strict=True)
     return tuple(
         (k, {c: v[: (r.n - 1) // k * k + 1] for c, v in r.channels.items()}) if k > 1 else (1, {})
         for k, r in each
@@ -141,9 +139,13 @@ FINEST = 8
 """Steps a sample that are followed: each is simulated, in all recordings."""
 
 
-def _steps(r: Recording, step: float) -> int:
-    ratio = Fraction(step / r.dt).limit_denominator(LARGEST)
-    return ratio.numerator if ratio.denominator == 1 and ratio.numerator <= FINEST else 1
+def _steps(recordings: Sequence[Recording]) -> list[int]:
+    """Return how many samples of each fall on one of the slowest; one alone may be one sample."""
+    if len(recordings) < 2:
+        return [1] * len(recordings)
+    slowest = max(r.dt for r in recordings)
+    ratios = [Fraction(slowest / r.dt).limit_denominator(LARGEST) for r in recordings]
+    return [q.numerator if q.denominator == 1 and q.numerator <= FINEST else 1 for q in ratios]
 
 
 def _picked(r: Recording, steps: int) -> Recording:
