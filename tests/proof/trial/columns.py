@@ -11,7 +11,7 @@ from bondgraph.support.arrays import FloatArray as Array
 from identification.diagnosis.catalogue import UNNAMED
 from identification.diagnosis.screening.port_history import FittedModel
 from identification.diagnosis.screening.port_response import Probes, probes
-from identification.diagnosis.screening.score_test import Screened, projection
+from identification.diagnosis.screening.score_test import Screened, projection, training_rows
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,6 +34,10 @@ class Columns:
     residual: Array
 
 
+IMITATED = 1e-7
+"""Part of a column that has to be left beside what parameters, nuisances and states may do."""
+
+
 def columns_of(scene: FittedModel, ranking: Sequence[Screened]) -> Columns:
     """Return the columns of a screening, each law in the shape that explained most.
 
@@ -44,8 +48,11 @@ def columns_of(scene: FittedModel, ranking: Sequence[Screened]) -> Columns:
     labels, parts = [], []
     for element in dict.fromkeys(s.element.name for s in asked):
         here = [s for s in asked if s.element.name == element]
-        rows = onto.rows(_responses(scene, probe, element, here))
-        usable = np.isfinite(rows).all(axis=0) & (np.abs(rows).max(axis=0, initial=0.0) > 0)
+        response = _responses(scene, probe, element, here)
+        rows, whole = onto.rows(response), training_rows(onto.problem, response)
+        # of what other values imitate wholly only rounding is left
+        left = np.linalg.norm(rows, axis=0) > IMITATED * np.linalg.norm(whole, axis=0)
+        usable = np.isfinite(rows).all(axis=0) & left
         parts.append(rows[:, usable])
         labels += [(s.effect.name, element) for s, good in zip(here, usable, strict=True) if good]
     nothing = np.zeros((onto.residual.size, 0))

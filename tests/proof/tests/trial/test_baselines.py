@@ -73,9 +73,8 @@ def test_every_column_explains_what_the_screening_says(
     gain = weight / np.sum(columns.matrix**2, axis=0) / total
     # the screening gives up weak directions of some signatures, a single weight need not
     assert (gain > 0.999 * share - 1e-9).all()
-    # (a thousandth of the misfit: what other values imitate all but wholly is left to rounding)
-    assert (gain < 1.07 * share + 1e-3).all()
-    assert (gain < 1.07 * share + 1e-9)[share > 0.01].all()
+    assert (gain < 1.07 * share + 1e-9).all()
+    assert ("sensor_gain", "i") not in columns.labels  # the stack's own values imitate it wholly
     assert np.median(gain / share) == pytest.approx(1.0, rel=1e-6)
     assert ("nonlinear_ratio", "alpha") in columns.labels  # acts on both sides of its two-port
     assert not any(effect == UNNAMED.name for effect, _ in columns.labels)
