@@ -168,11 +168,8 @@ def _about(trial: Candidate) -> str:
     said = (
         f"It looks like this: {e.looks}." if e.looks else "",
         f"What it is easily confused with is {alike}{apart}." if alike else "",
-        f"Law: {spaced(trial.insertion.law)}."
-        if trial.insertion.form
-        else f"Law: {spaced(e.law)} ({e.source})."
-        if e.source
-        else "",
+        f"Law: {spaced(trial.insertion.law)}"
+        + (f" ({e.source})." if e.source and not trial.insertion.form else "."),
     )
     return " ".join(s for s in said if s)
 

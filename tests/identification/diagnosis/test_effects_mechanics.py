@@ -26,7 +26,7 @@ from identification.diagnosis.catalogue.restoring.contact_loss import ContactLos
 from identification.diagnosis.catalogue.restoring.end_stop import EndStopEffect
 from identification.diagnosis.catalogue.restoring.nonlinear_stiffness import NonlinearStiffness
 from identification.diagnosis.catalogue.storage.added_mode import AddedMode
-from identification.diagnosis.catalogue.storage.leakage import HOLE, Leakage
+from identification.diagnosis.catalogue.storage.leakage import HOLE, SEEPS, Leakage
 from identification.diagnosis.catalogue.storage.overflow import OverflowEffect
 from identification.diagnosis.catalogue.storage.self_heating import SelfHeatingEffect
 from identification.estimation.single_record import fit, start_cost
@@ -311,3 +311,10 @@ def test_the_weight_says_on_which_side_a_contact_opens(side: float) -> None:
         law = spring.law if isinstance(spring, C) else None
         assert isinstance(law, ContactLoss)
         assert law.side == side
+
+
+@pytest.mark.parametrize(("way", "law"), [(SEEPS, "parallel_resistor"), (HOLE, "orifice")])
+def test_a_leak_says_whether_it_goes_through_a_hole(way: float, law: str) -> None:
+    s = scene("hydraulic")
+    made = Leakage().insert(s, s.graph["T_1"], Hint({"way": way}, np.array([1e-4])))
+    assert made.law == law
