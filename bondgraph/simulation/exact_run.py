@@ -20,6 +20,7 @@ from bondgraph.support.errors import BondsightError, unknown_name
 
 if TYPE_CHECKING:
     from bondgraph.laws.law import Law
+    from bondgraph.simulation.first_order_hold import Discrete
     from bondgraph.simulation.lure import Compiled
     from bondgraph.simulation.lure_kernel import March
     from bondgraph.simulation.lure_layout import KernelLayout
@@ -117,7 +118,7 @@ def prepare(
     state_directions: bool = False,
 ) -> Prepared:
     """Discretise `compiled` at parameters `p` (SI, shape (n_p,)) for samples `step` (s) apart."""
-    from bondgraph.simulation.first_order_hold import continuous, discretise
+    from bondgraph.simulation.first_order_hold import continuous, discretise, standing
 
     wanted = np.asarray(directions, int)
     n_p = wanted.size
@@ -129,13 +130,13 @@ def prepare(
 
     model = continuous(compiled, p, wanted)
 
-    def packed(h: float) -> tuple[Array, Array]:
-        d = discretise(model, h)
+    moving = discretise(model, step / n_sub)
+
+    def packed(d: Discrete) -> tuple[Array, Array]:
         return d.packed, np.hstack([d.derivative, np.zeros((d.packed.size, n_d - n_p))])
 
-    return Prepared(
-        compiled, n_p, n_d, n_sub, p[law_positions], dq, packed(0.0), packed(step / n_sub)
-    )
+    still = standing(model, moving)
+    return Prepared(compiled, n_p, n_d, n_sub, p[law_positions], dq, packed(still), packed(moving))
 
 
 def run_prepared(

@@ -108,6 +108,25 @@ def discretise(model: Continuous, step: float) -> Discrete:
     return Discrete(packed, derivative)
 
 
+def standing(model: Continuous, moving: Discrete) -> Discrete:
+    """Discretise for a step of zero, from what was packed for another step."""
+    if not model.finite:
+        return moving
+    parts, m = model.parts, model.compiled.n_u
+    n, inputs = parts.b.shape
+    packed, derivative = moving.packed.copy(), moving.derivative.copy()
+    held = n * (n + 2 * inputs)
+    packed[:held] = derivative[:held] = 0.0
+    packed[: n * n : n + 1] = 1.0
+    gain = held + parts.cs.size + parts.ds[:, :m].size
+    end = gain + parts.ds[:, m:].size
+    packed[gain:end] = parts.ds[:, m:].ravel(order="F")
+    for i, t in enumerate(model.tangents):
+        derivative[gain:end, i] = t.ds[:, m:].ravel(order="F")
+    packed[-1] = 0.0
+    return Discrete(packed, derivative)
+
+
 Held = tuple[Array, Array, Array]
 
 

@@ -305,7 +305,7 @@ def _named(
     ]  # fmt: skip
     imitated = [s for s in _imitated(chosen, e) if s not in others]
     refuted = [s for s in others if _refuted(s, chosen, e, t)]
-    others = [s for s in (*others, *imitated) if s not in refuted]
+    others = [s for s in (*others, *imitated, *_beyond(chosen, e)) if s not in refuted]
     here = _here(chosen, e)
     fit = law_fit(chosen, here, e) if here is not None else float("nan")
     best = best_of([chosen, *e.kinds[:1]])
@@ -389,6 +389,19 @@ def _ahead(chosen: Scored, e: Evidence, t: Thresholds) -> list[Candidate]:
         s.trial for s in e.laws
         if s.element != chosen.element and s.score.loss < chosen.score.loss
         and s.trial.effect != UNNAMED.name and (quiet or not s.trial.itself)
+    ]  # fmt: skip
+
+
+def _beyond(chosen: Scored, e: Evidence) -> list[Scored]:
+    """Richer laws at the same place that do better, though outside what their names say.
+
+    What the simple law lacks is there, whichever of its family has it.
+    """
+    nested = richer_names(chosen.trial, [s.trial for s in e.laws])
+    return [
+        s for s in e.laws
+        if s.trial.effect in nested and s.element == chosen.element and not s.trial.itself
+        and s.trial.home and not s.idle and chosen.score.behind(s.score) > DOUBT
     ]  # fmt: skip
 
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from bondgraph.laws.law import Law
 from bondgraph.signals.recorded_rates import with_rates
-from bondgraph.simulation.first_order_hold import blocks, continuous, discretise
+from bondgraph.simulation.first_order_hold import blocks, continuous, discretise, standing
 from bondgraph.simulation.lure import Compiled, law_slices
 from bondgraph.simulation.start import fine_inputs
 from bondgraph.support.arrays import Array
@@ -78,7 +78,7 @@ class ExactPlant(FilterPlant):
         m[places.packed] = made.packed * factor
         dm[places.packed, :k] = made.derivative * factor[:, None] * slopes
         if places.lay.n_w:
-            now = made if h == 0.0 else discretise(matrices, 0.0)
+            now = made if h == 0.0 else standing(matrices, made)
             m[places.direct] = now.packed[places.piece(5)]
             dm[places.direct, :k] = now.derivative[places.piece(5)] * slopes
         if h and at.sigma.size and compiled.n_x:
