@@ -18,7 +18,7 @@ import pytest
 from bondgraph.signals.recording import Split
 from identification.diagnosis.catalogue import by_name
 from identification.diagnosis.catalogue.effect import Insertion
-from identification.diagnosis.evidence.answer import Decision
+from identification.diagnosis.evidence.answer import RIGHT, Decision
 from identification.diagnosis.evidence.block_score import BlockScore
 from identification.diagnosis.evidence.decision import NEAR, decide
 from identification.diagnosis.evidence.hypotheses import Evidence, Hypothesis, Scored, Thresholds
