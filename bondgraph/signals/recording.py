@@ -459,6 +459,12 @@ class Recording:
         """
         return write_csv(self, Path(path))
 
+    def plot(self) -> Any:
+        """Draw the channels over time; returns matplotlib axes, one a channel."""
+        from bondgraph.drawing.courses import courses
+
+        return courses(self.time, self.channels, self.units)
+
     def to_pandas(self) -> Any:
         """Return a pandas DataFrame: index `t_s`, columns `name[unit]`."""
         return to_pandas(self)

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from html import escape
 from typing import Any
 
 import numpy as np
 
+from bondgraph.drawing.courses import courses
+from bondgraph.signals.files.checks import optional
 from bondgraph.support.arrays import Array
-from bondgraph.support.errors import BondsightError, unknown_name
+from bondgraph.support.errors import unknown_name
 
 
 @dataclass(frozen=True)
@@ -59,10 +62,19 @@ class Trajectory:
 
     def to_pandas(self) -> Any:
         """Return a data frame with time as index (needs pandas)."""
-        try:
-            import pandas as pd
-        except ImportError as error:
-            raise BondsightError(
-                "to_pandas needs pandas: pip install 'bondsight[tables]'"
-            ) from error
-        return pd.DataFrame(self.outputs, index=pd.Index(self.time, name="t"))
+        pandas = optional("pandas", "to_pandas", "tables")
+        return pandas.DataFrame(self.outputs, index=pandas.Index(self.time, name="t"))
+
+    def plot(self) -> Any:
+        """Draw the outputs over time; returns matplotlib axes, one an output."""
+        return courses(self.time, self.outputs, {})
+
+    def _repr_html_(self) -> str:
+        """Return a table of the outputs for notebooks."""
+        rows = "".join(
+            f"<tr><td>{escape(n)}</td><td>{v.min():.4g}</td><td>{v.max():.4g}</td>"
+            f"<td>{v[-1]:.4g}</td></tr>"
+            for n, v in self.outputs.items()
+        )
+        head = "<tr><th>output</th><th>least</th><th>most</th><th>last</th></tr>"
+        return f"<p>{escape(repr(self))}</p><table>{head}{rows}</table>"

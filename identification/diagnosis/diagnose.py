@@ -7,6 +7,8 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import partial
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -15,6 +17,7 @@ from bondgraph.graph.elements import Sensor
 from bondgraph.signals.recording import Recording, Split
 from bondgraph.signals.split import kept_back
 from bondgraph.support.errors import BondsightError, UnusableInput
+from identification.diagnosis import presentation
 from identification.diagnosis.evidence.answer import Decision
 from identification.diagnosis.evidence.disturbed import disturbed
 from identification.diagnosis.evidence.hypotheses import Thresholds
@@ -36,7 +39,7 @@ from identification.diagnosis.screening.port_history import FittedModel
 from identification.diagnosis.screening.port_response import probes
 from identification.diagnosis.screening.score_test import Screened
 from identification.diagnosis.screening.tangent_space import freedom
-from identification.diagnosis.search.asked import Asked, asked_of
+from identification.diagnosis.search.asked import Asked, Given, asked_of
 from identification.diagnosis.search.base import declared_fit, thinned, unthinned
 from identification.diagnosis.search.candidates import Candidate, DiagnosisOptions
 from identification.diagnosis.search.forward_selection import steps
@@ -61,7 +64,7 @@ from identification.study.study import Study
 Progress = Callable[[str, float], None]
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Diagnosis:
     """Everything a diagnosis found; `verdict` and the report are made from it.
 
@@ -155,10 +158,29 @@ class Diagnosis:
             raise UnusableInput(f"{self.model}: nothing was fitted ({self.kind}), nothing to study")
         return self.asked.about(last)
 
+    def __repr__(self) -> str:
+        """Verdict in words."""
+        return presentation.text(self)
+
+    def _repr_html_(self) -> str:
+        return presentation.cell(self)
+
+    def plot(self) -> Any:
+        """Draw readings and what is left of them, before and after; returns axes, (n_y, 2)."""
+        return presentation.plotted(self)
+
+    def to_pandas(self) -> Any:
+        """Return one row a finding (needs pandas)."""
+        return presentation.table(self)
+
+    def report(self, folder: str | Path = ".") -> Path:
+        """Write ``report.html`` and ``verdict.json`` into `folder`; returns the page's path."""
+        return presentation.written(self, folder)
+
 
 def diagnose(
     graph: BondGraph | Study,
-    recording: Recording | Sequence[Recording] | None = None,
+    recording: Given | Sequence[Given] | None = None,
     split: Split | None = None,
     *,
     model: str = "",
@@ -177,7 +199,8 @@ def diagnose(
     graph : BondGraph or Study
         Model with sensors; sources and sensors name the channels of `recording`. A study brings its
         recordings, and says what is free, fixed, known before and added by the measuring chain.
-    recording : Recording or sequence of Recording, optional
+    recording : Recording, path, DataFrame or a sequence of them, optional
+        Of a file or a frame channels are taken by name, or by unit where that leaves one choice.
         Several ones of the same system (other levels, other commands) are used together; the last
         third of them is held out.
     split : Split, optional

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from bondgraph.graph.bond_graph import BondGraph
+from bondgraph.graph.elements import Sensor
 from bondgraph.signals.recording import Recording
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import unknown_name
@@ -240,6 +241,14 @@ class Estimation:
                     if np.isfinite(v):
                         lines.append(f"  rms error of {n}, {part} of {name}: {v:.4g}")
         return "\n".join([*lines, *(f"  note: {n}" for n in self.notes)])
+
+    def plot(self, record: int = 0) -> Any:
+        """Draw the readings of a recording beside the fit; returns axes, shape (n_y, 2)."""
+        from identification.report.readings import readings_drawn
+
+        data = self.problem(record).data
+        units = {s.name: s.unit for s in self.study.graph.of_type(Sensor)}
+        return readings_drawn(data, [("fitted", self.simulated[record], data.floor)], units)
 
     def _repr_html_(self) -> str:
         """Return a table for notebooks."""

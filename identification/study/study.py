@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
+from html import escape
 
 import numpy as np
 
@@ -489,8 +490,20 @@ class Study:
 
     def __repr__(self) -> str:
         """Short text."""
-        names = ", ".join(self.free_names)
-        return f"Study({self.graph.name!r}, {len(self.recordings)} recordings, free: {names})"
+        names, n = ", ".join(self.free_names), len(self.recordings)
+        many = "1 recording" if n == 1 else f"{n} recordings"
+        return f"Study({self.graph.name!r}, {many}, free: {names})"
+
+    def _repr_html_(self) -> str:
+        """Return the free parameters with their starts and what is known of them."""
+        rows = "".join(
+            f"<tr><td>{escape(v.name)}</td><td>{self.starts[v.name]:.6g}</td>"
+            f"<td>{escape(self.graph.parameters[v.name].unit)}</td>"
+            f"<td>{escape(str(v.prior)) if v.prior else ''}</td></tr>"
+            for v in self.free
+        )
+        head = "<tr><th>free</th><th>start</th><th>unit</th><th>known</th></tr>"
+        return f"<p>{escape(repr(self))}</p><table>{head}{rows}</table>"
 
 
 def _ends(p: Parameter) -> tuple[float, float]:

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -13,6 +15,7 @@ from bondgraph.graph.elements import Sensor
 from bondgraph.signals.recording import Recording, Split
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import UnusableInput
+from identification.datasets.opening import match_by_unit, open_recording
 from identification.estimation.methods import METHODS
 from identification.estimation.single_record import Fit
 from identification.study.admission import distinct_names
@@ -21,6 +24,9 @@ from identification.study.problem import Data, Problem, drives
 from identification.study.residual import windows
 from identification.study.specification import Nuisances, Vary
 from identification.study.study import ESTIMATED, Study, default_splits
+
+Given = Any
+"""A recording, the path of one (or its name in the catalogue), or a data frame."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,7 +117,7 @@ class Asked:
 
 def asked_of(
     asked: BondGraph | Study,
-    recordings: Recording | Sequence[Recording] | None,
+    recordings: Given | Sequence[Given] | None,
     split: Split | None,
     hold: str | None,
     noise: Mapping[str, float],
@@ -130,12 +136,8 @@ def asked_of(
             )
         if recordings is None:
             raise UnusableInput(f"{asked.name}: there is no recording to diagnose; give one")
-        given = [recordings] if isinstance(recordings, Recording) else recordings
-        if not isinstance(given, Sequence) or any(not isinstance(r, Recording) for r in given):
-            raise UnusableInput(
-                f"{asked.name}: what is to be diagnosed is no recording; make one with "
-                "Recording.read or Recording.from_arrays"
-            )
+        given, divided = _opened(asked, recordings)
+        split = split or divided
         own = _of_one_kind(asked, given)
         return Asked(asked, at_one_rate(picked(own)), split, hold, noise, given=own)
     if recordings is not None:
@@ -151,6 +153,29 @@ def asked_of(
         asked.graph.with_values(asked.starts), found, split or _split(asked, same), hold or known,
         {**_levels(asked), **noise}, asked, _cuts(asked), own,
     )  # fmt: skip
+
+
+def _opened(
+    graph: BondGraph, given: Given | Sequence[Given]
+) -> tuple[list[Recording], Split | None]:
+    """Return recordings, read where they are files or tables; the split that one of them states."""
+    several = isinstance(given, Sequence) and not isinstance(given, str)
+    made = [_recording(graph, g) for g in (given if several else [given])]
+    return [r for r, _ in made], made[0][1] if len(made) == 1 else None
+
+
+def _recording(graph: BondGraph, given: Any) -> tuple[Recording, Split | None]:
+    if isinstance(given, Recording):
+        return given, None
+    if isinstance(given, str | Path):
+        recording, split, _ = open_recording(str(given), graph)
+        return recording, split
+    if hasattr(given, "columns") and hasattr(given, "to_numpy"):
+        return match_by_unit(Recording.from_pandas(given), graph)[0], None
+    raise UnusableInput(
+        f"{graph.name}: what is to be diagnosed is no recording but {type(given).__name__}; give a "
+        "Recording, the path of a file or a DataFrame"
+    )
 
 
 def _cuts(study: Study) -> tuple[int, ...]:

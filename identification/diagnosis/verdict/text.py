@@ -181,7 +181,7 @@ def in_words(d: Diagnosis, said: Sequence[str] = ()) -> str:
     lines += _error_lines(d)
     lines += _parameter_lines(d)
     if d.kind in ("missing_physics", "unknown_physics"):
-        lines += [f"fails at {s}" for s in summary(d.regions)[:3]]
+        lines += [f"where: {s}" for s in summary(d.regions)[:3]]
     lines += _reasons(d)
     lines += [f"next: {a}" for a in d.advice]
     lines.append(f"{d.seconds:.1f} s")
@@ -200,7 +200,8 @@ def _error_lines(d: Diagnosis) -> list[str]:
         if after:
             text += f" before, {100 * after[n]:.3g} % with {found}"
         rmse = (d.repaired or d.nominal).rmse("test")[n]
-        lines.append(f"{text} (rms {rmse:.3g}, noise floor {d.data.floor[c]:.3g}, SI)")
+        unit = d.recording.units.get(n) or "SI"
+        lines.append(f"{text} (rms {rmse:.3g} {unit}, noise floor {d.data.floor[c]:.3g} {unit})")
     return lines
 
 

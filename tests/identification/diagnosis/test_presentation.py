@@ -1,0 +1,100 @@
+"""A diagnosis, a fit and a run show themselves; files and frames are recordings."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from bondgraph.laws import Coulomb
+from bondgraph.signals.recording import Recording
+from bondgraph.simulation.simulate import simulate
+from bondgraph.support.errors import UnusableInput
+from identification.diagnosis.diagnose import Diagnosis, diagnose
+from identification.diagnosis.search.asked import asked_of
+from identification.diagnosis.search.candidates import DiagnosisOptions
+from identification.estimation.estimate import estimate
+from identification.study.study import Study
+from tests.spring import spring
+
+T = np.asarray(0.01 * np.arange(1200), np.float64)
+U = 4 * np.sin(2 * np.pi * 0.7 * T) + 3 * np.sin(2 * np.pi * 2.3 * T)
+
+
+@pytest.fixture(scope="module")
+def frame() -> pd.DataFrame:
+    x = simulate(spring().with_element("d", law=Coulomb(0.3)), T, {"F": U})["x"]
+    x = x + 1e-5 * np.random.default_rng(1).standard_normal(T.size)
+    return pd.DataFrame({"t[s]": T, "push[N]": U, "x[m]": x})
+
+
+@pytest.fixture(scope="module")
+def found(frame: pd.DataFrame) -> Diagnosis:
+    return diagnose(spring(), frame, options=DiagnosisOptions(jobs=1, effects=1))
+
+
+def test_a_verdict_prints_on_a_screen(found: Diagnosis) -> None:
+    lines = repr(found).splitlines()
+    assert lines[0].startswith("Coulomb friction is missing at the resistor d")
+    assert len(lines) < 40
+    assert max(map(len, lines)) < 400
+    assert str(found) == repr(found)
+    shown = found._repr_html_()
+    assert "<svg" in shown
+    assert "Coulomb friction is missing" in shown
+
+
+def test_it_draws_what_is_left(found: Diagnosis) -> None:
+    ((left, right),) = found.plot()
+    assert [line.get_label() for line in left.lines] == ["measured", "as it is", "repaired"]
+    before, after = (np.abs(line.get_ydata()).max() for line in right.lines)
+    assert after < 10.0 < before
+    shaded = sum(len(range(*s.indices(T.size))) for s in found.nominal.problem.data.split.test)  # type: ignore[union-attr]
+    assert 0 < shaded < T.size
+    assert len(right.patches) >= 5
+
+
+def test_findings_are_a_table_and_a_page(found: Diagnosis, tmp_path: Path) -> None:
+    (row,) = found.to_pandas().to_dict("records")
+    assert (row["effect"], row["element"], row["answer"]) == ("coulomb_friction", "d", "exact")
+    page = found.report(tmp_path / "out")
+    assert page.name == "report.html"
+    assert {f.name for f in page.parent.iterdir()} == {"report.html", "verdict.json"}
+
+
+def test_a_file_is_a_recording(frame: pd.DataFrame, tmp_path: Path, found: Diagnosis) -> None:
+    file = tmp_path / "run.csv"
+    frame.to_csv(file, index=False)
+    for given in (str(file), file, [file]):
+        (read,) = asked_of(spring(), given, None, None, {}).recordings
+        np.testing.assert_array_equal(read["F"], found.recording["F"])
+        np.testing.assert_allclose(read["x"], found.recording["x"], rtol=1e-12)
+    with pytest.raises(UnusableInput, match="no recording but int"):
+        diagnose(spring(), 5)
+
+
+def test_without_a_fit_there_is_nothing_to_draw() -> None:
+    still = Recording("still", T[:50], {"F": U[:50], "x": 0 * U[:50]}, {"F": "N", "x": "m"})
+    empty = diagnose(spring(), still)
+    assert empty.kind == "insufficient_data"
+    assert empty.to_pandas().empty
+    with pytest.raises(UnusableInput, match="nothing to draw"):
+        empty.plot()
+
+
+def test_studies_fits_and_runs_show_themselves(frame: pd.DataFrame) -> None:
+    recording = Recording.from_pandas(frame, map={"F": "push[N]", "x": "x[m]"})
+    assert len(recording.plot()) == 2
+    study = Study(spring(), recording)
+    assert "1 recording," in repr(study)
+    assert all(f"<td>{n}</td>" in study._repr_html_() for n in study.free_names)
+    fitted = estimate(study)
+    ((left, right),) = fitted.plot()
+    assert [line.get_label() for line in left.lines] == ["measured", "fitted"]
+    assert np.abs(right.lines[0].get_ydata()).max() > 1.0
+    run = simulate(spring(), T, {"F": U})
+    (ax,) = run.plot()
+    np.testing.assert_array_equal(ax.lines[0].get_ydata(), run["x"])
+    assert "<td>x</td>" in run._repr_html_()
