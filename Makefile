@@ -10,12 +10,13 @@ TRIAL ?= bondsight-out/blind
 VENV := .venv
 BIN := $(VENV)/bin
 
-.PHONY: help demo test coverage proofs proof proof-quick wheel bench notebooks format clean
+.PHONY: help demo test coverage docs proofs proof proof-quick wheel bench notebooks format clean
 
 help:
 	@echo "make demo       set up and show what the project does"
-	@echo "make test       set up, then lint, types, tests"
+	@echo "make test       set up, then lint, types, tests, pages"
 	@echo "make coverage   set up, then the tests with coverage by line"
+	@echo "make docs       set up, then build the documentation"
 	@echo "make proofs     set up, then proofs and tests of more than a minute"
 	@echo "make proof      set up, then the sealed trial into the folder TRIAL (hours; resumes)"
 	@echo "make proof-quick  set up, then a sealed trial of sixty from a new seed (ten minutes)"
@@ -39,6 +40,10 @@ test: $(VENV)/.test
 
 coverage: $(VENV)/.test
 	$(BIN)/python -m pytest -n $(WORKERS) --dist worksteal --cov --cov-report=term
+
+docs: $(VENV)/.test
+	$(BIN)/python -m sphinx -q -W --keep-going -b html docs docs/_build/html
+	@echo docs/_build/html/index.html
 
 proofs: $(VENV)/.test
 	$(BIN)/python -m pytest -m long
@@ -69,7 +74,7 @@ format: $(VENV)/.test
 	$(BIN)/ruff format .
 
 clean:
-	rm -rf $(VENV) .mypy_cache .ruff_cache .pytest_cache .hypothesis .coverage htmlcov
+	rm -rf $(VENV) .mypy_cache .ruff_cache .pytest_cache .hypothesis .coverage htmlcov docs/_build
 
 # An interpreter of at least 3.11: PYTHON if it is one, else the newest python3.x on the path.
 # Without ensurepip (some distributions split it off) the outer pip fills the environment.

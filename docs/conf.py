@@ -29,7 +29,10 @@ autodoc_class_signature = "mixed"
 def _written(app: Sphinx) -> None:
     from catalogue_pages import write_catalogue
     from public_names import write_reference
+    from written_pages import write_commands, write_models
 
+    write_commands(HERE / "reference" / "commands.md")
+    write_models(HERE / "reference" / "models")
     write_reference(HERE / "reference" / "api")
     write_catalogue(HERE / "reference" / "effects")
 

@@ -22,7 +22,11 @@ PACKAGES = {
 def public_names(package: str) -> Iterator[tuple[str, Any]]:
     """Every name that a package shows, with what it stands for."""
     module = import_module(package)
-    for name in sorted(module.__all__, key=str.lower):
+    shown = getattr(module, "__all__", None) or [
+        n for n, v in vars(module).items()
+        if not n.startswith("_") and getattr(v, "__module__", "").startswith(f"{package}.")
+    ]  # fmt: skip
+    for name in sorted(shown, key=str.lower):
         yield name, getattr(module, name)
 
 
@@ -51,4 +55,4 @@ def _entry(name: str, value: Any) -> list[str]:
         return [f".. autoclass:: {name}", ""]
     if callable(value):
         return [f".. autofunction:: {name}", ""]
-    return [f".. autodata:: {name}", "   :no-value:", ""]
+    return [f".. py:data:: {name}", ""]

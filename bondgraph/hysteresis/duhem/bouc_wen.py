@@ -16,7 +16,7 @@ class BoucWen(DuhemBranch):
     """``y = c x + d z`` with ``dz/dx = A - |z| (gamma + beta sgn(dx z) + phi (sgn dx + sgn z))``.
 
     Exponent 1, for which each monotone branch is an exponential in x. The skew phi acts only while
-    |z| grows: z stays between ``-A/(beta + gamma - 2 phi)`` and ``A/(beta + gamma + 2 phi)``; with
+    ``|z|`` grows: z stays between ``-A/(beta + gamma - 2 phi)`` and ``A/(beta + gamma + 2 phi)``; with
     A without unit, z has the unit of the input. The equation is rate independent: neither time nor
     the number of samples enters.
 

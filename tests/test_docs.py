@@ -1,0 +1,62 @@
+"""Every block of the documentation runs, its commands exist, and it builds without a warning."""
+
+from __future__ import annotations
+
+import argparse
+import re
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from bondsight.cli.main import _parser
+
+ROOT = Path(__file__).resolve().parents[1]
+PAGES = sorted(p for p in (ROOT / "docs").rglob("*.md") if "_build" not in p.parts)
+WRITTEN = [p for p in PAGES if "reference/effects" not in p.as_posix()]
+
+
+def _blocks(page: Path) -> list[str]:
+    text = page.read_text(encoding="utf-8")
+    return re.findall(r"^```python\n(.*?)^```", text, re.M | re.S)
+
+
+@pytest.mark.parametrize("page", [p for p in WRITTEN if _blocks(p)], ids=lambda p: p.stem)
+def test_the_blocks_of_a_page_run(
+    page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    names: dict[str, Any] = {"__name__": page.stem}
+    for i, block in enumerate(_blocks(page), start=1):
+        exec(compile(block, f"{page.name}, block {i}", "exec"), names)
+
+
+def test_the_first_block_of_the_first_lesson_is_a_model_file() -> None:
+    names: dict[str, Any] = {}
+    exec(_blocks(ROOT / "docs/tutorials/first_diagnosis.md")[0], names)
+    assert names["model"]().name == "positioner"
+
+
+def test_the_commands_of_the_pages_exist() -> None:
+    used = {
+        verb
+        for page in WRITTEN
+        for verb in re.findall(r"^ {4,}bondsight ([a-z]+)", page.read_text(encoding="utf-8"), re.M)
+    }
+    assert len(used) > 8
+    (verbs,) = (a for a in _parser()._actions if isinstance(a, argparse._SubParsersAction))
+    assert used <= set(verbs.choices)
+
+
+def test_the_pages_build_without_a_warning(tmp_path: Path) -> None:
+    pytest.importorskip("sphinx", reason="the extra 'docs' is not installed")
+    made = subprocess.run(
+        [sys.executable, "-m", "sphinx", "-q", "-W", "--keep-going", "-b", "html",
+         ROOT / "docs", tmp_path / "html"],
+        capture_output=True, text=True, check=False, cwd=tmp_path,
+    )  # fmt: skip
+    assert made.returncode == 0, made.stderr[-3000:]
+    assert (tmp_path / "html/reference/effects/backlash.html").is_file()
+    assert "bondsight.diagnose" in (tmp_path / "html/reference/api/bondsight.html").read_text()
