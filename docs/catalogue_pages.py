@@ -182,8 +182,8 @@ def write_catalogue(folder: Path) -> None:
     (folder / "index.md").write_text("\n".join(lines), encoding="utf-8")
 
 
-WORDS = """What a diagnosis can name. `bondsight effects` prints this table, `bondsight effects NAME` one
-effect in full. A picture shows what a weak effect adds to the effort of its element (to the command
+WORDS = """What a diagnosis can name. `bondsight effects` prints this table, or one effect in
+full. A picture shows what a weak effect adds to the effort of its element (to the command
 of a source, to the reading of a sensor) while a machine moves. What is not here should end as a
 *kind* of physics, or as unknown; an effect of your own is a class:
 [an effect of your own](../../howto/own_effect.md)."""

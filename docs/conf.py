@@ -8,7 +8,7 @@ from pathlib import Path
 from sphinx.application import Sphinx
 
 HERE = Path(__file__).parent
-sys.path[:0] = [str(HERE), str(HERE.parent)]
+sys.path.insert(0, str(HERE.parent))
 
 project = "Bondsight"
 author = copyright = "Bondsight contributors"
@@ -27,9 +27,9 @@ autodoc_class_signature = "mixed"
 
 
 def _written(app: Sphinx) -> None:
-    from catalogue_pages import write_catalogue
-    from public_names import write_reference
-    from written_pages import write_commands, write_models
+    from docs.catalogue_pages import write_catalogue
+    from docs.public_names import write_reference
+    from docs.written_pages import write_commands, write_models
 
     write_commands(HERE / "reference" / "commands.md")
     write_models(HERE / "reference" / "models")

@@ -17,11 +17,11 @@ from bondgraph.graph.elements import Sensor
 from bondgraph.signals.recording import Recording, Split
 from bondgraph.signals.split import kept_back
 from bondgraph.support.errors import BondsightError, UnusableInput
-from identification.diagnosis import presentation
 from identification.diagnosis.evidence.answer import Decision
 from identification.diagnosis.evidence.disturbed import disturbed
 from identification.diagnosis.evidence.hypotheses import Thresholds
 from identification.diagnosis.evidence.remaining import Remaining, remaining
+from identification.diagnosis.explanation import presentation
 from identification.diagnosis.explanation.characterisation import Character, characterise
 from identification.diagnosis.explanation.latent_signal import Latent, latent
 from identification.diagnosis.explanation.next_experiment import Experiment, next_experiments

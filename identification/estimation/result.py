@@ -248,7 +248,8 @@ class Estimation:
 
         data = self.problem(record).data
         units = {s.name: s.unit for s in self.study.graph.of_type(Sensor)}
-        return readings_drawn(data, [("fitted", self.simulated[record], data.floor)], units)
+        fits = [("fitted", self.simulated[record], data.floor)]
+        return readings_drawn(data.time, data.readings, units, data.split, fits)
 
     def _repr_html_(self) -> str:
         """Return a table for notebooks."""

@@ -3,25 +3,33 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from bondgraph.signals.recording import Split
 from bondgraph.signals.split import stretches
 from bondgraph.support.arrays import Array
 from identification.report.style import AFTER, BEFORE, MEASURED, PLOT, SOFT
 
-if TYPE_CHECKING:
-    from identification.study.problem import Data
-
 
 def readings_drawn(
-    data: Data, fits: Sequence[tuple[str, Array, Array]], units: Mapping[str, str]
+    time: Array,
+    readings: Array,
+    units: Mapping[str, str],
+    split: Split,
+    fits: Sequence[tuple[str, Array, Array]],
 ) -> Any:
     """Draw readings beside what fits make of them; held-out stretches are shaded.
 
     Parameters
     ----------
+    time : ndarray, shape (N,), s
+    readings : ndarray, shape (N, n_y)
+    units : dict of str to str
+        Units of the readings, in their order.
+    split : Split
+        Which samples were held out.
     fits : sequence of (str, ndarray (N, n_y), ndarray (n_y,))
         Label, simulated readings and noise; the last one is the best.
 
@@ -33,21 +41,21 @@ def readings_drawn(
     from matplotlib.figure import Figure
 
     colours = (BEFORE, AFTER)[-len(fits) :]
-    held_out = (*stretches(data.split.test), *stretches(data.split.looked_at))
+    held_out = (*stretches(split.test), *stretches(split.looked_at))
     with mpl.rc_context({**PLOT, "figure.facecolor": "white"}):
-        figure = Figure(figsize=(11.0, 2.6 * len(data.names)), layout="constrained")
-        axes = np.asarray(figure.subplots(len(data.names), 2, squeeze=False, sharex=True))
-        for i, (name, (left, right)) in enumerate(zip(data.names, axes, strict=True)):
-            left.plot(data.time, data.readings[:, i], color=MEASURED, label="measured", lw=1.6)
+        figure = Figure(figsize=(11.0, 2.6 * len(units)), layout="constrained")
+        axes = np.asarray(figure.subplots(len(units), 2, squeeze=False, sharex=True))
+        for i, (name, (left, right)) in enumerate(zip(units, axes, strict=True)):
+            left.plot(time, readings[:, i], color=MEASURED, label="measured", lw=1.6)
             for (label, simulated, floor), colour in zip(fits, colours, strict=True):
-                left.plot(data.time, simulated[:, i], color=colour, label=label, lw=0.9)
-                over = (data.readings[:, i] - simulated[:, i]) / floor[i]
-                right.plot(data.time, over, color=colour, lw=0.8)
+                left.plot(time, simulated[:, i], color=colour, label=label, lw=0.9)
+                over = (readings[:, i] - simulated[:, i]) / floor[i]
+                right.plot(time, over, color=colour, lw=0.8)
             for part in held_out:
-                start, stop, _ = part.indices(data.n)
+                start, stop, _ = part.indices(time.size)
                 for ax in (left, right):
-                    ax.axvspan(data.time[start], data.time[stop - 1], color=SOFT, alpha=0.12, lw=0)
-            left.set_ylabel(f"{name}, {units.get(name) or 'SI'}")
+                    ax.axvspan(time[start], time[stop - 1], color=SOFT, alpha=0.12, lw=0)
+            left.set_ylabel(f"{name}, {units[name] or 'SI'}")
             right.set_ylabel("left over, times the noise")
         axes[0, 0].legend(loc="upper left", ncols=3)
         axes[0, 0].set_title("shaded: held out")

@@ -16,9 +16,9 @@ class BoucWen(DuhemBranch):
     """``y = c x + d z`` with ``dz/dx = A - |z| (gamma + beta sgn(dx z) + phi (sgn dx + sgn z))``.
 
     Exponent 1, for which each monotone branch is an exponential in x. The skew phi acts only while
-    ``|z|`` grows: z stays between ``-A/(beta + gamma - 2 phi)`` and ``A/(beta + gamma + 2 phi)``; with
-    A without unit, z has the unit of the input. The equation is rate independent: neither time nor
-    the number of samples enters.
+    ``|z|`` grows: z stays between ``-A/(beta + gamma - 2 phi)`` and
+    ``A/(beta + gamma + 2 phi)``. With A without unit, z has the unit of the input. The equation is
+    rate independent: neither time nor the number of samples enters.
 
     ``beta + gamma > 0`` and ``beta >= gamma`` is the class that is bounded from any state and,
     with c, d >= 0, dissipative at the output (`passive_port`). ``beta < gamma`` with beta > 0 is

@@ -52,7 +52,9 @@ def plotted(d: Diagnosis) -> Any:
     fits = [("as it is", d.nominal)]
     fits += [("repaired", d.repaired)] if d.repaired is not None else []
     shown = [(label, made.simulated, made.problem.data.floor) for label, made in fits]
-    return readings_drawn(d.nominal.problem.data, shown, d.recording.units)
+    data = d.nominal.problem.data
+    units = {n: d.recording.units.get(n, "") for n in data.names}
+    return readings_drawn(data.time, data.readings, units, data.split, shown)
 
 
 def table(d: Diagnosis) -> Any:
