@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from bondgraph.equations.relation import FINE
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.checking import tried_problems
 from bondgraph.simulation.exact_run import LARGEST, Memories, relative_change, settle

@@ -17,7 +17,9 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
+from contextlib import redirect_stderr
 from dataclasses import dataclass, replace
+from io import StringIO
 from typing import Any, Final
 
 import casadi as ca
@@ -116,7 +118,9 @@ def simulate_sundials(
     settled = _settles_at_once(program, hold)
     n_sub, last, steps = (2 if hold == "band-limited" else 1), None, 0
     while n_sub <= LARGEST:
-        made = _run(program, inside, unknowns, integrator, asked, begin, size, hold, n_sub)
+        # what IDAS writes there on its own, the error says
+        with redirect_stderr(StringIO()):
+            made = _run(program, inside, unknowns, integrator, asked, begin, size, hold, n_sub)
         steps += made.steps
         if settled or (
             last is not None
@@ -129,8 +133,8 @@ def simulate_sundials(
             )  # fmt: skip
         last, n_sub = made, 2 * n_sub
     raise BondsightError(
-        f"{graph.name}: with {integrator} the outputs do not settle within {LARGEST} accepted steps "
-        "a sample, so coarsely is the memory of its laws followed; sample faster, or leave "
+        f"{graph.name}: with {integrator} the outputs do not settle within {LARGEST} accepted "
+        "steps a sample: the memory of its laws is followed too coarsely; sample faster, or leave "
         "integrator out"
     )
 
@@ -236,6 +240,8 @@ def _integrator(program: Program, plugin: str, size: Array, tolerance: float) ->
         "abstol": tolerance, "reltol": tolerance, "max_num_steps": MOST_STEPS,
         "disable_internal_warnings": True, "show_eval_warnings": False,
     }  # fmt: skip
+    if plugin == "idas":  # their slope is not known at the start; they follow from the states
+        options["suppress_algebraic"] = True
     return ca.integrator("accepted", plugin, problem, 0.0, 1.0, options)
 
 
@@ -270,7 +276,7 @@ def _run(
             z = _flat(unknowns(asked.at + (k + 1) * h, x, near, right, p, m, h))
         except RuntimeError as error:
             raise BondsightError(
-                f"{program.name}: {plugin} gave up after {t:.6g} s ({_said(error)}); sample finer, "
+                f"{program.name}: {plugin} gave up after {t:.6g} s ({_said(error)}); sample faster, "
                 "ask for less accuracy, take the other integrator, or leave it out"
             ) from None
         t = asked.at + (k + 1) * h
