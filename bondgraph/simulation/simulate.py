@@ -79,7 +79,7 @@ def simulate(
         virgin where not given.
     integrator : {"cvodes", "idas"}, optional
         One of SUNDIALS instead of ours, for comparison: slower, its tolerance `accuracy` over a
-        thousand. See `bondgraph.simulation.sundials` for memory; laws that jump are refused.
+        thousand. See `bondgraph.simulation.sundials.record` for memory; laws that jump are refused.
     """
     if integrator is not None and integrator not in INTEGRATORS:
         raise unknown_name("integrator", integrator, "simulate", INTEGRATORS)
@@ -153,7 +153,7 @@ def _by_sundials(
     **rest: Any,
 ) -> Trajectory:
     """Start where `simulate` would: at rest by the linear part where the step is exact."""
-    from bondgraph.simulation.sundials import simulate_sundials
+    from bondgraph.simulation.sundials.record import simulate_sundials
 
     if not isinstance(model, BondGraph):
         raise UnusableInput(f"{model.space.name}: {integrator} needs the graph; give that")
