@@ -57,6 +57,7 @@ from bondgraph.simulation.sundials.stepper import Accepted, Stepper
 from bondgraph.simulation.trajectory import Trajectory
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import BondsightError, UnusableInput
+from bondgraph.support.interrupts import Interrupts, interrupts
 
 FINER: Final = 1e-3
 """Tolerance of the integrator over the accuracy asked for: errors of many steps add up."""
@@ -115,9 +116,9 @@ def simulate_sundials(
     at_once = _settles_at_once(program, hold)
     n_sub, last, steps = (2 if hold == "band-limited" else 1), None, 0
     while n_sub <= LARGEST:
-        # what IDAS writes there on its own, the error says
-        with redirect_stderr(StringIO()):
-            y, end, count = _run(stepper, asked, begin, hold, n_sub)
+        # what IDAS writes there on its own, the error says; CasADi makes an error of Ctrl-C
+        with redirect_stderr(StringIO()), interrupts() as pressed:
+            y, end, count = _run(stepper, asked, begin, hold, n_sub, pressed)
         steps += count
         watched = y[:, asked.columns]
         if at_once or (last is not None and relative_change(last, watched) < accuracy):
@@ -198,7 +199,7 @@ def _sizes(program: Program, asked: Posed, begin: Accepted, hold: str) -> Array:
 
 
 def _run(
-    stepper: Stepper, asked: Posed, begin: Accepted, hold: str, n_sub: int
+    stepper: Stepper, asked: Posed, begin: Accepted, hold: str, n_sub: int, pressed: Interrupts
 ) -> tuple[Array, Accepted, int]:
     """Run over the record with `n_sub` steps a sample; outputs, end and steps inside."""
     ready = PreparedGeneral(stepper.program, asked.p, asked.step, n_sub, (), False, False)
@@ -206,6 +207,8 @@ def _run(
     h, a, steps = asked.step / n_sub, begin, 0
     rows = [stepper.reading(a, u[0])]
     for k, (left, right) in enumerate(fine):
+        if pressed.heard:
+            raise KeyboardInterrupt
         try:
             if hold == "hold" and a.z.size:  # inputs jump here, and unknowns with them
                 a = stepper.jumped(a, left)
