@@ -10,7 +10,7 @@ from dataclasses import replace
 
 import casadi as ca
 
-from bondgraph.equations.program import LawCall, Program
+from bondgraph.equations.program import Program
 from bondgraph.simulation.radau.memory import arguments_of
 
 
@@ -29,7 +29,7 @@ def flowing(program: Program) -> Program:
     rows, rates = [], []
     for j, call in enumerate(kept):
         if call.law.flows:
-            own, slopes = _rates(call)
+            own, slopes = rates_of(call.advance)
             rows += [call.memory.start + i for i in own]
             q = ca.vertcat(*[p[program.parameters.index(n)] for n in call.parameters])
             rates.append(slopes(s[j], m[call.memory], q))
@@ -50,10 +50,10 @@ def flowing(program: Program) -> Program:
     )
 
 
-def _rates(call: LawCall) -> tuple[list[int], ca.Function]:
-    """Return which entries of the memory flow, and ``(s, m, q) -> their rates``."""
-    s, m, q, h = (ca.SX.sym(n, *call.advance.size_in(n)) for n in call.advance.name_in())
-    after = ca.vertsplit(call.advance(s, m, q, h))
+def rates_of(advance: ca.Function) -> tuple[list[int], ca.Function]:
+    """Return which entries of a memory flow, and ``(s, m, q) -> their rates``."""
+    s, m, q, h = (ca.SX.sym(n, *advance.size_in(n)) for n in advance.name_in())
+    after = ca.vertsplit(advance(s, m, q, h))
     last = [i for i, new in enumerate(after) if ca.is_equal(new, s)]
     own = [i for i in range(len(after)) if i not in last]
     slope = ca.jacobian(ca.vertcat(*[after[i] for i in own]), h)

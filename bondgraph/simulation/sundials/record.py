@@ -57,7 +57,7 @@ from bondgraph.simulation.sundials.stepper import Accepted, Stepper
 from bondgraph.simulation.trajectory import Trajectory
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import BondsightError, UnusableInput
-from bondgraph.support.interrupts import Interrupts, interrupts
+from bondgraph.support.interrupts import interrupts
 
 FINER: Final = 1e-3
 """Tolerance of the integrator over the accuracy asked for: errors of many steps add up."""
@@ -97,28 +97,14 @@ def simulate_sundials(
     """
     asked = pose(graph, even_grid(graph.name, time), commands, parameters, observed)
     _require_smooth(graph, asked.program, integrator)
-    begin = _begin(asked, x0, memory, relaxed)
-    program = flowing(asked.program)
-    rows = [program.memory.index(n) for n in program.states[len(begin.x) :]]
-    begin = replace(begin, x=np.concatenate([begin.x, begin.m[rows]]))
-    size = _sizes(program, asked, begin, hold)
+    begin = begun(asked, x0, memory, relaxed)
     tolerance = max(FINER * accuracy, TIGHTEST)
-    stepper = Stepper(
-        integrator,
-        program,
-        asked.p,
-        size,
-        tolerance,
-        integrator_of(program, integrator, size, tolerance),
-        unknowns_of(program, size),
-        turning_of(asked.program, program),
-    )
+    stepper, begin = stepper_of(asked, begin, integrator, tolerance, hold)
+    program = stepper.program
     at_once = _settles_at_once(program, hold)
     n_sub, last, steps = (2 if hold == "band-limited" else 1), None, 0
     while n_sub <= LARGEST:
-        # what IDAS writes there on its own, the error says; CasADi makes an error of Ctrl-C
-        with redirect_stderr(StringIO()), interrupts() as pressed:
-            y, end, count = _run(stepper, asked, begin, hold, n_sub, pressed)
+        y, end, count = march(stepper, asked, begin, hold, n_sub)
         steps += count
         watched = y[:, asked.columns]
         if at_once or (last is not None and relative_change(last, watched) < accuracy):
@@ -133,6 +119,22 @@ def simulate_sundials(
         "steps a sample: the memory of its laws is followed too coarsely; sample faster, or leave "
         "integrator out"
     )
+
+
+def stepper_of(
+    asked: Posed, begin: Accepted, integrator: str, tolerance: float, hold: str
+) -> tuple[Stepper, Accepted]:
+    """Return what takes the steps of a record, and its start with the memories that are states."""
+    program = flowing(asked.program)
+    rows = [program.memory.index(n) for n in program.states[len(begin.x) :]]
+    begin = replace(begin, x=np.concatenate([begin.x, begin.m[rows]]))
+    size = _sizes(program, asked, begin, hold)
+    functions = (
+        integrator_of(program, integrator, size, tolerance),
+        unknowns_of(program, size),
+        turning_of(asked.program, program),
+    )
+    return Stepper(integrator, program, asked.p, size, tolerance, *functions), begin
 
 
 def _require_smooth(graph: BondGraph, program: Program, integrator: str) -> None:
@@ -161,7 +163,8 @@ def _settles_at_once(program: Program, hold: str) -> bool:
     return not (kept or beside or program.recorded or hold == "band-limited")
 
 
-def _begin(asked: Posed, x0: object, memory: Memories | None, relaxed: bool) -> Accepted:
+def begun(asked: Posed, x0: object, memory: Memories | None, relaxed: bool) -> Accepted:
+    """Return the start of a record, see `simulate_sundials`."""
     q = asked.program
     m, given = q.start_memory(memory)
     x, z = asked.start(x0, m)
@@ -198,30 +201,31 @@ def _sizes(program: Program, asked: Posed, begin: Accepted, hold: str) -> Array:
     return np.where(size > 0.0, size, 1.0)
 
 
-def _run(
-    stepper: Stepper, asked: Posed, begin: Accepted, hold: str, n_sub: int, pressed: Interrupts
+def march(
+    stepper: Stepper, asked: Posed, begin: Accepted, hold: str, n_sub: int
 ) -> tuple[Array, Accepted, int]:
     """Run over the record with `n_sub` steps a sample; outputs, end and steps inside."""
     ready = PreparedGeneral(stepper.program, asked.p, asked.step, n_sub, (), False, False)
     u, fine = inputs_between(ready, asked.u, hold)
     h, a, steps = asked.step / n_sub, begin, 0
     rows = [stepper.reading(a, u[0])]
-    for k, (left, right) in enumerate(fine):
-        if pressed.heard:
-            raise KeyboardInterrupt
-        try:
-            if hold == "hold" and a.z.size:  # inputs jump here, and unknowns with them
-                a = stepper.jumped(a, left)
-            made, count = stepper.onward(a, h, left, right)
-        except RuntimeError as error:
-            raise BondsightError(
-                f"{stepper.program.name}: {stepper.plugin} gave up after "
-                f"{a.t:.6g} s ({_said(error)}); sample faster, ask for less accuracy, take the "
-                "other integrator, or leave it out"
-            ) from None
-        a, steps = replace(made, t=asked.at + (k + 1) * h), steps + count
-        if (k + 1) % n_sub == 0:
-            rows.append(stepper.reading(a, right))
+    try:
+        # what IDAS writes there on its own, the error says; CasADi makes an error of Ctrl-C
+        with redirect_stderr(StringIO()), interrupts() as pressed:
+            for k, (left, right) in enumerate(fine):
+                if pressed.heard:
+                    raise KeyboardInterrupt
+                if hold == "hold" and a.z.size:  # inputs jump here, and unknowns with them
+                    a = stepper.jumped(a, left)
+                made, count = stepper.onward(a, h, left, right)
+                a, steps = replace(made, t=asked.at + (k + 1) * h), steps + count
+                if (k + 1) % n_sub == 0:
+                    rows.append(stepper.reading(a, right))
+    except RuntimeError as error:
+        raise BondsightError(
+            f"{stepper.program.name}: {stepper.plugin} gave up after {a.t:.6g} s ({_said(error)}); "
+            "sample faster, ask for less accuracy, take the other integrator, or leave it out"
+        ) from None
     return np.array(rows), a, steps
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any, Final, final
 
 import casadi as ca
@@ -104,15 +105,23 @@ class Stepper:
         if opened:
             z = np.asarray(made["zf"].full()) * self.size[n_x:, None]
         if a.z.size:
-            u = left[:, None] + (right - left)[:, None] * GRID
-            z = np.asarray(self._each(self.unknowns, a, h, x, z, u).full())
+            z = np.asarray(self._unknowns(*self._on_grid(a, h, x, z, left, right)).full())
         return x, z, int(self.integrate.stats()["nsteps"])
 
-    def _each(
-        self, f: ca.Function, a: Accepted, h: float, x: Array, z: Array, u: Array, *more: Any
-    ) -> Any:
-        since = h * GRID[None, :]
-        return f.map(GRID.size)(a.t + since, x, z, u, self.p, a.m, since, *more)
+    @cached_property
+    def _unknowns(self) -> ca.Function:
+        return self.unknowns.map(GRID.size)
+
+    @cached_property
+    def _turning(self) -> ca.Function:
+        return self.turning.map(GRID.size)
+
+    def _on_grid(
+        self, a: Accepted, h: float, x: Array, z: Array, left: Array, right: Array
+    ) -> tuple[Any, ...]:
+        """Return the arguments of a function at the parts `GRID` of a step."""
+        since, u = h * GRID[None, :], left[:, None] + (right - left)[:, None] * GRID
+        return (a.t + since, x, z, u, self.p, a.m, since)
 
     def _accept(self, a: Accepted, h: float, x: Array, z: Array, u: Array) -> Accepted:
         m = self.program.advance(a.t + h, x, z, u, self.p, a.m, h)
@@ -127,8 +136,8 @@ class Stepper:
         """
         if self.turning is None:
             return None
-        u = left[:, None] + slope[:, None] * (h * GRID)
-        rate = np.asarray(self._each(self.turning, a, h, x, z, u, slope)[0].full())
+        at_grid = self._on_grid(a, h, x, z, left, left + slope * h)
+        rate = np.asarray(self._turning(*at_grid, slope)[0].full())
         first, by_v = self.turning(a.t, a.x, a.z, left, self.p, a.m, 0.0, slope)
         first, size = flat(first), np.abs(by_v.full()) @ self.size[: by_v.shape[1]]
         if turned:  # it turns right here
