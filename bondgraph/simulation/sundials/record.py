@@ -10,7 +10,7 @@ What becomes of the memory of a law:
   Dahl, heat, creep;
 - one of the argument alone (plays, stops, Maxwell, Bouc-Wen, Preisach) is exact along a monotone
   way; every step ends where an argument turns. The line on which the turn is looked for leaves an
-  error of fourth order in the step, and a pair of turns within an eighth of it is not seen;
+  error of third to fourth order in the step, and two turns within an eighth of it are not seen;
 - any other (a slip along the way, a slew limit, a rate of the last step) is held from step to step:
   first to second order.
 
