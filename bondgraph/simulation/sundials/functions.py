@@ -35,7 +35,7 @@ def unknowns_of(program: Program, size: Array) -> ca.Function:
     problem = {"x": v[2], "p": given, "g": program.residual(*v[:2], own * v[2], *v[3:])}
     options = {"line_search": False, "abstol": 0.0, "abstolStep": SOLVED, "max_iter": 100}
     w = [ca.MX.sym(n, *program.rhs.size_in(n)) for n in program.rhs.name_in()]
-    z = w[2]
+    z: Any = w[2]
     if own.size:
         solver = ca.rootfinder("unknowns", "newton", problem, options)
         z = own * solver(x0=z / own, p=ca.vertcat(*w[:2], *w[3:]))["x"]

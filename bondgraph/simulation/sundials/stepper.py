@@ -114,6 +114,7 @@ class Stepper:
 
     @cached_property
     def _turning(self) -> ca.Function:
+        assert self.turning is not None
         return self.turning.map(GRID.size)
 
     def _on_grid(
