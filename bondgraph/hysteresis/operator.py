@@ -40,6 +40,9 @@ class Operator(ABC):
     kind: ClassVar[str]
     """Name in files and in `catalogue.OPERATORS`."""
 
+    flows: ClassVar[bool] = False
+    """Whether the memory obeys a differential equation in time, see `bondgraph.laws.Law.flows`."""
+
     @property
     def timed(self) -> bool:
         """Whether time matters (creep, rate dependence); then every call needs its `step`."""

@@ -16,6 +16,7 @@ class Clocked(Law, ABC):
     counts_time: ClassVar[bool] = True
     lives_in_time: ClassVar[bool] = True
     """Time matters."""
+    flows: ClassVar[bool] = True
     follows: ClassVar[tuple[bool, ...]] = (False,)
     """Time since the start, s."""
 

@@ -39,6 +39,7 @@ class DahlFriction(Law):
     energy: ClassVar[str] = "dissipates"
     lives_in_time: ClassVar[bool] = True
     """The way is the flow over time."""
+    flows: ClassVar[bool] = True
     follows: ClassVar[tuple[bool, ...]] = (False, True)
     """Bend of the bristle, -1 to 1, and the last flow."""
 

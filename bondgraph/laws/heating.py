@@ -41,6 +41,7 @@ class SelfHeating(Law):
     name: ClassVar[str] = "self_heating"
     lives_in_time: ClassVar[bool] = True
     """Heat leaves with time."""
+    flows: ClassVar[bool] = True
     follows: ClassVar[tuple[bool, ...]] = (False, True)
     """Temperature rise and last flow."""
 

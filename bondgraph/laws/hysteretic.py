@@ -63,6 +63,11 @@ class Hysteretic(Law):
         return self.operator.timed
 
     @property
+    def flows(self) -> bool:  # type: ignore[override]
+        """Of the operator."""
+        return self.operator.flows
+
+    @property
     def slope(self) -> float:
         """The operator's reference slope."""
         return float(self.operator.linear_slope)

@@ -45,6 +45,9 @@ class Law(ABC):
     lives_in_time: ClassVar[bool] = False
     """What `timed` says of every law of this kind."""
 
+    flows: ClassVar[bool] = False
+    """The memory obeys a differential equation in time, see `bondgraph.simulation.flowing`."""
+
     follows: ClassVar[tuple[bool, ...]] = ()
     """One entry a memory state, if their number is fixed: whether at rest it is `s`, or else 0."""
 

@@ -50,6 +50,7 @@ class LuGre(Law):
     energy: ClassVar[str] = "dissipates"
     lives_in_time: ClassVar[bool] = True
     """The bristle bends in time."""
+    flows: ClassVar[bool] = True
     follows: ClassVar[tuple[bool, ...]] = (False,)
     """Deflection of the bristle."""
 

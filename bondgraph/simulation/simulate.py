@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from bondgraph.equations.relation import FINE
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.checking import tried_problems
 from bondgraph.simulation.exact_run import LARGEST, Memories, relative_change, settle
@@ -38,6 +37,9 @@ if TYPE_CHECKING:
     from bondgraph.simulation.lure import Compiled
     from bondgraph.simulation.radau.native import GeneralRun
 
+INTEGRATORS: Final = ("cvodes", "idas")
+"""Of SUNDIALS, beside ours."""
+
 # compiled models and programs need CasADi; they are imported when something is simulated
 
 
@@ -52,6 +54,7 @@ def simulate(
     accuracy: float = 1e-4,
     observed: Sequence[str] = (),
     memory: Memories | None = None,
+    integrator: str | None = None,
 ) -> Trajectory:
     """Simulate `model` on the even grid `time`.
 
@@ -74,13 +77,19 @@ def simulate(
     memory : dict of str to sequence of float, optional
         Memory of a law to start from, by element, such as `Trajectory.memory` of an earlier run;
         virgin where not given.
+    integrator : {"cvodes", "idas"}, optional
+        One of SUNDIALS instead of ours, for comparison: slower, its tolerance `accuracy` over a
+        thousand. See `bondgraph.simulation.sundials.record` for memory; laws that jump are refused.
     """
+    if integrator is not None and integrator not in INTEGRATORS:
+        raise unknown_name("integrator", integrator, "simulate", INTEGRATORS)
     if isinstance(model, BondGraph) and is_timed(model):
         held = dead_times(model, parameters or {})
         ratios = clock_errors(model, parameters or {})
         made = simulate(
             without_timing(model), time, late(commands or {}, held, time), parameters,
             x0=x0, hold=hold, accuracy=accuracy, observed=observed, memory=memory,
+            integrator=integrator,
         )  # fmt: skip
         sampled = clocked(late(made.outputs, held, made.time), ratios)
         return replace(made, outputs=rounded(sampled, late_resolutions(model, parameters or {})))
@@ -88,6 +97,11 @@ def simulate(
         if lines := tried_problems(model, parameters):
             raise UnusableInput(f"{model.name}: {'; '.join(lines)}")
     compiled = exact_form(model, observed)
+    if integrator is not None:
+        return _by_sundials(
+            model, compiled, time, commands, parameters, integrator,
+            x0=x0, hold=hold, accuracy=accuracy, observed=observed, memory=memory,
+        )  # fmt: skip
     if compiled is not None and isinstance(x0, Mapping):
         known = tuple(str(v.symbol) for v in compiled.space.states)
         if any(n.startswith(("z_q_", "z_p_")) for n in known) and isinstance(model, BondGraph):
@@ -125,6 +139,36 @@ def simulate(
     return Trajectory(
         compiled.space.name, time, outputs, laws, n_sub, run.x, run.memory, known, run.settled
     )
+
+
+def _by_sundials(
+    model: BondGraph | Compiled,
+    compiled: Compiled | None,
+    time: Array,
+    commands: Mapping[str, Array] | None,
+    parameters: Mapping[str, float] | None,
+    integrator: str,
+    *,
+    x0: Array | Mapping[str, float] | None,
+    **rest: Any,
+) -> Trajectory:
+    """Start where `simulate` would: at rest by the linear part where the step is exact."""
+    from bondgraph.simulation.sundials.record import simulate_sundials
+
+    if not isinstance(model, BondGraph):
+        raise UnusableInput(f"{model.space.name}: {integrator} needs the graph; give that")
+    if compiled is not None and not isinstance(x0, Mapping):
+        known = tuple(str(v.symbol) for v in compiled.space.states)
+        if x0 is None:
+            time = even_grid(model.name, time)
+            u = inputs_of(compiled, checked_commands(model.name, commands, time), time)
+            x0 = equilibrium(compiled, compiled.vector(parameters or {}), u[0])
+        start = initial_state(model.name, x0, known)
+        x0 = dict(zip(known, start.tolist(), strict=True))
+    return simulate_sundials(
+        model, time, commands, parameters, integrator,
+        x0=x0, relaxed=compiled is not None, **rest,
+    )  # fmt: skip
 
 
 def exact_form(model: BondGraph | Compiled, observed: Sequence[str] = ()) -> Compiled | None:
@@ -166,38 +210,19 @@ def simulate_general(
     BondsightError
         No rest, no convergence, or the outputs do not settle within 256 sub-steps.
     """
-    from bondgraph.equations.codegen import program_of, with_signals
-    from bondgraph.equations.derivation import system
+    from bondgraph.simulation.posing import pose
     from bondgraph.simulation.radau.native import PreparedGeneral, run_general
-    from bondgraph.simulation.radau.start import inputs_of as general_inputs
-    from bondgraph.simulation.radau.start import rest, unknowns_at
 
-    model = system(graph)
-    program = program_of(model)
-    # readings must settle before they are rounded; without a sensor the states must
-    fine = {n: f"{FINE}{n}" for n in model.output_names if f"{FINE}{n}" in model.index}
-    watched = tuple(fine.get(n, n) for n in model.output_names) or program.states
-    more = tuple(n for n in watched if n not in model.output_names)
-    program = with_signals(program, model, (*more, *observed))
-    columns = [program.outputs.index(n) for n in watched]
     time = even_grid(graph.name, time)
     if hold != "linear":
         raise UnusableInput(
             f"{graph.name}: the general integrator takes inputs linear between samples, not "
             f"{hold!r}; sample faster"
         )
-    u = general_inputs(program, checked_commands(graph.name, commands, time), time)
-    p = program.vector(parameters or {})
+    asked = pose(graph, time, commands, parameters, observed)
+    program, p, u, at, step = asked.program, asked.p, asked.u, asked.at, asked.step
     start, _ = program.start_memory(memory)
-    if isinstance(x0, Mapping):
-        x0 = state_by_name(graph.name, x0, program.states)
-    at, wanted = float(time[0]), {*model.output_names, *observed}
-    if x0 is None:
-        x0, z0 = rest(program, u[0], p, memory=start, time=at)
-    else:
-        x0 = initial_state(graph.name, x0, program.states)
-        z0 = unknowns_at(program, at, x0, u[0], p, start)
-    step = float(np.diff(time).mean())
+    x0, z0 = asked.start(x0, start)
     last: GeneralRun | None = None
     n_sub = 1
     while n_sub <= LARGEST:
@@ -206,12 +231,12 @@ def simulate_general(
         made = run_general(ready, u, x0, memory=memory, time=at, unknowns=z0)
         change = np.inf
         if made.settled and last is not None and last.settled:
-            change = relative_change(last.y[:, columns], made.y[:, columns])
+            change = relative_change(last.y[:, asked.columns], made.y[:, asked.columns])
         if change < accuracy:
-            outputs = {n: made.y[:, i] for i, n in enumerate(program.outputs) if n in wanted}
             return Trajectory(
-                graph.name, time, outputs, {}, n_sub, made.x, made.memory, program.states
-            )
+                graph.name, time, asked.outputs(made.y), {}, n_sub, made.x, made.memory,
+                program.states,
+            )  # fmt: skip
         last, n_sub = made, 2 * n_sub
     what = "the outputs do not settle"
     if last is not None and not last.settled:

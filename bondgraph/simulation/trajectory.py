@@ -36,6 +36,8 @@ class Trajectory:
     settled : bool
         Whether the last doubling of the sub-steps changed the outputs by less than the accuracy
         asked for; not where an output only rests, or jumps between samples.
+    inner_steps : int
+        Steps that CVODES or IDAS took in all runs, 0 without them.
     """
 
     name: str
@@ -47,6 +49,7 @@ class Trajectory:
     memory: dict[str, tuple[float, ...]] = field(default_factory=dict)
     states: tuple[str, ...] = ()
     settled: bool = True
+    inner_steps: int = 0
 
     def __getitem__(self, name: str) -> Array:
         """Output by name."""

@@ -146,10 +146,18 @@ def recorder() -> None:
     bench_recorder(print)
 
 
+def integrators() -> None:
+    """Hold CVODES, IDAS and our steps against one another, and IPOPT against Gauss-Newton."""
+    from tests.benchmarks.integrators import bench_integrators
+
+    bench_integrators(print)
+
+
 MEASUREMENTS: dict[str, Callable[[], None]] = {
     "derivation": derivation,
     "simulation": simulation,
     "operators": operators,
+    "integrators": integrators,
     "graphs": graphs,
     "interferometer": interferometer,
     "recorder": recorder,

@@ -64,6 +64,7 @@ class KelvinVoigtCreep(SolvedInSteps):
     """
 
     kind: ClassVar[str] = "kelvin_voigt_creep"
+    flows: ClassVar[bool] = True
 
     gain: Expression
     weights: tuple[Expression, ...]

@@ -72,6 +72,7 @@ class LogCreep(Operator):
     """
 
     kind: ClassVar[str] = "log_creep"
+    flows: ClassVar[bool] = True
 
     eigenvalues: tuple[Expression, ...]
     thresholds: tuple[Expression, ...]

@@ -30,7 +30,7 @@ def relaxed_memory(program: Program, order: Order, begin: Carried) -> tuple[Arra
     if started is None:
         return memory, tangent
     v, tv = started.v, started.tv
-    found = _arguments(Key(program))(order.time, v, order.first, order.p, begin.m, 0.0)
+    found = arguments_of(program)(order.time, v, order.first, order.p, begin.m, 0.0)
     s, by_v, by_p, by_m = (np.asarray(a.full()) for a in found)
     ds = by_v @ tv + by_m @ begin.tm
     ds[:, : len(order.directions)] += by_p[:, list(order.directions)]
@@ -41,9 +41,13 @@ def relaxed_memory(program: Program, order: Order, begin: Carried) -> tuple[Arra
     return memory, tangent
 
 
+def arguments_of(program: Program) -> ca.Function:
+    """Return ``(t, v, u, p, m, h) -> (s, ds/dv, ds/dp, ds/dm)`` of the laws with memory, SX."""
+    return _arguments(Key(program))
+
+
 @lru_cache(maxsize=64)
 def _arguments(key: Key) -> ca.Function:
-    """Return ``(t, v, u, p, m, h) -> (s, ds/dv, ds/dp, ds/dm)`` of the laws with memory."""
     q = key.program
     v = ca.SX.sym("v", len(q.states) + len(q.algebraic))
     u, p = ca.SX.sym("u", len(q.inputs)), ca.SX.sym("p", len(q.parameters))

@@ -119,7 +119,7 @@ def prepare_general(
         raise UnusableInput(
             f"{program.name}: directions {wanted} are no positions among {p.size} parameters"
         )
-    if jumps := _jumping(Key(program)):
+    if jumps := jumping(program):
         raise UnusableInput(
             f"{program.name}: {', '.join(jumps)} has a law that jumps, which Newton's method "
             "cannot follow; use LuGre, Sliding or a smooth law there, or a graph that is linear up "
@@ -128,6 +128,11 @@ def prepare_general(
     return PreparedGeneral(
         program, p, float(step), int(n_sub), wanted, state_directions, memory_directions
     )
+
+
+def jumping(program: Program) -> tuple[str, ...]:
+    """Return the elements whose laws jump: Newton's method has nothing to go by."""
+    return _jumping(Key(program))
 
 
 @lru_cache(maxsize=64)

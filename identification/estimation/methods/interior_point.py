@@ -9,7 +9,7 @@ import casadi as ca
 import numpy as np
 
 from bondgraph.support.arrays import Array
-from identification.estimation.interrupts import Interrupts, interrupts
+from bondgraph.support.interrupts import Interrupts, interrupts
 from identification.estimation.levenberg_marquardt import FitStatus
 from identification.estimation.methods.collocated import STAGES
 from identification.estimation.methods.method import FitOptions

@@ -1,0 +1,83 @@
+"""What a record of any graph asks of an integrator: program, inputs, parameters, start."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from bondgraph.equations.codegen import program_of, with_signals
+from bondgraph.equations.derivation import system
+from bondgraph.equations.program import Program
+from bondgraph.equations.relation import FINE
+from bondgraph.graph.bond_graph import BondGraph
+from bondgraph.simulation.radau.start import inputs_of, rest, unknowns_at
+from bondgraph.simulation.start import checked_commands, initial_state, state_by_name
+from bondgraph.support.arrays import Array
+
+
+@dataclass(frozen=True)
+class Posed:
+    """A record to be simulated.
+
+    Attributes
+    ----------
+    program : Program
+        With observed signals behind the readings.
+    wanted : frozenset of str
+        Outputs to be given out.
+    columns : list of int
+        Outputs that must settle: readings before they are rounded, without a sensor the states.
+    u : ndarray, shape (N, n_u), SI
+    p : ndarray, shape (n_p,), SI
+    at, step : float
+        Time of the first sample, and between samples, s.
+    """
+
+    program: Program
+    wanted: frozenset[str]
+    columns: list[int]
+    u: Array
+    p: Array
+    at: float
+    step: float
+
+    def start(self, x0: object, memory: Array) -> tuple[Array, Array]:
+        """Return state and algebraic unknowns at the first sample; at rest without `x0`."""
+        q, u = self.program, self.u[0]
+        if isinstance(x0, Mapping):
+            x0 = state_by_name(q.name, x0, q.states)
+        if x0 is None:
+            return rest(q, u, self.p, memory=memory, time=self.at)
+        x = initial_state(q.name, x0, q.states)
+        return x, unknowns_at(q, self.at, x, u, self.p, memory)
+
+    def outputs(self, y: Array) -> dict[str, Array]:
+        """Return the outputs that are wanted by name."""
+        return {n: y[:, i] for i, n in enumerate(self.program.outputs) if n in self.wanted}
+
+
+def pose(
+    graph: BondGraph,
+    time: Array,
+    commands: Mapping[str, Array] | None,
+    parameters: Mapping[str, float] | None,
+    observed: Sequence[str],
+) -> Posed:
+    """Derive `graph` and put a record on an even grid `time` to it."""
+    model = system(graph)
+    program = program_of(model)
+    fine = {n: f"{FINE}{n}" for n in model.output_names if f"{FINE}{n}" in model.index}
+    watched = tuple(fine.get(n, n) for n in model.output_names) or program.states
+    more = tuple(n for n in watched if n not in model.output_names)
+    program = with_signals(program, model, (*more, *observed))
+    return Posed(
+        program,
+        frozenset((*model.output_names, *observed)),
+        [program.outputs.index(n) for n in watched],
+        inputs_of(program, checked_commands(graph.name, commands, time), time),
+        program.vector(parameters or {}),
+        float(time[0]),
+        float(np.diff(time).mean()),
+    )
