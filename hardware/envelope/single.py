@@ -65,9 +65,7 @@ def check_set(
             )
 
 
-def nearest(
-    envelope: Envelope, present: float, volts: float, limits: tuple[float, float]
-) -> float:
+def nearest(envelope: Envelope, present: float, volts: float, limits: tuple[float, float]) -> float:
     """Return the voltage (V) next to a wanted one that a single command may reach.
 
     Parameters

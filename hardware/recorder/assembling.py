@@ -109,20 +109,20 @@ def assemble(
             drive, measured, plan, known[sensor].nominal_rate, wiring, length=length, copy=copy
         )
     lost = (*of_losses(drive), *of_losses(measured))
-    made = _without_gaps(replace(made, sentences=(*improved.sentences, *lost, *made.sentences)))
+    made = without_gaps(replace(made, sentences=(*improved.sentences, *lost, *made.sentences)))
     made = replace(made, sentences=(*made.sentences, *of_flags(made.flags)))
     return replace(made, origins=_counted(known, {OUTPUT: drive, sensor: measured}, made.clocks))
 
 
 def recording_of(
     made: Assembled,
-    plan: TakePlan,
+    name: str,
     journal: JournalFile,
     noise: Mapping[str, float] | None = None,
     **others: object,
 ) -> tuple[Recording, Provenance]:
     """Return the recording in SI, and its provenance; `others` are fields of `Provenance`."""
-    units = {k: parse_unit(u, f"{plan.name}, channel {k!r}") for k, u in made.units.items()}
+    units = {k: parse_unit(u, f"{name}, channel {k!r}") for k, u in made.units.items()}
     channels = {k: units[k].to_si(v) for k, v in made.channels.items()}
     kept = {k: v for k, v in channels.items() if np.all(np.isfinite(v))}
     strange = [n for n in noise or {} if n not in kept]
@@ -132,7 +132,7 @@ def recording_of(
     )  # fmt: skip
     known = {n: v for n, v in (noise or {}).items() if n in kept}
     recording = Recording(
-        plan.name, made.time - made.time[0], kept, {k: units[k].si for k in kept},
+        name, made.time - made.time[0], kept, {k: units[k].si for k in kept},
         journal.path.name,
         meta={"notes": tuple(n for n in notes if n), **({"noise": known} if known else {})},
     )  # fmt: skip
@@ -242,7 +242,7 @@ def _units(*streams: StreamData) -> dict[str, str]:
     return {k: u for s in streams for k, u in s.layout.units.items() if k not in NOT_STORED}
 
 
-def _without_gaps(made: Assembled) -> Assembled:
+def without_gaps(made: Assembled) -> Assembled:
     """Return the longest stretch in which no sample is missing; nothing is filled in."""
     n = made.time.size
     step = float(np.median(np.diff(made.time)))

@@ -104,8 +104,8 @@ def record(
             ) from error
         made = replace(made, sentences=(*station.remarks, *made.sentences))
         recording, provenance = recording_of(
-            made, plan, raw, station.noise, output_end=end_of(station.output), envelope=dict(about),
-            scales=scales_of(station.gains), air=air,
+            made, plan.name, raw, station.noise, output_end=end_of(station.output),
+            envelope=dict(about), scales=scales_of(station.gains), air=air,
         )  # fmt: skip
         stored = finish(journal, archive, recording, provenance)
     return Taken(stored, archive, path, provenance.warnings)

@@ -7,13 +7,15 @@ import math
 from collections.abc import Iterator
 from typing import Any, Self, final
 
-from bondgraph.support.errors import UnusableInput
+from bondgraph.support.errors import UnusableInput, unknown_name
 from hardware.contracts import Acquisition, Clock, WallClock
 from hardware.devices.interferometer import NORMAL_RATE, Block, Interferometer, Streaming, Triggered
 from hardware.envelope import GuardedOutput, GuardedWave, parked
 from hardware.errors import LinkLost, ProtocolFault
 from hardware.recorder.plan import TakePlan
 from hardware.recorder.station import Preparation, Station, no_preparation
+from hardware.regulation.plan import LoopPlan
+from hardware.regulation.station import LoopStation
 from hardware.station.outputs import open_output
 from hardware.station.settings import ClockSettings, InterferometerSettings, StationSettings
 
@@ -74,6 +76,37 @@ class OpenStation:
             self._driven.gains, self.settings.amplifier.lag, self.settings.amplifier.lag_error,
             self.settings.noise, remarks,
         )  # fmt: skip
+
+    def loop(self, plan: LoopPlan) -> LoopStation:
+        """Return the bench as one feedback loop needs it.
+
+        Raises
+        ------
+        UnusableInput
+            No sensor gives this reading, or its clock is one that the device cannot take.
+        """
+        sensor, preparation = self._fed_back(plan)
+        period = self.settings.envelope.update_period
+        by_sensor = sensor.rate < 1.0 / period
+        return LoopStation(
+            self.clock, self.output, sensor, sensor.rate if by_sensor else 1.0 / period,
+            f"the {sensor.stream}" if by_sensor else "the envelope (update_period)",
+            preparation, parked(self.output), self._driven.gains, self.settings.noise,
+        )  # fmt: skip
+
+    def _fed_back(self, plan: LoopPlan) -> tuple[Acquisition, Preparation]:
+        """Return the sensor of a reading, and what prepares it."""
+        optics = self.settings.interferometer
+        if self.interferometer is not None and optics is not None and plan.reading == "x":
+            rate = optics.rate or NORMAL_RATE
+            if rate > NORMAL_RATE:
+                raise UnusableInput(
+                    f"{self.settings.name}: [interferometer] rate = {rate:g} Hz, but the device "
+                    f"streams at {NORMAL_RATE:g} Hz at most, and a loop cannot wait for a block"
+                )
+            return Streaming(self.interferometer, rate, patience=plan.patience), self.interferometer
+        known = ("x",) if self.interferometer is not None else ()
+        raise unknown_name("reading", plan.reading, self.settings.name, known)
 
     def close(self) -> None:
         """Release everything; any number of times."""
