@@ -25,6 +25,7 @@ from bondsight.cli.export import add_export_command
 from bondsight.cli.fit import add_fit_command
 from bondsight.cli.identifiability import add_identifiability_command
 from bondsight.cli.recordings import add_recordings_command
+from bondsight.cli.regulate import add_regulate_command
 from bondsight.cli.sizing import add_sizing_command
 from bondsight.cli.stack import add_stack_command
 from bondsight.cli.thesis import add_thesis_command
@@ -32,10 +33,10 @@ from bondsight.cli.ultrasonic import add_ultrasonic_command
 
 COMMANDS: Final = (
     add_diagnose_command, add_demo_command, add_check_command, add_equations_command,
-    add_draw_command, add_bench_command, add_acquire_command, add_explain_command,
-    add_effects_command, add_export_command, add_thesis_command, add_compensate_command,
-    add_stack_command, add_ultrasonic_command, add_sizing_command, add_fit_command,
-    add_identifiability_command, add_recordings_command,
+    add_draw_command, add_bench_command, add_acquire_command, add_regulate_command,
+    add_explain_command, add_effects_command, add_export_command, add_thesis_command,
+    add_compensate_command, add_stack_command, add_ultrasonic_command, add_sizing_command,
+    add_fit_command, add_identifiability_command, add_recordings_command,
 )  # fmt: skip
 """In the order of the help."""
 

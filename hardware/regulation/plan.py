@@ -19,11 +19,13 @@ class LoopPlan:
     Parameters
     ----------
     reference : ndarray
-        (N,), one value a tick, in the unit of the reading.
+        (N,), one value a tick, in the unit of the reading; in V where `voltage` says so.
     rate : float
         Ticks a second (Hz), by the program's clock.
     reading : str
         Channel of the sensor that is fed back.
+    voltage : bool
+        The reference is a voltage: nothing is fed back.
     name : str
         Name of the recording.
     start : float
@@ -45,6 +47,7 @@ class LoopPlan:
     reference: NDArray[np.float64]
     rate: float
     reading: str = "x"
+    voltage: bool = False
     name: str = "loop"
     start: float = 0.0
     settle: float = 0.05

@@ -112,6 +112,7 @@ class _Run:
         self.bench, self.plan, self.controller, self.journal = bench, plan, controller, journal
         self.watch = watch
         self.period = 1.0 / plan.rate
+        self.wanted = f"{'V' if plan.voltage else plan.reading}_ref"
         self.reading = math.nan
         self.unit = ""
         self.heard_at = 0.0
@@ -163,7 +164,7 @@ class _Run:
             bench.clock.sleep(pause)
             before, host = bench.clock.now(), time.perf_counter()
             self._listen()
-            self.controller.decide(self.reading, self.reading)
+            self.controller.decide(self.reading, plan.start if plan.voltage else self.reading)
             self.controller.applied(bench.output.approach(plan.start))
             spent[k] = time.perf_counter() - host
             passed += bench.clock.now() - before
@@ -270,8 +271,9 @@ class _Run:
         starts = [j for j, r in enumerate(rows) if not j or r[0] != rows[j - 1][0] + 1]
         for a, b in zip(starts, [*starts[1:], len(rows)], strict=True):
             part = rows[a:b]
-            names = ("V", "V_asked", self.plan.reading, f"{self.plan.reading}_ref", "instant")
-            units = dict(zip(names, ("V", "V", self.unit, self.unit, "s"), strict=True))
+            names = ("V", "V_asked", self.plan.reading, self.wanted, "instant")
+            unit = "V" if self.plan.voltage else self.unit
+            units = dict(zip(names, ("V", "V", self.unit, unit, "s"), strict=True))
             columns = np.array([values for _, values, _ in part]).T
             chunk = Chunk(
                 LOOP, part[0][0], dict(zip(names, columns, strict=True)), units,

@@ -8,8 +8,11 @@ from collections.abc import Iterator
 from typing import Any, Self, final
 
 from bondgraph.support.errors import UnusableInput, unknown_name
-from hardware.contracts import Acquisition, Clock, WallClock
+from hardware.contracts import Acquisition, Clock, Transport, WallClock
+from hardware.devices.daq import AnalogueReadout, Card, CardInputs
+from hardware.devices.gauge import ForceGauge
 from hardware.devices.interferometer import NORMAL_RATE, Block, Interferometer, Streaming, Triggered
+from hardware.devices.transport import SerialSettings, SerialTransport, TcpTransport
 from hardware.envelope import GuardedOutput, GuardedWave, parked
 from hardware.errors import LinkLost, ProtocolFault
 from hardware.recorder.plan import TakePlan
@@ -17,7 +20,13 @@ from hardware.recorder.station import Preparation, Station, no_preparation
 from hardware.regulation.plan import LoopPlan
 from hardware.regulation.station import LoopStation
 from hardware.station.outputs import open_output
-from hardware.station.settings import ClockSettings, InterferometerSettings, StationSettings
+from hardware.station.settings import (
+    ClockSettings,
+    GaugeSettings,
+    InterferometerSettings,
+    ReadoutSettings,
+    StationSettings,
+)
 
 MEMORY = 32_768
 """Samples of a block."""
@@ -45,10 +54,14 @@ class OpenStation:
         self._closing = contextlib.ExitStack()
         with contextlib.ExitStack() as opened:
             self.clock = _clock(settings.clock, opened)
-            self._driven = open_output(settings.output, settings.amplifier, self.clock, opened)
+            self._driven = open_output(
+                settings.output, settings.amplifier, settings.ultrasonic, self.clock, opened
+            )
             self.output = GuardedOutput(self._driven.raw, settings.envelope, self.clock)
             opened.callback(self.output.close)
             self.interferometer = _interferometer(settings.interferometer, self.clock, opened)
+            self._readout = _readout(settings.readout, self._driven.card, self.clock)
+            self._gauge = _gauge(settings.gauge, self.clock, opened)
             self._closing = opened.pop_all()
 
     def station(self, plan: TakePlan) -> Station:
@@ -105,7 +118,14 @@ class OpenStation:
                     f"streams at {NORMAL_RATE:g} Hz at most, and a loop cannot wait for a block"
                 )
             return Streaming(self.interferometer, rate, patience=plan.patience), self.interferometer
-        known = ("x",) if self.interferometer is not None else ()
+        others: dict[str, Acquisition] = {}
+        if self._readout is not None and self.settings.readout is not None:
+            others[self.settings.readout.channel] = self._readout
+        if self._gauge is not None:
+            others["F"] = self._gauge
+        if plan.reading in others:
+            return others[plan.reading], no_preparation()
+        known = [*(("x",) if self.interferometer is not None else ()), *others]
         raise unknown_name("reading", plan.reading, self.settings.name, known)
 
     def close(self) -> None:
@@ -178,6 +198,34 @@ def _interferometer(
     )  # fmt: skip
     opened.callback(device.close)
     return device
+
+
+def _readout(
+    settings: ReadoutSettings | None, card: Card | None, clock: Clock
+) -> AnalogueReadout | None:
+    if settings is None or card is None:
+        return None
+    s = settings
+    return AnalogueReadout(
+        CardInputs(card, (s.input,)), card.identity, clock, channel=s.channel, unit=s.unit,
+        scale=s.scale, offset=s.offset, rate=s.rate,
+    )  # fmt: skip
+
+
+def _gauge(
+    settings: GaugeSettings | None, clock: Clock, opened: contextlib.ExitStack
+) -> ForceGauge | None:
+    if settings is None:
+        return None
+    host, _, port = settings.connection.rpartition(":")
+    line: Transport = (
+        TcpTransport(host, int(port))
+        if host and port.isdigit()
+        else SerialTransport(settings.connection, SerialSettings(settings.baud))
+    )
+    gauge = ForceGauge(line, clock, settings.rate)
+    opened.callback(gauge.close)
+    return gauge
 
 
 def _sensors(
