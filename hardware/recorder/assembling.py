@@ -17,6 +17,7 @@ from bondgraph.signals.units import parse_unit
 from bondgraph.support.arrays import FloatArray as Array
 from bondgraph.support.errors import UnusableInput
 from hardware.contracts import Flag
+from hardware.optics import Ellipse
 from hardware.recorder.correcting import corrected
 from hardware.recorder.marking import of_flags, of_losses, slip, with_jitter_judged
 from hardware.recorder.plan import TakePlan
@@ -69,6 +70,7 @@ def assemble(
     length: str = "x",
     copy: str = "V_copy",
     index: float = 1.0,
+    known: Ellipse | None = None,
 ) -> Assembled:
     """Put output and sensor of a take on the instants of the output.
 
@@ -86,6 +88,8 @@ def assemble(
         Stream of the sensor, its displacement, and its copy of the voltage where there is one.
     index : float
         Refraction index of the air.
+    known : Ellipse, optional
+        Of a calibration, for records that cover too little of a fringe.
 
     Raises
     ------
@@ -99,7 +103,7 @@ def assemble(
                 f"{', '.join(journal.streams) or 'none'}"
             )
     drive = journal.read(OUTPUT)
-    improved = corrected(journal.read(sensor), index, length)
+    improved = corrected(journal.read(sensor), index, length, known)
     measured = improved.stream
     known = {o.stream: o for o in origins}
     if plan.synchronisation == "clock":

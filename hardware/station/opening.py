@@ -80,6 +80,7 @@ class OpenStation:
                 f"{self.settings.name}: synchronisation {plan.synchronisation!r} needs [output] "
                 f"{needed} = the digital line to the interferometer; wire it, or choose 'none'"
             )
+        optics = self.settings.interferometer
         wave = GuardedWave(self.output, self._driven.wave(plan.synchronisation))
         sensors, preparation, remarks = _sensors(
             self.interferometer, self.settings.interferometer, plan
@@ -87,7 +88,7 @@ class OpenStation:
         return Station(
             self.clock, self.output, wave, sensors, preparation, parked(self.output),
             self._driven.gains, self.settings.amplifier.lag, self.settings.amplifier.lag_error,
-            self.settings.noise, remarks,
+            self.settings.noise, remarks, optics.ellipse if optics else None,
         )  # fmt: skip
 
     def loop(self, plan: LoopPlan) -> LoopStation:

@@ -50,6 +50,7 @@ from bondgraph.support.errors import UnusableInput, real_number
 from bondgraph.support.typed_reader import Rules, bad, make, off_default, record
 from hardware.devices.amplifier import UltrasonicLimits
 from hardware.envelope import PRESETS, Envelope
+from hardware.optics import Ellipse
 
 CLOCKED = ("fast", "block")
 OUTPUTS = ("mf634", "mf624", "ni", "gcs", "pipython")
@@ -181,6 +182,8 @@ class InterferometerSettings:
         Hz on its own clock; chosen from the waveform if not given.
     quadrature : bool
         Record sine and cosine too, and correct the periodic error from them.
+    ellipse : Ellipse or None
+        Of a calibration (``bondsight calibrate``), for records of less than a fringe.
     clocked : {"fast", "block"}
         Where edges on its clock input can take samples: in the fast mode only, as the device of
         the thesis (its sections 4.2.2 and 6.6), or in a block too.
@@ -192,6 +195,7 @@ class InterferometerSettings:
     dead_path: float = 0.0
     rate: float | None = None
     quadrature: bool = False
+    ellipse: Ellipse | None = None
     clocked: Annotated[str, one_of(*CLOCKED)] = "fast"
 
 

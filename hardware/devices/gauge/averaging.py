@@ -1,8 +1,8 @@
 """Forces averaged with outliers excluded, as the stack actuator thesis had to (section 8.3).
 
 The thesis does not say what it took for an outlier. Here it is a reading more than `FAR` robust
-standard deviations (1.4826 of the median distance) from the median of its plateau: a rule that
-half of the readings could be wrong without moving.
+standard deviations (1.4826 of the median distance) from the median of its `NEAR` neighbours: a
+single reading that jumps, not the wandering of an output that is not steady.
 """
 
 from __future__ import annotations
@@ -10,12 +10,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.ndimage import median_filter
 
 from bondgraph.support.arrays import FloatArray
 from bondgraph.support.errors import UnusableInput
 
 FAR = 3.5
 """Robust standard deviations from the median; 0.05 % of normal readings lie beyond."""
+NEAR = 9
+"""Readings of which the median is taken, the middle one among them."""
 FEWEST = 5
 
 
@@ -56,10 +59,11 @@ def averaged(values: FloatArray, volts: float = float("nan")) -> Averaged:
     x = x[np.isfinite(x)]
     if x.size < FEWEST:
         raise UnusableInput(f"averaging: {x.size} readings; give at least {FEWEST} at each voltage")
-    middle = float(np.median(x))
-    spread = 1.4826 * float(np.median(np.abs(x - middle)))
-    near = np.abs(x - middle) <= FAR * spread
-    kept = x[near]
+    off = np.abs(x - median_filter(x, size=min(NEAR, x.size), mode="nearest"))
+    # readings in whole steps may all agree: one step is never far
+    steps = np.diff(np.unique(x))
+    spread = max(1.4826 * float(np.median(off)), float(steps.min()) if steps.size else 0.0)
+    kept = x[off <= FAR * spread]
     return Averaged(
         volts, float(kept.mean()), _standard_error(kept), int(kept.size), int(x.size - kept.size)
     )

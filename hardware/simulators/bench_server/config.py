@@ -12,6 +12,7 @@ from typing import Any, get_args, get_origin, get_type_hints
 
 from hardware.simulators.gauge import GaugeConfig
 from hardware.simulators.rig import DeviceClock
+from hardware.simulators.siosifm.optics import Quadrature
 
 FRONTS = ("interferometer", "card", "gcs", "ascii", "gauge")
 DRIVERS = ("amplifier", "ultrasonic", "oscillator")
@@ -107,6 +108,8 @@ class BenchConfig:
         Air in the beam of the interferometer.
     fronts : tuple of str
         Devices before it: ``interferometer``, ``card``, ``gcs``, ``ascii``, ``gauge``.
+    quadrature : Quadrature
+        Signals of the interferometer's detectors.
     interferometer, card, controller : DeviceClock
         Clocks of the devices. The program paces the card, so the ppm of `card` are for the
         program's clock (`BenchClock`).
@@ -142,6 +145,7 @@ class BenchConfig:
     plant: PlantConfig = field(default_factory=PlantConfig)
     air: AirConfig = field(default_factory=AirConfig)
     fronts: tuple[str, ...] = ("interferometer", "card")
+    quadrature: Quadrature = field(default_factory=Quadrature)
     interferometer: DeviceClock = field(default_factory=DeviceClock)
     card: DeviceClock = field(default_factory=DeviceClock)
     controller: DeviceClock = field(default_factory=DeviceClock)

@@ -77,6 +77,7 @@ def _interferometer(rig: Rig, config: BenchConfig, noise: float) -> BenchDevice:
         rig,
         config.interferometer,
         air=air,
+        quadrature=config.quadrature,
         dead_path=a.dead_path,
         noise=noise,
         clocked_blocks=config.clocked == "block",
