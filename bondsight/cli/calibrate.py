@@ -147,7 +147,7 @@ def _force(options: argparse.Namespace) -> int:
     for a in found:
         print(f"{a.volts:6.2f}  {a.mean:12.4f}  {a.uncertainty:8.4f}  {a.kept:5d}  {a.excluded:8d}")
     print(
-        "note:       outliers lie beyond 3.5 robust standard deviations of their neighbours' median; "
-        "u counts readings that hang together as fewer"
+        "note:       outliers lie beyond 3.5 robust standard deviations of their neighbours' "
+        "median; u counts readings that hang together as fewer"
     )
     return 0

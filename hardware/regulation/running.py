@@ -212,7 +212,8 @@ class _Run:
             if k - looked >= every or k == n:
                 self._look(volts, k)
                 looked = k
-        return (k - 1) / (written - first) if written > first else plan.rate
+        done = len(self.lateness) - 1
+        return done / (written - first) if written > first else plan.rate
 
     def _row(
         self, k: int, asked: float, volts: float, written: float, new: bool, due: float
