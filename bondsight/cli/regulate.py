@@ -106,6 +106,28 @@ def _on_virtual_bench(options: argparse.Namespace, table: Any, plan: Any, contro
             print(f"actuator:   {line}")
 
 
+BEYOND = 0.2
+"""Share of its reach by which an actuator may surpass the operator that stands for it."""
+
+
+def _within_reach(settings: Any, plan: Any, controller: Any) -> None:
+    """Refuse a target that no voltage of the envelope brings about."""
+    from hardware.regulation import InverseLoop
+
+    if not isinstance(controller, InverseLoop):
+        return
+    e = settings.envelope
+    low, high = controller.reach(e.v_min, e.v_max)
+    spare = BEYOND * (high - low)
+    lowest, highest = float(plan.reference.min()), float(plan.reference.max())
+    if lowest < low - spare or highest > high + spare:
+        raise UnusableInput(
+            f"--target {plan.asked['target']}: goes from {lowest:.4g} to {highest:.4g}, the "
+            f"operator reaches {low:.4g} to {high:.4g} within {e.v_min:g} .. {e.v_max:g} V; "
+            "ask for less"
+        )
+
+
 def _run(options: argparse.Namespace, settings: Any, plan: Any, controller: Any) -> None:
     import numpy as np
 
@@ -113,6 +135,7 @@ def _run(options: argparse.Namespace, settings: Any, plan: Any, controller: Any)
     from hardware.regulation import record_loop
     from hardware.station import open_station
 
+    _within_reach(settings, plan, controller)
     print(f"envelope:   {settings.envelope.describe().splitlines()[0]}")
     print(
         f"loop:       {options.controller} at {plan.rate:g} Hz, {plan.reference.size} ticks of "

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from hardware.contracts import Chunk, WaveProgress
+from hardware.contracts import Chunk, Tried, WaveProgress
 from hardware.errors import TimedOut
 from hardware.recorder.keeping import Notebook, heard, keep, note_air, rescue, write
 from hardware.recorder.plan import TakePlan
@@ -95,16 +95,21 @@ def take(station: Station, plan: TakePlan, journal: Notebook, watch: Watch | Non
 
 
 def check(station: Station, plan: TakePlan) -> None:
-    """Hold both waves of a plan against the envelope; nothing is sent if one leaves it.
+    """Hold both waves of a plan against the envelope, and its clocks against the sensors.
 
     Raises
     ------
     LimitViolation
-        What, where, by how much.
+        What, where, by how much; nothing was sent.
+    UnusableInput
+        A sensor does not take its clock; nothing was driven.
     """
     for wave in (plan.erase, plan.volts):
         if wave is not None:
             station.wave.prepare(wave, plan.rate)
+    for sensor in station.sensors:
+        if isinstance(sensor, Tried):
+            sensor.try_settings()
 
 
 def _erase(station: Station, wave: NDArray[np.float64], rate: float, say: Watch) -> None:

@@ -72,6 +72,13 @@ class InverseLoop:
         self._memory: Any = np.asarray(states, dtype=np.float64)
         self._sum = self._wanted = 0.0
 
+    def reach(self, low: float, high: float) -> tuple[float, float]:
+        """Return lowest and highest reading between two voltages (V), from a virgin start."""
+        way, _ = self._operator.run(
+            np.array([0.0, high, low, high]), step=self._step if self._operator.timed else None
+        )
+        return float(way.min()), float(way.max())
+
     def decide(self, reading: float, reference: float) -> float:
         """Return the wanted voltage (V)."""
         error = reference - reading

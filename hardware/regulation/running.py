@@ -14,7 +14,7 @@ from typing import final
 import numpy as np
 
 from bondgraph.support.errors import UnusableInput
-from hardware.contracts import Chunk, Flag
+from hardware.contracts import Chunk, Flag, Tried
 from hardware.envelope.plain_numbers import engineering
 from hardware.errors import BeamLost, TimedOut
 from hardware.recorder.keeping import Notebook, heard, keep, note_air, rescue
@@ -33,7 +33,7 @@ REHEARSED = 40
 
 
 def check_rate(bench: LoopStation, plan: LoopPlan) -> None:
-    """Refuse a rate that the envelope or the sensor cannot take; nothing is sent.
+    """Refuse a rate that the envelope or the sensor cannot take; nothing is driven.
 
     Raises
     ------
@@ -45,6 +45,8 @@ def check_rate(bench: LoopStation, plan: LoopPlan) -> None:
             f"{plan.name}: a loop of {engineering(plan.rate, 'Hz')} was asked for, but "
             f"{bench.bound} allows {engineering(bench.fastest, 'Hz')}; lower the rate"
         )
+    if isinstance(bench.sensor, Tried):
+        bench.sensor.try_settings()
 
 
 def regulate(
