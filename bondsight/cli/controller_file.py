@@ -120,9 +120,9 @@ class OpenDescription:
 
     def made(self, rate: float) -> Any:
         """Return the controller."""
-        from hardware.regulation import Played
+        from hardware.regulation import OpenLoop
 
-        return Played()
+        return OpenLoop()
 
 
 @dataclass(frozen=True, slots=True)

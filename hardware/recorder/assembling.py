@@ -70,7 +70,7 @@ def assemble(
     length: str = "x",
     copy: str = "V_copy",
     index: float = 1.0,
-    known: Ellipse | None = None,
+    ellipse: Ellipse | None = None,
 ) -> Assembled:
     """Put output and sensor of a take on the instants of the output.
 
@@ -88,7 +88,7 @@ def assemble(
         Stream of the sensor, its displacement, and its copy of the voltage where there is one.
     index : float
         Refraction index of the air.
-    known : Ellipse, optional
+    ellipse : Ellipse, optional
         Of a calibration, for records that cover too little of a fringe.
 
     Raises
@@ -103,7 +103,7 @@ def assemble(
                 f"{', '.join(journal.streams) or 'none'}"
             )
     drive = journal.read(OUTPUT)
-    improved = corrected(journal.read(sensor), index, length, known)
+    improved = corrected(journal.read(sensor), index, length, ellipse)
     measured = improved.stream
     known = {o.stream: o for o in origins}
     if plan.synchronisation == "clock":

@@ -96,7 +96,7 @@ def record(
         try:
             made = assemble(
                 raw, plan, origins, wiring or wiring_of(plan, station, origins[-1].nominal_rate),
-                index=1.0 if air is None else air.index, known=station.ellipse,
+                index=1.0 if air is None else air.index, ellipse=station.ellipse,
             )  # fmt: skip
         except UnusableInput as error:
             raise UnusableInput(

@@ -2,8 +2,8 @@
 
 from hardware.regulation.controller import Controller as Controller
 from hardware.regulation.inverse_loop import InverseLoop as InverseLoop
+from hardware.regulation.open_loop import OpenLoop as OpenLoop
 from hardware.regulation.plan import LoopPlan as LoopPlan
-from hardware.regulation.played import Played as Played
 from hardware.regulation.recording import Regulated as Regulated
 from hardware.regulation.recording import record_loop as record_loop
 from hardware.regulation.running import LOOP as LOOP

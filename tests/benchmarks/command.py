@@ -146,6 +146,13 @@ def recorder() -> None:
     bench_recorder(print)
 
 
+def loops() -> None:
+    """Measure rate and jitter of feedback loops in real time, the runner alone and by wire."""
+    from tests.benchmarks.loops import bench_loops
+
+    bench_loops(print)
+
+
 MEASUREMENTS: dict[str, Callable[[], None]] = {
     "derivation": derivation,
     "simulation": simulation,
@@ -153,6 +160,7 @@ MEASUREMENTS: dict[str, Callable[[], None]] = {
     "graphs": graphs,
     "interferometer": interferometer,
     "recorder": recorder,
+    "loops": loops,
     "demo": demonstration,
     "diagnosis": diagnosis,
     "piezo": piezo,

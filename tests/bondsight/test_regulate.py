@@ -18,7 +18,7 @@ from hardware.simulators.bench_server.config import config_from
 from hardware.station import read_settings
 from hardware.station.virtual import station_table, station_text, stub_library
 
-Serve = Callable[..., tuple[BenchServer, Path]]
+Serve = Callable[..., tuple[Any, Path]]
 
 
 @pytest.fixture

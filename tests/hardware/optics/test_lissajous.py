@@ -8,10 +8,11 @@ import pytest
 from hardware.optics import HELIUM_NEON, Ellipse, lissajous, periodic_error, quadrature_displacement
 from hardware.optics.phase import quadrature_phase, unwrap
 
+Pair = tuple[np.ndarray, np.ndarray]
 POOR = Ellipse(320.0, -240.0, 1.07, 0.07, 8000.0)
 
 
-def figure(ellipse: Ellipse, first: float, last: float, noise: float = 0.0) -> tuple:
+def figure(ellipse: Ellipse, first: float, last: float, noise: float = 0.0) -> Pair:
     phase = np.linspace(first, last, 4000)
     rng = np.random.default_rng(1)
     u1, u2 = ellipse.signals(phase)

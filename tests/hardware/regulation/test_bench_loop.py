@@ -313,11 +313,11 @@ GAUGE = {
 
 
 def test_the_gauge_is_read_at_its_own_rate(machine: Make, target: Path) -> None:
-    from hardware.regulation import Played
+    from hardware.regulation import OpenLoop
 
     server, station = machine(**GAUGE)
     plan = LoopPlan(np.repeat([0.0, 6.0], 60), 100.0, reading="F", voltage=True)
-    done = record_loop(station.loop(plan), plan, Played(), target)
+    done = record_loop(station.loop(plan), plan, OpenLoop(), target)
     r = done.recording
     assert set(r.channels) == {"V", "V_asked", "F", "V_ref"}
     assert (r.units["F"], r.units["V_ref"]) == ("N", "V")
@@ -326,5 +326,5 @@ def test_the_gauge_is_read_at_its_own_rate(machine: Make, target: Path) -> None:
     assert np.median(force[90:]) == pytest.approx(1.0, abs=0.15)
     fast = LoopPlan(np.zeros(9), 200.0, reading="F", voltage=True, name="fast")
     with pytest.raises(UnusableInput, match="the gauge allows 100 Hz"):
-        record_loop(station.loop(fast), fast, Played(), target.with_name("fast"))
+        record_loop(station.loop(fast), fast, OpenLoop(), target.with_name("fast"))
     assert server.rig.volts == 0.0

@@ -6,7 +6,7 @@ from typing import final
 
 
 @final
-class Played:
+class OpenLoop:
     """A `Controller` that gives its reference out as it is (V)."""
 
     def begin(self, reading: float, volts: float) -> None:
