@@ -59,7 +59,7 @@ def averaged(values: FloatArray, volts: float = float("nan")) -> Averaged:
     x = x[np.isfinite(x)]
     if x.size < FEWEST:
         raise UnusableInput(f"averaging: {x.size} readings; give at least {FEWEST} at each voltage")
-    off = np.abs(x - median_filter(x, size=min(NEAR, x.size), mode="nearest"))
+    off = np.abs(x - median_filter(x, size=min(NEAR, x.size), mode="mirror"))
     # readings in whole steps may all agree: one step is never far
     steps = np.diff(np.unique(x))
     spread = max(1.4826 * float(np.median(off)), float(steps.min()) if steps.size else 0.0)
