@@ -171,7 +171,6 @@ class _Run:
             spent[k] = time.perf_counter() - host
             passed += bench.clock.now() - before
         cost = cost_of(spent, passed)
-        self.fresh.clear()
         if cost.real and plan.rate > cost.fastest:
             raise UnusableInput(
                 f"{plan.name}: a loop of {engineering(plan.rate, 'Hz')} was asked for, but a cycle "

@@ -5,8 +5,16 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from bondgraph.hysteresis import Ang, PrandtlIshlinskii
+from actuators.compensation import (
+    UNIPOLAR,
+    ControlLoop,
+    ProportionalIntegral,
+    actuator_like,
+    run_loop,
+)
+from bondgraph.hysteresis import AlJanaideh, Ang, PrandtlIshlinskii
 from bondgraph.support.errors import UnusableInput
+from bondgraph.support.ops import NUMPY
 from hardware.regulation import InverseLoop
 
 GAIN = 50e-9
@@ -61,6 +69,28 @@ def test_the_memory_is_that_of_the_voltage_that_was_applied() -> None:
     assert clipped[:200].any()
     assert clipped[200:].any()
     assert np.abs(np.array(error)[~clipped]).max() < 1e-15
+
+
+def test_it_is_the_controller_of_the_simulated_loop() -> None:
+    model = Ang.stack_2hz()
+    actuator = actuator_like(AlJanaideh.stack_2hz())
+    rate, gains = 2e3, ProportionalIntegral(0.1, 400.0)
+    simulated = ControlLoop(model, gains, False, UNIPOLAR, rate)
+    # beyond what 100 V reach, so that limits and unwinding are in it
+    wanted = 3e-6 * (1.0 - np.cos(2.0 * np.pi * 10.0 * np.arange(300) / rate))
+    run = run_loop(simulated, actuator, wanted)
+    assert run.clipped.any()
+    assert not run.clipped.all()
+    loop = InverseLoop(model, gains.proportional, gains.integral, rate, feedforward=False)
+    loop.begin(float(model.value(NUMPY, 0.0, model.initial_memory(0.0))), 0.0)
+    volts, x, r = [], 0.0, 0.0
+    for k in range(wanted.size):
+        # the simulated loop acts on what it read a sample ago
+        asked = loop.decide(x, r)
+        volts.append(min(max(asked, UNIPOLAR.low), UNIPOLAR.high))
+        loop.applied(volts[-1])
+        x, r = float(run.x[k]), float(wanted[k])
+    np.testing.assert_allclose(volts, run.voltage, atol=1e-9)
 
 
 def test_it_starts_where_the_actuator_rests() -> None:
