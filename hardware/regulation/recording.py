@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -31,10 +32,6 @@ from hardware.storage import (
 )
 
 NOT_STORED = "instant"
-_CLOCKS = ClockAlignment(
-    "loop", 1.0, 0.0, 0.0, 0.0,
-    "every row has the newest reading before the write of its tick; see the raw stream for its age",
-)  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -87,7 +84,7 @@ def record_loop(
     }  # fmt: skip
     header = journal_header(
         plan.name, origins, envelope=about, watchdog=bool(about.get("has_watchdog", False)),
-        alignment=_CLOCKS, command=command, noise=bench.noise,
+        alignment=_clocks(bench.sensor.rate), command=command, noise=bench.noise,
     )  # fmt: skip
     with Journal.create(path, header) as journal:
         with ended(journal, path.name, bench.output):
@@ -102,6 +99,14 @@ def record_loop(
     return Regulated(stored, archive, path, timing, made.sentences)
 
 
+def _clocks(rate: float) -> ClockAlignment:
+    """Return how old readings of a sensor of this rate (Hz) are: evenly up to its period."""
+    return ClockAlignment(
+        "loop", 1.0, 0.0, -0.5 / rate, 1.0 / (rate * math.sqrt(12.0)),
+        "every row has the newest reading before the write of its tick",
+    )  # fmt: skip
+
+
 def _assembled(
     raw: JournalFile, plan: LoopPlan, origins: tuple[StreamOrigin, ...], timing: LoopTiming
 ) -> Assembled:
@@ -112,7 +117,8 @@ def _assembled(
     made = Assembled(
         data.numbers / plan.rate,
         {k: v for k, v in data.channels.items() if k != NOT_STORED},
-        {k: u for k, u in data.layout.units.items() if k != NOT_STORED}, flags, _CLOCKS,
+        {k: u for k, u in data.layout.units.items() if k != NOT_STORED}, flags,
+        _clocks(origins[1].nominal_rate),
         (*timing.sentences, *of_losses(data), *of_flags(told)), origins,
     )  # fmt: skip
     return without_gaps(made)
