@@ -42,6 +42,9 @@ from hardware.envelope import RawWave
 from hardware.recorder.plan import Synchronisation
 from hardware.station.settings import AmplifierSettings, OutputSettings
 
+BUSY = 10.0
+"""Longest wait for registers behind a socket (s): a virtual bench shares its computer."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Driven:
@@ -89,7 +92,7 @@ def _monitor_inputs(s: AmplifierSettings) -> tuple[int, ...]:
 def _registers(settings: OutputSettings, opened: contextlib.ExitStack) -> Registers:
     layout = (MF624 if settings.kind == "mf624" else MF634).layout
     if ":" in settings.address:
-        found: Any = SocketRegisters(settings.address)
+        found: Any = SocketRegisters(settings.address, BUSY)
     elif settings.kind == "mf624":
         found = UioRegisters(layout.device, layout.bars, int(settings.address or 0))
     else:

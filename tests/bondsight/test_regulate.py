@@ -22,8 +22,10 @@ Serve = Callable[..., tuple[Any, Path]]
 
 
 @pytest.fixture
-def serve(tmp_path: Path) -> Iterator[Serve]:
+def serve(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Serve]:
     """Return what starts a bench and writes its station file."""
+    # a busy machine may be slow
+    monkeypatch.setenv("BONDSIGHT_BENCH_SIOS_TIMEOUT", "60")
     if shutil.which("gcc") is None:
         pytest.skip("no gcc: the stub of the interferometer's library is C code")
     started: list[BenchServer] = []
