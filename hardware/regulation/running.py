@@ -160,17 +160,21 @@ class _Run:
         while not self._listen():
             self._patient("the first reading", bench.clock.now(), plan.patience + 1.0)
             bench.clock.sleep(pause)
-        spent, passed = np.zeros(REHEARSED), 0.0
+        spent, busy, passed = np.zeros(REHEARSED), 0.0, 0.0
         self.controller.begin(self.reading, plan.start)
         for k in range(REHEARSED):
+            host = time.perf_counter()
             bench.clock.sleep(pause)
+            late = max(time.perf_counter() - host - pause, 0.0)
             before, host = bench.clock.now(), time.perf_counter()
             self._listen()
             self.controller.decide(self.reading, plan.start if plan.voltage else self.reading)
             self.controller.applied(bench.output.approach(plan.start))
-            spent[k] = time.perf_counter() - host
+            took = time.perf_counter() - host
+            spent[k] = late + took
+            busy += took
             passed += bench.clock.now() - before
-        cost = cost_of(spent, passed)
+        cost = cost_of(spent, passed > 0.5 * busy)
         if cost.real and plan.rate > cost.fastest:
             raise UnusableInput(
                 f"{plan.name}: a loop of {engineering(plan.rate, 'Hz')} was asked for, but a cycle "

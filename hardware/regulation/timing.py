@@ -16,7 +16,7 @@ SHARE = 0.95
 
 @dataclass(frozen=True, slots=True)
 class CycleCost:
-    """What one cycle of reading, deciding and writing takes, tried at rest.
+    """What one cycle of waking, reading, deciding and writing takes, tried at rest.
 
     Parameters
     ----------
@@ -92,16 +92,16 @@ class LoopTiming:
         return tuple(said)
 
 
-def cost_of(seconds: FloatArray, passed: float) -> CycleCost:
+def cost_of(seconds: FloatArray, real: bool) -> CycleCost:
     """Return the cost of cycles that took so long (s of the host, (n,)).
 
     Parameters
     ----------
     seconds : ndarray
         (n,)
-    passed : float
-        Time of the bench in all of them (s).
+    real : bool
+        Whether the bench's time passed meanwhile.
     """
     ordered = np.sort(seconds)
     most = float(ordered[min(int(SHARE * ordered.size), ordered.size - 1)])
-    return CycleCost(float(np.median(ordered)), most, passed > 0.5 * float(ordered.sum()))
+    return CycleCost(float(np.median(ordered)), most, real)
