@@ -8,6 +8,9 @@ from hardware.errors import LinkLost as LinkLost
 from hardware.recorder import Taken as Taken
 from hardware.recorder import TakePlan as TakePlan
 from hardware.recorder import record as record
+from hardware.regulation import InverseLoop as InverseLoop
+from hardware.regulation import LoopPlan as LoopPlan
+from hardware.regulation import record_loop as record_loop
 from hardware.station import OpenStation as OpenStation
 from hardware.station import StationSettings as StationSettings
 from hardware.station import open_station as open_station

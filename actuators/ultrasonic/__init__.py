@@ -30,6 +30,7 @@ from actuators.ultrasonic.sampled_loop import phase_margin as phase_margin
 from actuators.ultrasonic.sampled_loop import spectral_radius as spectral_radius
 from actuators.ultrasonic.sampled_loop import stability_rate as stability_rate
 from actuators.ultrasonic.stage import ultrasonic_stage as ultrasonic_stage
+from actuators.ultrasonic.stage_loop import StageLoop as StageLoop
 from actuators.ultrasonic.three_wire import Electrodes as Electrodes
 from actuators.ultrasonic.three_wire import ThreeWire as ThreeWire
 from actuators.ultrasonic.three_wire import three_wire as three_wire

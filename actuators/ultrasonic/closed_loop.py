@@ -152,7 +152,7 @@ def _runner(
     import casadi as ca
 
     d = sampling.delay
-    decide = _decision(ca, controller, sampling)
+    decide = decision(ca, controller, sampling)
     motion = _motion(ca, stage, driver, 1 / (sampling.rate * inner)).mapaccum(inner)
     z, r = ca.MX.sym("z", 5 + d), ca.MX.sym("r")
     wanted, integral, reading = decide(z[0], z[3], z[4], r)
@@ -164,7 +164,7 @@ def _runner(
     return sample.mapaccum(count)
 
 
-def _decision(ca: Any, c: PositionController, sampling: Sampling) -> Any:
+def decision(ca: Any, c: PositionController, sampling: Sampling) -> Any:
     """Force from the reading; the integral stands while the force is at its limit."""
     x, integral, last, r = (ca.SX.sym(n) for n in ("x", "i", "last", "r"))
     period = 1 / sampling.rate

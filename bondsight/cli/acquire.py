@@ -87,7 +87,7 @@ def _acquire(options: argparse.Namespace) -> int:
         raise UnusableInput(
             "acquire: give a station file, or --simulated for a virtual bench (not both)"
         )
-    _check_name(options.name)
+    check_name(options.name)
     if not real_number("--patience", options.patience) > 0.0:
         raise UnusableInput(f"--patience {options.patience:g}: give seconds above 0")
     writable(options.out)
@@ -110,7 +110,7 @@ def _acquire(options: argparse.Namespace) -> int:
     return simulated(options, record_and_diagnose)
 
 
-def _check_name(name: str) -> None:
+def check_name(name: str) -> None:
     """Refuse a name that is no plain file name."""
     if not name or name != Path(name).name or not name.isprintable() or name.startswith("."):
         raise UnusableInput(

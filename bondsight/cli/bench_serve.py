@@ -108,10 +108,11 @@ def _model(name: str) -> Any:
 def plants() -> dict[str, Any]:
     """Return the makers of all plants beside the virtual stack."""
     from actuators.models.catalogue import MODELS
+    from hardware.simulators.bench_server import MACHINES
 
     cells = {"trial-stack": "single", "trial-stack-outside": "outside"} if has_evidence() else {}
     trial = {name: _trial("stack", cell) for name, cell in cells.items()}
-    return {**trial, **{f"model-{n}": _model(n) for n in MODELS}}
+    return {**trial, **MACHINES, **{f"model-{n}": _model(n) for n in MODELS}}
 
 
 def _check_station(path: Path) -> None:

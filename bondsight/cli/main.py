@@ -12,6 +12,7 @@ from typing import Final, NoReturn
 from bondgraph.support.errors import BondsightError
 from bondsight.cli.acquire import add_acquire_command
 from bondsight.cli.bench import add_bench_command
+from bondsight.cli.calibrate import add_calibrate_command
 from bondsight.cli.check import add_check_command
 from bondsight.cli.checkout import add_developer_commands
 from bondsight.cli.compensate import add_compensate_command
@@ -25,6 +26,7 @@ from bondsight.cli.export import add_export_command
 from bondsight.cli.fit import add_fit_command
 from bondsight.cli.identifiability import add_identifiability_command
 from bondsight.cli.recordings import add_recordings_command
+from bondsight.cli.regulate import add_regulate_command
 from bondsight.cli.sizing import add_sizing_command
 from bondsight.cli.stack import add_stack_command
 from bondsight.cli.thesis import add_thesis_command
@@ -32,10 +34,10 @@ from bondsight.cli.ultrasonic import add_ultrasonic_command
 
 COMMANDS: Final = (
     add_diagnose_command, add_demo_command, add_check_command, add_equations_command,
-    add_draw_command, add_bench_command, add_acquire_command, add_explain_command,
-    add_effects_command, add_export_command, add_thesis_command, add_compensate_command,
-    add_stack_command, add_ultrasonic_command, add_sizing_command, add_fit_command,
-    add_identifiability_command, add_recordings_command,
+    add_draw_command, add_bench_command, add_acquire_command, add_regulate_command,
+    add_calibrate_command, add_explain_command, add_effects_command, add_export_command,
+    add_thesis_command, add_compensate_command, add_stack_command, add_ultrasonic_command,
+    add_sizing_command, add_fit_command, add_identifiability_command, add_recordings_command,
 )  # fmt: skip
 """In the order of the help."""
 

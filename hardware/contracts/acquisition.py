@@ -54,6 +54,15 @@ class Air:
 
 
 @runtime_checkable
+class Tried(Protocol):
+    """An `Acquisition` that can tell before anything moves whether it takes its clock."""
+
+    def try_settings(self) -> None:
+        """Let the device take mode and rate without starting; `UnusableInput` if it does not."""
+        ...
+
+
+@runtime_checkable
 class Acquisition(Protocol):
     """One stream of samples: prepared, started, drained piece by piece, ended.
 

@@ -13,7 +13,7 @@ from hardware.envelope.plain_numbers import engineering, finite_number
 from hardware.envelope.proof import compare, noise_of, probe_step
 from hardware.envelope.provenance import provenance
 from hardware.envelope.readiness import refuse_again, require_open, require_ready
-from hardware.envelope.single import check_ramp, check_set
+from hardware.envelope.single import check_ramp, check_set, nearest
 from hardware.envelope.state import OutputState, OutputStatus
 from hardware.envelope.way_down import close, park
 from hardware.envelope.way_up import power_up
@@ -158,23 +158,22 @@ class GuardedOutput:
         HardwareError
             Of the device; the output is unknown then.
         """
-        line, envelope = self._line, self._line.envelope
-        number = finite_number(volts, "set")
-        require_open(line, "set")
-        with line.lock:
-            require_ready(line, "set")
-            target = self._cut(number)
-            now = line.clock.now()
-            held = line.dwelling.held(now) if envelope.dwell else ()
-            check_set(envelope, line.present, target, converter=self._converter, held=held)
-            epoch = line.epoch
-            line.settle()
-            line.wait_for_turn(now)
-            if epoch != line.epoch:
-                raise HardwareError(f"set({target:g}): another command came in between")
-            line.new_epoch()
-            line.write(target, "set")
-            line.beat()
+        self._jump(finite_number(volts, "set"), "set")
+
+    def approach(self, volts: float) -> float:
+        """Jump as far towards a voltage (V) as one update allows; return where it stands (V).
+
+        For a feedback loop, whose controller need not know the limits. A dwell that is exceeded
+        is refused as by `set`.
+
+        Raises
+        ------
+        LimitViolation
+            No finite number, the output is unknown, or a dwell is exceeded; nothing was sent.
+        HardwareError
+            Of the device; the output is unknown then.
+        """
+        return self._jump(finite_number(volts, "loop"), "loop")
 
     def ramp(self, volts: float, rate: float | None = None) -> None:
         """Go to a voltage (V) at a rate (V/s), by default the envelope's gentle one.
@@ -284,6 +283,29 @@ class GuardedOutput:
     def __repr__(self) -> str:
         """Return device, limits and state."""
         return f"<GuardedOutput {self.identity.model}: {self.envelope.describe()}; {self.status}>"
+
+    def _jump(self, number: float, what: str) -> float:
+        """Write one voltage (V) after the rest of the update period; return it."""
+        line, envelope = self._line, self._line.envelope
+        require_open(line, what)
+        with line.lock:
+            require_ready(line, what)
+            if what == "loop":
+                target = nearest(envelope, line.present, number, self.limits)
+            else:
+                target = self._cut(number)
+            now = line.clock.now()
+            held = line.dwelling.held(now) if envelope.dwell else ()
+            check_set(envelope, line.present, target, converter=self._converter, held=held)
+            epoch = line.epoch
+            line.settle()
+            line.wait_for_turn(now)
+            if epoch != line.epoch:
+                raise HardwareError(f"{what}({target:g}): another command came in between")
+            line.new_epoch()
+            line.write(target, what)
+            line.beat()
+            return target
 
     def _cut(self, number: float) -> float:
         """Return the command, cut to the limits if that was asked for."""

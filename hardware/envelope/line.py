@@ -146,8 +146,10 @@ class OutputLine:
         around = (*(self.span or (self.present,)), volts)
         try:
             self.raw.write(volts)
-        except LimitViolation:
-            # the device's own refusal: nothing was sent
+        except LimitViolation as error:
+            # the device's own refusal: nothing was sent, unless it tells where it went instead
+            if isinstance(error.partial, float):
+                self.reached(error.partial, what)
             raise
         except Exception as error:
             self.span = min(around), max(around)

@@ -65,6 +65,22 @@ def check_set(
             )
 
 
+def nearest(envelope: Envelope, present: float, volts: float, limits: tuple[float, float]) -> float:
+    """Return the voltage (V) next to a wanted one that a single command may reach.
+
+    Parameters
+    ----------
+    envelope : Envelope
+    present, volts : float
+        Now and wanted (V), finite.
+    limits : tuple of float
+        Lowest and highest voltage of envelope and converter (V).
+    """
+    target = min(max(volts, limits[0]), limits[1])
+    largest = envelope.largest_step(present, target)
+    return min(max(target, present - largest), present + largest)
+
+
 def check_range(
     envelope: Envelope, volts: float, what: str, converter: Converter | None = None
 ) -> None:

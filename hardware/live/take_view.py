@@ -8,6 +8,7 @@ from pathlib import Path
 
 from hardware.live import Gathering, LiveView, Snapshot, Watching
 from hardware.recorder import OUTPUT, Station, TakePlan
+from hardware.regulation import LOOP, LoopPlan, LoopStation
 
 
 @contextmanager
@@ -28,6 +29,24 @@ def watching(
     rates = {OUTPUT: plan.rate, **{s.stream: s.rate for s in station.sensors}}
     totals = {OUTPUT: int(plan.volts.size)}
     gathering = Gathering(plan.name, station.clock, totals, duration=plan.seconds, rates=rates)
+    with _shown(gathering, quiet, picture) as shown:
+        yield shown
+
+
+@contextmanager
+def watching_loop(
+    plan: LoopPlan, station: LoopStation, *, quiet: bool = False
+) -> Iterator[Watching]:
+    """Show the steps of a loop; see `watching`."""
+    rates = {LOOP: plan.rate, station.sensor.stream: station.sensor.rate}
+    n = int(plan.reference.size)
+    gathering = Gathering(plan.name, station.clock, {LOOP: n}, duration=n / plan.rate, rates=rates)
+    with _shown(gathering, quiet, None) as shown:
+        yield shown
+
+
+@contextmanager
+def _shown(gathering: Gathering, quiet: bool, picture: Path | None) -> Iterator[Watching]:
     snapshot = Snapshot(picture) if picture is not None else None
     shown = Watching(gathering, None if quiet else LiveView(), snapshot)
     try:

@@ -15,6 +15,9 @@ from hardware.optics.fringes import Repair as Repair
 from hardware.optics.fringes import find_miscounts as find_miscounts
 from hardware.optics.fringes import largest_amplitude as largest_amplitude
 from hardware.optics.fringes import repaired as repaired
+from hardware.optics.lissajous import Lissajous as Lissajous
+from hardware.optics.lissajous import lissajous as lissajous
+from hardware.optics.lissajous import periodic_error as periodic_error
 from hardware.optics.quadrature import Demodulated as Demodulated
 from hardware.optics.quadrature import Demodulator as Demodulator
 from hardware.optics.quadrature import displacement_of_phase as displacement_of_phase

@@ -17,6 +17,7 @@ from bondgraph.signals.units import parse_unit
 from bondgraph.support.arrays import FloatArray as Array
 from bondgraph.support.errors import UnusableInput
 from hardware.contracts import Flag
+from hardware.optics import Ellipse
 from hardware.recorder.correcting import corrected
 from hardware.recorder.marking import of_flags, of_losses, slip, with_jitter_judged
 from hardware.recorder.plan import TakePlan
@@ -69,6 +70,7 @@ def assemble(
     length: str = "x",
     copy: str = "V_copy",
     index: float = 1.0,
+    ellipse: Ellipse | None = None,
 ) -> Assembled:
     """Put output and sensor of a take on the instants of the output.
 
@@ -86,6 +88,8 @@ def assemble(
         Stream of the sensor, its displacement, and its copy of the voltage where there is one.
     index : float
         Refraction index of the air.
+    ellipse : Ellipse, optional
+        Of a calibration, for records that cover too little of a fringe.
 
     Raises
     ------
@@ -99,7 +103,7 @@ def assemble(
                 f"{', '.join(journal.streams) or 'none'}"
             )
     drive = journal.read(OUTPUT)
-    improved = corrected(journal.read(sensor), index, length)
+    improved = corrected(journal.read(sensor), index, length, ellipse)
     measured = improved.stream
     known = {o.stream: o for o in origins}
     if plan.synchronisation == "clock":
@@ -109,20 +113,20 @@ def assemble(
             drive, measured, plan, known[sensor].nominal_rate, wiring, length=length, copy=copy
         )
     lost = (*of_losses(drive), *of_losses(measured))
-    made = _without_gaps(replace(made, sentences=(*improved.sentences, *lost, *made.sentences)))
+    made = without_gaps(replace(made, sentences=(*improved.sentences, *lost, *made.sentences)))
     made = replace(made, sentences=(*made.sentences, *of_flags(made.flags)))
     return replace(made, origins=_counted(known, {OUTPUT: drive, sensor: measured}, made.clocks))
 
 
 def recording_of(
     made: Assembled,
-    plan: TakePlan,
+    name: str,
     journal: JournalFile,
     noise: Mapping[str, float] | None = None,
     **others: object,
 ) -> tuple[Recording, Provenance]:
     """Return the recording in SI, and its provenance; `others` are fields of `Provenance`."""
-    units = {k: parse_unit(u, f"{plan.name}, channel {k!r}") for k, u in made.units.items()}
+    units = {k: parse_unit(u, f"{name}, channel {k!r}") for k, u in made.units.items()}
     channels = {k: units[k].to_si(v) for k, v in made.channels.items()}
     kept = {k: v for k, v in channels.items() if np.all(np.isfinite(v))}
     strange = [n for n in noise or {} if n not in kept]
@@ -132,7 +136,7 @@ def recording_of(
     )  # fmt: skip
     known = {n: v for n, v in (noise or {}).items() if n in kept}
     recording = Recording(
-        plan.name, made.time - made.time[0], kept, {k: units[k].si for k in kept},
+        name, made.time - made.time[0], kept, {k: units[k].si for k in kept},
         journal.path.name,
         meta={"notes": tuple(n for n in notes if n), **({"noise": known} if known else {})},
     )  # fmt: skip
@@ -242,7 +246,7 @@ def _units(*streams: StreamData) -> dict[str, str]:
     return {k: u for s in streams for k, u in s.layout.units.items() if k not in NOT_STORED}
 
 
-def _without_gaps(made: Assembled) -> Assembled:
+def without_gaps(made: Assembled) -> Assembled:
     """Return the longest stretch in which no sample is missing; nothing is filled in."""
     n = made.time.size
     step = float(np.median(np.diff(made.time)))

@@ -12,6 +12,7 @@ from bondgraph.support.errors import UnusableInput
 from hardware.contracts import Flag
 from hardware.optics import (
     HELIUM_NEON,
+    Ellipse,
     displacement_per_fringe,
     find_miscounts,
     fit_ellipse,
@@ -39,7 +40,9 @@ class CorrectedStream:
     sentences: tuple[str, ...]
 
 
-def corrected(stream: StreamData, index: float, length: str = "x") -> CorrectedStream:
+def corrected(
+    stream: StreamData, index: float, length: str = "x", known: Ellipse | None = None
+) -> CorrectedStream:
     """Correct the periodic error if sine and cosine are there, and look for lost fringes.
 
     Parameters
@@ -50,16 +53,18 @@ def corrected(stream: StreamData, index: float, length: str = "x") -> CorrectedS
         Refraction index of the air.
     length : str
         Channel of the displacement.
+    known : Ellipse, optional
+        Of a calibration; used where the record covers too little of a fringe for a fit.
     """
     if length not in stream.channels or stream.n < SHORTEST:
         return CorrectedStream(stream, ())
-    found, said = _without_periodic_error(stream, index, length)
+    found, said = _without_periodic_error(stream, index, length, known)
     marked, seen = _with_miscounts(found, index, length)
     return CorrectedStream(marked, (*said, *seen))
 
 
 def _without_periodic_error(
-    stream: StreamData, index: float, length: str
+    stream: StreamData, index: float, length: str, known: Ellipse | None
 ) -> tuple[StreamData, tuple[str, ...]]:
     """Take the displacement from raw quadrature by Heydemann's correction."""
     channels = dict(stream.channels)
@@ -69,7 +74,7 @@ def _without_periodic_error(
     layout = replace(stream.layout, units=_without(stream.layout.units, ("sin", "cos")))
     kept = replace(stream, channels=channels, layout=layout)
     try:
-        fit = fit_ellipse(cosine, sine)
+        fit = fit_ellipse(cosine, sine, known)
         x = quadrature_displacement(cosine, sine, fit.ellipse, HELIUM_NEON, index)
     except UnusableInput as error:
         return kept, (f"periodic error not corrected: {error}",)
@@ -82,9 +87,10 @@ def _without_periodic_error(
     channels[length] = x - x[0] + channels[length][0]
     e = fit.ellipse
     sentence = (
-        f"periodic error corrected over {fit.arc:.2g} fringes: offsets {e.offset_1 / e.radius:.2%} "
-        f"and {e.offset_2 / e.radius:.2%}, ratio {e.ratio:.4g}, {np.degrees(e.skew):.3g} deg; "
-        f"changes of up to {1e9 * float(np.ptp(change)):.2g} nm"
+        f"periodic error corrected over {fit.arc:.2g} fringes"
+        f"{', by the calibration of the station' if fit.kept else ''}: offsets "
+        f"{e.offset_1 / e.radius:.2%} and {e.offset_2 / e.radius:.2%}, ratio {e.ratio:.4g}, "
+        f"{np.degrees(e.skew):.3g} deg; changes of up to {1e9 * float(np.ptp(change)):.2g} nm"
     )
     return replace(kept, channels=channels), (sentence,)
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
@@ -13,14 +12,13 @@ from bondgraph.signals.recording import Recording
 from bondgraph.support.errors import UnusableInput
 from hardware.contracts import Air
 from hardware.recorder.assembling import OUTPUT, assemble, recording_of
+from hardware.recorder.keeping import end_of, ended
 from hardware.recorder.plan import TakePlan
 from hardware.recorder.station import Station
 from hardware.recorder.taking import Watch, check, take
 from hardware.storage import (
-    OUTPUT_ENDS,
     ClockAlignment,
     Journal,
-    JournalFailed,
     JournalFile,
     Scale,
     StreamOrigin,
@@ -91,24 +89,14 @@ def record(
         alignment=_stated(plan), command=_command(plan), noise=station.noise,
     )  # fmt: skip
     with Journal.create(path, header) as journal:
-        try:
+        with ended(journal, path.name, station.output):
             take(station, plan, journal, watch)
-        except BaseException as error:
-            # the journal may be what failed; the first error is the one to tell
-            with contextlib.suppress(JournalFailed):
-                journal.note({"output_end": _end(station)})
-            error.add_note(str(station.output.provenance().get("status", "output unknown")))
-            error.add_note(
-                f"what had arrived is in {path.name}: bondsight acquire --recover {path.name}"
-            )
-            raise
-        journal.note({"output_end": _end(station)})
         raw = open_journal(path)
-        air = _air(raw)
+        air = air_of(raw)
         try:
             made = assemble(
                 raw, plan, origins, wiring or wiring_of(plan, station, origins[-1].nominal_rate),
-                index=1.0 if air is None else air.index,
+                index=1.0 if air is None else air.index, ellipse=station.ellipse,
             )  # fmt: skip
         except UnusableInput as error:
             raise UnusableInput(
@@ -116,8 +104,8 @@ def record(
             ) from error
         made = replace(made, sentences=(*station.remarks, *made.sentences))
         recording, provenance = recording_of(
-            made, plan, raw, station.noise, output_end=_end(station), envelope=dict(about),
-            scales=_scales(station), air=air,
+            made, plan.name, raw, station.noise, output_end=end_of(station.output),
+            envelope=dict(about), scales=scales_of(station.gains), air=air,
         )  # fmt: skip
         stored = finish(journal, archive, recording, provenance)
     return Taken(stored, archive, path, provenance.warnings)
@@ -154,21 +142,16 @@ def _command(plan: TakePlan) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _end(station: Station) -> str:
-    """Return the state of the output at the end, in the words that are stored."""
-    state = str(station.output.provenance().get("state", "unknown")).lower()
-    return state if state in OUTPUT_ENDS else "unknown"
-
-
-def _scales(station: Station) -> tuple[Scale, ...]:
+def scales_of(gains: Mapping[str, Any]) -> tuple[Scale, ...]:
+    """Return calibrations as they are stored."""
     return tuple(
         Scale(channel, **{k: v for k, v in values.items() if k in Scale.__dataclass_fields__})
-        for channel, values in station.gains.items()
+        for channel, values in gains.items()
         if isinstance(values, Mapping)
     )
 
 
-def _air(raw: JournalFile) -> Air | None:
+def air_of(raw: JournalFile) -> Air | None:
     """Return the air at the start, if anything told it."""
     names = tuple(Air.__dataclass_fields__)
     for note in raw.notes:

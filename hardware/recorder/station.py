@@ -10,6 +10,7 @@ from typing import Any, Protocol
 from numpy.typing import ArrayLike
 
 from hardware.contracts import Acquisition, Air, Clock, VoltageOut, WaveOut
+from hardware.optics import Ellipse
 
 
 class GuardedVoltage(VoltageOut, Protocol):
@@ -83,6 +84,8 @@ class Station:
         clocks are told apart much better then.
     noise : mapping
         Standard deviation of the noise of channels, SI, where it is known.
+    ellipse : Ellipse, optional
+        Of the interferometer's calibration.
     remarks : tuple of str
         What was asked for and is done otherwise; recordings carry it.
     """
@@ -98,3 +101,4 @@ class Station:
     lag_error: float = 0.0
     noise: Mapping[str, float] = field(default_factory=dict)
     remarks: tuple[str, ...] = ()
+    ellipse: Ellipse | None = None

@@ -7,33 +7,20 @@ arrived or is still held by a sensor is in the journal.
 
 from __future__ import annotations
 
-import contextlib
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import asdict, dataclass
-from typing import Any, Protocol
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hardware.contracts import Acquisition, Chunk, Flag, WaveProgress
-from hardware.errors import BeamLost, HardwareError, LinkLost, Overrun, TimedOut
+from hardware.contracts import Chunk, Tried, WaveProgress
+from hardware.errors import TimedOut
+from hardware.recorder.keeping import Notebook, heard, keep, note_air, rescue, write
 from hardware.recorder.plan import TakePlan
 from hardware.recorder.station import Station
 
 POLL = 0.01
 """Pause between polls when the wave is over and a sensor is not (s)."""
-
-
-class Notebook(Protocol):
-    """Where chunks and events are written as they come."""
-
-    def append(self, chunk: Chunk) -> None:
-        """Write a chunk."""
-        ...
-
-    def note(self, event: Mapping[str, Any]) -> None:
-        """Write an event."""
-        ...
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,10 +82,10 @@ def take(station: Station, plan: TakePlan, journal: Notebook, watch: Watch | Non
                 _prepare(station, plan, journal, say)
                 _run(station, plan, journal, say)
             except BaseException as error:
-                _keep(journal, error)
+                keep(journal, error)
                 raise
     except BaseException:
-        _rescue(station, journal)
+        rescue(station.sensors, journal)
         raise
     finally:
         for sensor in station.sensors:
@@ -108,16 +95,21 @@ def take(station: Station, plan: TakePlan, journal: Notebook, watch: Watch | Non
 
 
 def check(station: Station, plan: TakePlan) -> None:
-    """Hold both waves of a plan against the envelope; nothing is sent if one leaves it.
+    """Hold both waves of a plan against the envelope, and its clocks against the sensors.
 
     Raises
     ------
     LimitViolation
-        What, where, by how much.
+        What, where, by how much; nothing was sent.
+    UnusableInput
+        A sensor does not take its clock; nothing was driven.
     """
     for wave in (plan.erase, plan.volts):
         if wave is not None:
             station.wave.prepare(wave, plan.rate)
+    for sensor in station.sensors:
+        if isinstance(sensor, Tried):
+            sensor.try_settings()
 
 
 def _erase(station: Station, wave: NDArray[np.float64], rate: float, say: Watch) -> None:
@@ -141,7 +133,7 @@ def _prepare(station: Station, plan: TakePlan, journal: Notebook, say: Watch) ->
     station.clock.sleep(plan.settle)
     station.preparation.zero()
     journal.note({"event": "zero", "instant": station.clock.now()})
-    _air(station, journal, "start")
+    note_air(station.preparation, journal, "start")
 
 
 def _run(station: Station, plan: TakePlan, journal: Notebook, say: Watch) -> None:
@@ -154,7 +146,7 @@ def _run(station: Station, plan: TakePlan, journal: Notebook, say: Watch) -> Non
     state = WaveProgress(0, plan.volts.size)
     amiss = 0
     for state in station.wave.play():
-        driven = _write(journal, state.chunks)
+        driven = write(journal, state.chunks)
         chunks = [*driven, *_poll(station, journal, last)]
         say(TakeProgress("play", station.clock.now() - begin, state.samples, state.total,
                      state.late, chunks))  # fmt: skip
@@ -176,41 +168,15 @@ def _run(station: Station, plan: TakePlan, journal: Notebook, say: Watch) -> Non
         station.clock.sleep(POLL)
     for sensor in station.sensors:
         say(TakeProgress("drain", plan.seconds, state.samples, state.total, state.late,
-                     _heard(journal, sensor, sensor.finish)))  # fmt: skip
-    _air(station, journal, "end")
-
-
-def _write(journal: Notebook, chunks: Iterable[Chunk]) -> list[Chunk]:
-    written = []
-    for chunk in chunks:
-        journal.append(chunk)
-        written.append(chunk)
-    return written
-
-
-def _heard(
-    journal: Notebook, sensor: Acquisition, source: Callable[[], Sequence[Chunk]]
-) -> list[Chunk]:
-    """Write what a sensor hands out; samples that it lost are told, and the take goes on.
-
-    Only if nobody knows where they are missing the take ends: what follows has no time.
-    """
-    try:
-        return _write(journal, source())
-    except Overrun as error:
-        chunks = _chunks(error.partial)
-        if not any((c.flags & Flag.LOST_BEFORE).any() for c in chunks):
-            raise
-        error.partial = None
-        journal.note({"event": "overrun", "stream": sensor.stream, "message": str(error)})
-        return _write(journal, chunks)
+                     heard(journal, sensor, sensor.finish)))  # fmt: skip
+    note_air(station.preparation, journal, "end")
 
 
 def _poll(station: Station, journal: Notebook, last: dict[str, float]) -> list[Chunk]:
     """Drain every sensor; remember when each of them last spoke."""
     arrived = []
     for sensor in station.sensors:
-        chunks = _heard(journal, sensor, sensor.poll)
+        chunks = heard(journal, sensor, sensor.poll)
         if chunks or sensor.done:
             last[sensor.stream] = station.clock.now()
         arrived += chunks
@@ -234,40 +200,6 @@ def _check_silence(
                 f"{sensor.stream}: nothing came for {silence:.3g} s; check the trigger line and "
                 "the beam, or give more patience (--patience)"
             )
-
-
-def _air(station: Station, journal: Notebook, when: str) -> None:
-    air = station.preparation.air()
-    journal.note({"event": "air", "when": when, **({} if air is None else asdict(air))})
-
-
-def _keep(journal: Notebook, error: BaseException) -> None:
-    """Write what an error carries, and the error; the journal itself may be what failed."""
-    kind = type(error).__name__
-    flags = Flag.BEAM_LOST if isinstance(error, BeamLost | LinkLost) else Flag.GOOD
-    with contextlib.suppress(HardwareError):
-        if isinstance(error, HardwareError):
-            for chunk in _chunks(error.partial):
-                journal.append(chunk)
-        journal.note({"event": "error", "kind": kind, "message": str(error), "flag": int(flags)})
-
-
-def _rescue(station: Station, journal: Notebook) -> None:
-    """Write what sensors still hold after an error, once the output is safe."""
-    for sensor in station.sensors:
-        with contextlib.suppress(HardwareError):
-            try:
-                _write(journal, sensor.finish())
-            except HardwareError as error:
-                _write(journal, _chunks(error.partial))
-
-
-def _chunks(partial: object) -> list[Chunk]:
-    if isinstance(partial, Chunk):
-        return [partial]
-    if isinstance(partial, list | tuple):
-        return [c for c in partial if isinstance(c, Chunk)]
-    return []
 
 
 def _silent(progress: TakeProgress) -> None:

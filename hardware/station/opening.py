@@ -7,15 +7,26 @@ import math
 from collections.abc import Iterator
 from typing import Any, Self, final
 
-from bondgraph.support.errors import UnusableInput
-from hardware.contracts import Acquisition, Clock, WallClock
+from bondgraph.support.errors import UnusableInput, unknown_name
+from hardware.contracts import Acquisition, Clock, Transport, WallClock
+from hardware.devices.daq import AnalogueReadout, Card, CardInputs
+from hardware.devices.gauge import ForceGauge
 from hardware.devices.interferometer import NORMAL_RATE, Block, Interferometer, Streaming, Triggered
+from hardware.devices.transport import SerialSettings, SerialTransport, TcpTransport
 from hardware.envelope import GuardedOutput, GuardedWave, parked
 from hardware.errors import LinkLost, ProtocolFault
 from hardware.recorder.plan import TakePlan
 from hardware.recorder.station import Preparation, Station, no_preparation
+from hardware.regulation.plan import LoopPlan
+from hardware.regulation.station import LoopStation
 from hardware.station.outputs import open_output
-from hardware.station.settings import ClockSettings, InterferometerSettings, StationSettings
+from hardware.station.settings import (
+    ClockSettings,
+    GaugeSettings,
+    InterferometerSettings,
+    ReadoutSettings,
+    StationSettings,
+)
 
 MEMORY = 32_768
 """Samples of a block."""
@@ -43,10 +54,14 @@ class OpenStation:
         self._closing = contextlib.ExitStack()
         with contextlib.ExitStack() as opened:
             self.clock = _clock(settings.clock, opened)
-            self._driven = open_output(settings.output, settings.amplifier, self.clock, opened)
+            self._driven = open_output(
+                settings.output, settings.amplifier, settings.ultrasonic, self.clock, opened
+            )
             self.output = GuardedOutput(self._driven.raw, settings.envelope, self.clock)
             opened.callback(self.output.close)
             self.interferometer = _interferometer(settings.interferometer, self.clock, opened)
+            self._readout = _readout(settings.readout, self._driven.card, self.clock)
+            self._gauge = _gauge(settings.gauge, self.clock, opened)
             self._closing = opened.pop_all()
 
     def station(self, plan: TakePlan) -> Station:
@@ -65,6 +80,7 @@ class OpenStation:
                 f"{self.settings.name}: synchronisation {plan.synchronisation!r} needs [output] "
                 f"{needed} = the digital line to the interferometer; wire it, or choose 'none'"
             )
+        optics = self.settings.interferometer
         wave = GuardedWave(self.output, self._driven.wave(plan.synchronisation))
         sensors, preparation, remarks = _sensors(
             self.interferometer, self.settings.interferometer, plan
@@ -72,8 +88,46 @@ class OpenStation:
         return Station(
             self.clock, self.output, wave, sensors, preparation, parked(self.output),
             self._driven.gains, self.settings.amplifier.lag, self.settings.amplifier.lag_error,
-            self.settings.noise, remarks,
+            self.settings.noise, remarks, optics.ellipse if optics else None,
         )  # fmt: skip
+
+    def loop(self, plan: LoopPlan) -> LoopStation:
+        """Return the bench as one feedback loop needs it.
+
+        Raises
+        ------
+        UnusableInput
+            No sensor gives this reading, or its clock is one that the device cannot take.
+        """
+        sensor, preparation = self._fed_back(plan)
+        period = self.settings.envelope.update_period
+        by_sensor = sensor.rate < 1.0 / period
+        return LoopStation(
+            self.clock, self.output, sensor, sensor.rate if by_sensor else 1.0 / period,
+            f"the {sensor.stream}" if by_sensor else "the envelope (update_period)",
+            preparation, parked(self.output), self._driven.gains, self.settings.noise,
+        )  # fmt: skip
+
+    def _fed_back(self, plan: LoopPlan) -> tuple[Acquisition, Preparation]:
+        """Return the sensor of a reading, and what prepares it."""
+        optics = self.settings.interferometer
+        if self.interferometer is not None and optics is not None and plan.reading == "x":
+            rate = optics.rate or NORMAL_RATE
+            if rate > NORMAL_RATE:
+                raise UnusableInput(
+                    f"{self.settings.name}: [interferometer] rate = {rate:g} Hz, but the device "
+                    f"streams at {NORMAL_RATE:g} Hz at most, and a loop cannot wait for a block"
+                )
+            return Streaming(self.interferometer, rate, patience=plan.patience), self.interferometer
+        others: dict[str, Acquisition] = {}
+        if self._readout is not None and self.settings.readout is not None:
+            others[self.settings.readout.channel] = self._readout
+        if self._gauge is not None:
+            others["F"] = self._gauge
+        if plan.reading in others:
+            return others[plan.reading], no_preparation()
+        known = [*(("x",) if self.interferometer is not None else ()), *others]
+        raise unknown_name("reading", plan.reading, self.settings.name, known)
 
     def close(self) -> None:
         """Release everything; any number of times."""
@@ -145,6 +199,34 @@ def _interferometer(
     )  # fmt: skip
     opened.callback(device.close)
     return device
+
+
+def _readout(
+    settings: ReadoutSettings | None, card: Card | None, clock: Clock
+) -> AnalogueReadout | None:
+    if settings is None or card is None:
+        return None
+    s = settings
+    return AnalogueReadout(
+        CardInputs(card, (s.input,)), card.identity, clock, channel=s.channel, unit=s.unit,
+        scale=s.scale, offset=s.offset, rate=s.rate,
+    )  # fmt: skip
+
+
+def _gauge(
+    settings: GaugeSettings | None, clock: Clock, opened: contextlib.ExitStack
+) -> ForceGauge | None:
+    if settings is None:
+        return None
+    host, _, port = settings.connection.rpartition(":")
+    line: Transport = (
+        TcpTransport(host, int(port))
+        if host and port.isdigit()
+        else SerialTransport(settings.connection, SerialSettings(settings.baud))
+    )
+    gauge = ForceGauge(line, clock, settings.rate)
+    opened.callback(gauge.close)
+    return gauge
 
 
 def _sensors(

@@ -9,11 +9,19 @@ from typing import Any
 
 from bondgraph.support.errors import UnusableInput
 from hardware.contracts import Clock, RawOutput
-from hardware.devices.amplifier import Amplifier, AnalogueAmplifier, Monitors
+from hardware.devices.amplifier import (
+    Amplifier,
+    AnalogueAmplifier,
+    EndedWave,
+    Monitors,
+    UltrasonicDriver,
+    UltrasonicLimits,
+)
 from hardware.devices.controllers import GatewayTransport, GcsController, GcsTalk, GcsWave
 from hardware.devices.daq import (
     MF624,
     MF634,
+    Card,
     CardChannel,
     CardInputs,
     CardWiring,
@@ -34,6 +42,9 @@ from hardware.envelope import RawWave
 from hardware.recorder.plan import Synchronisation
 from hardware.station.settings import AmplifierSettings, OutputSettings
 
+BUSY = 10.0
+"""Longest wait for registers behind a socket (s): a virtual bench shares its computer."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Driven:
@@ -42,17 +53,19 @@ class Driven:
     raw: RawOutput
     wave: Callable[[Synchronisation], RawWave]
     gains: dict[str, Any] = field(default_factory=dict)
+    card: Card | None = None
 
 
 def open_output(
     settings: OutputSettings,
     amplifier: AmplifierSettings,
+    ultrasonic: UltrasonicLimits | None,
     clock: Clock,
     opened: contextlib.ExitStack,
 ) -> Driven:
     """Open the output that the settings name; closing goes on the stack."""
     if settings.kind in ("mf624", "mf634"):
-        return _card(settings, _amplifier(amplifier), amplifier, clock, opened)
+        return _card(settings, amplifier, ultrasonic, clock, opened)
     if settings.kind == "ni":
         return _ni(settings, _amplifier(amplifier), amplifier, clock, opened)
     return _gcs(settings, clock, opened)
@@ -79,7 +92,7 @@ def _monitor_inputs(s: AmplifierSettings) -> tuple[int, ...]:
 def _registers(settings: OutputSettings, opened: contextlib.ExitStack) -> Registers:
     layout = (MF624 if settings.kind == "mf624" else MF634).layout
     if ":" in settings.address:
-        found: Any = SocketRegisters(settings.address)
+        found: Any = SocketRegisters(settings.address, BUSY)
     elif settings.kind == "mf624":
         found = UioRegisters(layout.device, layout.bars, int(settings.address or 0))
     else:
@@ -91,8 +104,8 @@ def _registers(settings: OutputSettings, opened: contextlib.ExitStack) -> Regist
 
 def _card(
     settings: OutputSettings,
-    amplifier: Amplifier,
     wired: AmplifierSettings,
+    ultrasonic: UltrasonicLimits | None,
     clock: Clock,
     opened: contextlib.ExitStack,
 ) -> Driven:
@@ -100,8 +113,9 @@ def _card(
     card = (MF624 if settings.kind == "mf624" else MF634)(registers, clock)
     inputs = _monitor_inputs(wired)
     channel = CardChannel(card, settings.channel)
-    raw = AnalogueAmplifier(
-        channel, amplifier, CardInputs(card, inputs) if inputs else None, clock=clock
+    board = None if ultrasonic is None else UltrasonicDriver(channel, ultrasonic, card)
+    raw = board or AnalogueAmplifier(
+        channel, _amplifier(wired), CardInputs(card, inputs) if inputs else None, clock=clock
     )
 
     def wave(way: Synchronisation) -> RawWave:
@@ -110,12 +124,12 @@ def _card(
             settings.channel, inputs, settings.trigger if way == "start" else None,
             settings.clock if pulse else None, SampleClock.PULSE if pulse else SampleClock.NONE,
         )  # fmt: skip
-        if isinstance(registers, MappedRegisters):
-            # a real card: paced by compiled code, whose instants do not wait for Python
-            return CompiledWave(card, raw.amplifier, wired_so)
-        return SoftwareTimedWave(card, raw.amplifier, wired_so)
+        # a real card is paced by compiled code, whose instants do not wait for Python
+        player = CompiledWave if isinstance(registers, MappedRegisters) else SoftwareTimedWave
+        made: RawWave = player(card, raw.amplifier, wired_so)
+        return made if board is None else EndedWave(made, board)
 
-    return Driven(raw, wave, _gains(amplifier))
+    return Driven(raw, wave, _gains(raw.amplifier), card)
 
 
 def _gains(amplifier: Amplifier) -> dict[str, Any]:

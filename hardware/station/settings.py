@@ -16,10 +16,21 @@ The file is TOML::
     gain = 20.0
     voltage_monitor = 0.05           # V at the monitor per V at the actuator, on input 0
 
+    [ultrasonic]                     # instead of an amplifier: the board C-184.161
+    lower_end = 0                    # digital inputs of the switches at the ends of travel
+    upper_end = 1
+
     [interferometer]
     connection = "usb:0"
     dead_path = 0.1
     clocked = "fast"                 # "block" if edges can clock blocks too
+
+    [readout]                        # an analogue input as a sensor, for loops
+    channel = "phase"
+    scale = 5.0                      # V per unit
+
+    [gauge]                          # a force gauge, channel F
+    connection = "/dev/ttyUSB0"      # or HOST:PORT
 
     [noise]
     x = 1e-9                         # standard deviation of a channel, SI, where it is known
@@ -37,7 +48,9 @@ from typing import Annotated, Any
 from bondgraph.support.bounds import Count, Positive, one_of
 from bondgraph.support.errors import UnusableInput, real_number
 from bondgraph.support.typed_reader import Rules, bad, make, off_default, record
+from hardware.devices.amplifier import UltrasonicLimits
 from hardware.envelope import PRESETS, Envelope
+from hardware.optics import Ellipse
 
 CLOCKED = ("fast", "block")
 OUTPUTS = ("mf634", "mf624", "ni", "gcs", "pipython")
@@ -111,6 +124,48 @@ class AmplifierSettings:
 
 
 @dataclass(frozen=True, slots=True)
+class ReadoutSettings:
+    """An analogue input of the card as a sensor: a strain gauge, a phase detector, ...
+
+    Parameters
+    ----------
+    channel, unit : str
+        Name and unit of the reading.
+    input : int
+        Analogue input.
+    scale, offset : float
+        V per unit, V.
+    rate : float
+        Readings a second that it may be asked for (Hz).
+    """
+
+    channel: str
+    scale: float
+    unit: str = "1"
+    input: Count = 2
+    offset: float = 0.0
+    rate: Positive = 10e3
+
+
+@dataclass(frozen=True, slots=True)
+class GaugeSettings:
+    """A force gauge.
+
+    Parameters
+    ----------
+    connection : str
+        A serial device, or ``HOST:PORT`` of a converter.
+    baud : int
+    rate : float
+        Readings a second at most (Hz); the thesis took 100.
+    """
+
+    connection: str
+    baud: Count = 19_200
+    rate: Positive = 100.0
+
+
+@dataclass(frozen=True, slots=True)
 class InterferometerSettings:
     """The interferometer.
 
@@ -127,6 +182,8 @@ class InterferometerSettings:
         Hz on its own clock; chosen from the waveform if not given.
     quadrature : bool
         Record sine and cosine too, and correct the periodic error from them.
+    ellipse : Ellipse or None
+        Of a calibration (``bondsight calibrate``), for records of less than a fringe.
     clocked : {"fast", "block"}
         Where edges on its clock input can take samples: in the fast mode only, as the device of
         the thesis (its sections 4.2.2 and 6.6), or in a block too.
@@ -138,6 +195,7 @@ class InterferometerSettings:
     dead_path: float = 0.0
     rate: float | None = None
     quadrature: bool = False
+    ellipse: Ellipse | None = None
     clocked: Annotated[str, one_of(*CLOCKED)] = "fast"
 
 
@@ -150,8 +208,9 @@ class StationSettings:
     name : str
     envelope : Envelope
         Limits between every command and the actuator.
-    output, amplifier, interferometer, clock
-        Its parts; no interferometer if None.
+    output, amplifier, ultrasonic, interferometer, readout, gauge, clock
+        Its parts; what is None is not there. With `ultrasonic` the board C-184.161 stands in the
+        amplifier's place, and all voltages are its control voltage.
     noise : mapping
         Standard deviation of the noise of channels, SI, where it is known: recordings carry it.
     """
@@ -160,9 +219,25 @@ class StationSettings:
     envelope: Envelope
     output: OutputSettings
     amplifier: AmplifierSettings = field(default_factory=AmplifierSettings)
+    ultrasonic: UltrasonicLimits | None = None
     interferometer: InterferometerSettings | None = None
+    readout: ReadoutSettings | None = None
+    gauge: GaugeSettings | None = None
     clock: ClockSettings = field(default_factory=ClockSettings)
     noise: Mapping[str, Positive] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        """Refuse parts that exclude each other."""
+        card = self.output.kind.startswith("mf")
+        if self.ultrasonic is not None and (self.amplifier != AmplifierSettings() or not card):
+            raise UnusableInput(
+                "[ultrasonic] takes the place of [amplifier], behind a card (mf624, mf634); "
+                "leave one of them out"
+            )
+        if self.readout is not None and not card:
+            raise UnusableInput(
+                f"[readout] reads an input of a card (mf624, mf634), not of {self.output.kind}"
+            )
 
 
 def read_settings(path: str | Path) -> StationSettings:

@@ -35,10 +35,7 @@ def station_table(
             "kind": config.card_model.lower(), "address": addresses["card"],
             "trigger": 0, "clock": 0,
         }  # fmt: skip
-        table["amplifier"] = {
-            "name": "simulated amplifier", "gain": config.gain, "offset": config.offset,
-            "voltage_monitor": 0.05,
-        }  # fmt: skip
+        table |= _behind_the_card(config)
     elif "gcs" in addresses:
         table["output"] = {"kind": "gcs", "address": addresses["gcs"], "trigger": 1}
     else:
@@ -49,7 +46,30 @@ def station_table(
             "connection": f"net:{host}:{port}", "library": library,
             "dead_path": config.air.dead_path, "clocked": config.clocked,
         }  # fmt: skip
+    if "gauge" in addresses:
+        table["gauge"] = {"connection": addresses["gauge"], "rate": config.gauge.rate}
     return table
+
+
+def _behind_the_card(config: Any) -> dict[str, Any]:
+    """Return what stands behind the card, and the envelope where it is no stack."""
+    told: dict[str, Any] = {}
+    if config.driver == "amplifier":
+        told["amplifier"] = {
+            "name": "simulated amplifier", "gain": config.gain, "offset": config.offset,
+            "voltage_monitor": 0.05,
+        }  # fmt: skip
+    else:
+        what = "C-184.161" if config.driver == "ultrasonic" else "oscillator"
+        told["envelope"] = {
+            "name": what, "v_min": -10.0, "v_max": 10.0, "slew": 1e5, "gentle": 100.0,
+            "update_period": 2e-4,
+        }  # fmt: skip
+        told |= {"ultrasonic": {}} if config.driver == "ultrasonic" else {"amplifier": {}}
+    if config.readout:
+        channel, unit = ("x", "m") if config.driver == "amplifier" else ("lag", "1")
+        told["readout"] = {"channel": channel, "unit": unit, "scale": config.readout}
+    return told
 
 
 def station_text(table: Mapping[str, Any]) -> str:

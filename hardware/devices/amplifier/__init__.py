@@ -7,5 +7,6 @@ from hardware.devices.amplifier.channel import DigitalLines as DigitalLines
 from hardware.devices.amplifier.data import EPA_104 as EPA_104
 from hardware.devices.amplifier.data import Amplifier as Amplifier
 from hardware.devices.amplifier.data import Monitors as Monitors
+from hardware.devices.amplifier.ended_wave import EndedWave as EndedWave
 from hardware.devices.amplifier.ultrasonic_driver import UltrasonicDriver as UltrasonicDriver
 from hardware.devices.amplifier.ultrasonic_driver import UltrasonicLimits as UltrasonicLimits

@@ -131,7 +131,14 @@ class UltrasonicDriver:
         self._supply(True)
 
     def write(self, volts: float) -> None:
-        """Set the control voltage (V); `LimitViolation` if not allowed or towards a reached end."""
+        """Set the control voltage (V).
+
+        Raises
+        ------
+        LimitViolation
+            Not allowed; or towards an end that was reached, with the 0 V where it stands then as
+            `partial`.
+        """
         if not math.isfinite(volts) or abs(volts) > self._limits.largest:
             raise LimitViolation(
                 f"C-184 control voltage {volts!r} V is not within +-{self._limits.largest:g} V; "
@@ -143,7 +150,8 @@ class UltrasonicDriver:
             self._present = 0.0
             raise LimitViolation(
                 f"C-184: {volts:g} V would drive on into the {end} end of travel; the control "
-                "voltage was set to 0 V: drive the other way"
+                "voltage was set to 0 V: drive the other way",
+                0.0,
             )
         self._present = self._channel.write(volts)
 

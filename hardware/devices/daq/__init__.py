@@ -1,5 +1,6 @@
 """Converter cards: Humusoft MF624 and MF634 by their registers, NI by its driver."""
 
+from hardware.devices.daq.analogue_readout import AnalogueReadout as AnalogueReadout
 from hardware.devices.daq.card import MF624 as MF624
 from hardware.devices.daq.card import MF634 as MF634
 from hardware.devices.daq.card import Card as Card

@@ -7,6 +7,7 @@ signal: a copy of the voltage cannot be sampled beside the length, so one clock 
 the external sample clock.
 """
 
+from hardware.devices.interferometer.adjusting import vibrating as vibrating
 from hardware.devices.interferometer.block import Block as Block
 from hardware.devices.interferometer.constants import Trigger as Trigger
 from hardware.devices.interferometer.device import Interferometer as Interferometer

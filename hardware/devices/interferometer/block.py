@@ -77,11 +77,13 @@ class Block(Measurement):
         self.samples = samples
         self._armed = 0.0
 
-    def _arm(self) -> None:
+    def _set(self) -> None:
         call, d = self.device.library.call, self.device.handle
         flags = self._flags("IfmSetBlockModeFilter")
         call("IfmSetBlockMode", d, flags, self._trigger, round(self.rate))
-        call("IfmStartBlock", d, self.samples)
+
+    def _arm(self) -> None:
+        self.device.library.call("IfmStartBlock", self.device.handle, self.samples)
         self._armed = self.device.clock.now()
 
     def _collect(self, chunks: list[Chunk]) -> None:

@@ -170,6 +170,18 @@ class Interferometer(Connection):
             )
         return reading
 
+    def vibrate_reference(self, on: bool) -> None:
+        """Let the reference mirror vibrate, for adjustment; afterwards there is no zero.
+
+        Raises
+        ------
+        DriverMissing
+            The library cannot.
+        """
+        self._idle("the reference mirror")
+        self._zeroed = False
+        self._call("IfmSetRefMirrorVibration", self.handle, self.channel, int(on))
+
     def _single(self) -> Drained:
         call = self._call
         call("IfmSetTrigger", self.handle, Trigger.OFF)

@@ -111,6 +111,27 @@ class Measurement(ABC):
         return self._watch.received
 
     @final
+    def try_settings(self) -> None:
+        """Let the device take mode and rate without starting, before anything else moves.
+
+        Raises
+        ------
+        UnusableInput
+            It does not take them; what to change.
+        LinkLost
+            It is gone.
+        """
+        try:
+            with self._carrying([]):
+                self._set()
+        except UnusableInput as error:
+            clock = "edges as a clock, " if self.external_clock else ""
+            raise UnusableInput(
+                f"{self.stream}: the device does not take {clock}{type(self).__name__.lower()} at "
+                f"{self.rate:g} Hz ({error}); see rate and clocked under [interferometer]"
+            ) from None
+
+    @final
     def kickoff(self) -> None:
         """Arm or start.
 
@@ -129,6 +150,7 @@ class Measurement(ABC):
             )
             self._complete = self._told_losses = False
             self._lost_before = self._lost()
+            self._set()
             self._arm()
             self.rate = device.true_rate(self.rate)
         except LinkLost as fault:
@@ -202,8 +224,12 @@ class Measurement(ABC):
     # ---- what differs
 
     @abstractmethod
+    def _set(self) -> None:
+        """Set mode and rate; nothing starts."""
+
+    @abstractmethod
     def _arm(self) -> None:
-        """Set the device and start."""
+        """Start."""
 
     @abstractmethod
     def _collect(self, chunks: list[Chunk]) -> None:

@@ -41,6 +41,7 @@ _BY_RESULT: tuple[tuple[Any, dict[str, tuple[Any, ...]]], ...] = (
             "IfmGetDeadPath": (_I, _I),
             "IfmSetPreset": (_I, _I, _D),
             "IfmSetToZero": (_I, _I),
+            "IfmSetRefMirrorVibration": (_I, _I, _I),
             "IfmSetMeasurement": (_I, _U, _D),
             "IfmClearBuffers": (_I,),
             "IfmStart": (_I,),

@@ -34,11 +34,15 @@ class _Flowing(Measurement):
         self._samples = samples
 
     @final
-    def _arm(self) -> None:
+    def _set(self) -> None:
         call, d = self.device.library.call, self.device.handle
         call("IfmSetTrigger", d, self._trigger)
         flags = self._flags("IfmSetFilter")
         call("IfmSetMeasurement", d, flags, self.rate)
+
+    @final
+    def _arm(self) -> None:
+        call, d = self.device.library.call, self.device.handle
         call("IfmClearBuffers", d)
         call("IfmStart", d)
 

@@ -4,6 +4,7 @@ from hardware.simulators.bench_server.config import AirConfig as AirConfig
 from hardware.simulators.bench_server.config import BenchConfig as BenchConfig
 from hardware.simulators.bench_server.config import PlantConfig as PlantConfig
 from hardware.simulators.bench_server.config import load_config as load_config
+from hardware.simulators.bench_server.plants import MACHINES as MACHINES
 from hardware.simulators.bench_server.plants import Stand as Stand
 from hardware.simulators.bench_server.plants import stand_of as stand_of
 from hardware.simulators.bench_server.sealing import SealedEnvelope as SealedEnvelope

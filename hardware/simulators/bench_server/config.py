@@ -10,9 +10,12 @@ from dataclasses import dataclass, field, fields, is_dataclass
 from pathlib import Path
 from typing import Any, get_args, get_origin, get_type_hints
 
+from hardware.simulators.gauge import GaugeConfig
 from hardware.simulators.rig import DeviceClock
+from hardware.simulators.siosifm.optics import Quadrature
 
-FRONTS = ("interferometer", "card", "gcs", "ascii")
+FRONTS = ("interferometer", "card", "gcs", "ascii", "gauge")
+DRIVERS = ("amplifier", "ultrasonic", "oscillator")
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,7 +107,9 @@ class BenchConfig:
     air : AirConfig
         Air in the beam of the interferometer.
     fronts : tuple of str
-        Devices before it: ``interferometer``, ``card``, ``gcs``, ``ascii``.
+        Devices before it: ``interferometer``, ``card``, ``gcs``, ``ascii``, ``gauge``.
+    quadrature : Quadrature
+        Signals of the interferometer's detectors.
     interferometer, card, controller : DeviceClock
         Clocks of the devices. The program paces the card, so the ppm of `card` are for the
         program's clock (`BenchClock`).
@@ -112,8 +117,15 @@ class BenchConfig:
         ``"block"``: edges clock the interferometer's blocks too; ``"fast"``: its fast mode only.
     card_model : str
         ``"MF634"`` or ``"MF624"``.
+    driver : str
+        What stands behind the card: ``"amplifier"``, the board of the ``"ultrasonic"`` actuator or
+        an ``"oscillator"``; the latter two take the voltage of the card as it is.
     gain, offset : float
         Of the amplifier behind the card (V/V, V).
+    readout : float
+        Voltage on input 2 of the card by the displacement (V/m); 0 if nothing is wired there.
+    gauge : GaugeConfig
+        The force gauge.
     slew : float
         Largest rate of the amplifier (V/s); infinite by default.
     ascii_model : str
@@ -133,13 +145,17 @@ class BenchConfig:
     plant: PlantConfig = field(default_factory=PlantConfig)
     air: AirConfig = field(default_factory=AirConfig)
     fronts: tuple[str, ...] = ("interferometer", "card")
+    quadrature: Quadrature = field(default_factory=Quadrature)
     interferometer: DeviceClock = field(default_factory=DeviceClock)
     card: DeviceClock = field(default_factory=DeviceClock)
     controller: DeviceClock = field(default_factory=DeviceClock)
     clocked: str = "block"
     card_model: str = "MF634"
+    driver: str = "amplifier"
     gain: float = 20.0
     offset: float = 0.0
+    readout: float = 0.0
+    gauge: GaugeConfig = field(default_factory=GaugeConfig)
     slew: float = math.inf
     ascii_model: str = ""
     watchdog: float = 0.0
@@ -152,11 +168,13 @@ class BenchConfig:
         for name in self.fronts:
             if name not in FRONTS:
                 raise ValueError(f"bench: unknown front {name!r}; known: {', '.join(FRONTS)}")
-        drivers = [n for n in self.fronts if n != "interferometer"]
+        drivers = [n for n in self.fronts if n not in ("interferometer", "gauge")]
         if len(drivers) > 1:
             raise ValueError(
                 f"bench: {' and '.join(drivers)} would both hold the terminals; choose one"
             )
+        if self.driver not in DRIVERS:
+            raise ValueError(f"bench: driver = {self.driver!r}; choose {', '.join(DRIVERS)}")
         if self.clocked not in ("fast", "block"):
             raise ValueError(f"bench: clocked = {self.clocked!r}; choose 'fast' or 'block'")
         for name in ("watchdog", "speed"):

@@ -77,6 +77,7 @@ def _interferometer(rig: Rig, config: BenchConfig, noise: float) -> BenchDevice:
         rig,
         config.interferometer,
         air=air,
+        quadrature=config.quadrature,
         dead_path=a.dead_path,
         noise=noise,
         clocked_blocks=config.clocked == "block",
@@ -86,15 +87,18 @@ def _interferometer(rig: Rig, config: BenchConfig, noise: float) -> BenchDevice:
 
 
 def _card(rig: Rig, config: BenchConfig, noise: float) -> BenchDevice:
-    from hardware.simulators.registers import AmplifierData, CardFront
+    from hardware.simulators.registers import AmplifierData, CardFront, Wires
 
-    data = AmplifierData(gain=config.gain, offset=config.offset, slew=config.slew)
-    front = CardFront(rig, config.card, config.card_model, amplifier=data)
+    direct = config.driver != "amplifier"
+    gain, offset = (1.0, 0.0) if direct else (config.gain, config.offset)
+    data = AmplifierData(gain=gain, offset=offset, slew=config.slew)
+    wires = Wires(readout=config.readout)
+    front = CardFront(rig, config.card, config.card_model, amplifier=data, wires=wires)
 
     def drive(volts: float) -> None:
-        code = round((volts - config.offset) / config.gain / (20.0 / 16384.0))
+        code = round((volts - offset) / gain / (20.0 / 16384.0))
         front.registers.write16(2, 0x20, 0x2000 + min(max(code, -0x2000), 0x1FFF))
-        if volts == 0.0 and abs(rig.volts) > config.gain * (20.0 / 16384.0):
+        if volts == 0.0 and abs(rig.volts) > gain * (20.0 / 16384.0):
             rig.drive(0.0)  # whatever else holds the terminals: the watchdog grounds them
 
     return BenchDevice(front, {"card": _setting("card", front.faults)}, drive)
@@ -124,11 +128,19 @@ def _ascii(rig: Rig, config: BenchConfig, noise: float) -> BenchDevice:
     return BenchDevice(front, {"controller": _answers(front.faults)}, _by_itself)
 
 
+def _gauge(rig: Rig, config: BenchConfig, noise: float) -> BenchDevice:
+    from hardware.simulators.gauge import GaugeFront
+
+    front = GaugeFront(rig, config.gauge)
+    return BenchDevice(front, {"gauge": _answers(front.faults)})
+
+
 _MAKERS: Mapping[str, Callable[[Rig, BenchConfig, float], BenchDevice]] = {
     "interferometer": _interferometer,
     "card": _card,
     "gcs": _gcs,
     "ascii": _ascii,
+    "gauge": _gauge,
 }
 
 

@@ -10,6 +10,7 @@ from typing import Any
 
 from hardware.simulators.bench_server.config import AirConfig, BenchConfig, PlantConfig
 from hardware.simulators.draw import draw_truth
+from hardware.simulators.gauge import GaugeConfig
 from hardware.simulators.plant_contract import Plant
 from hardware.simulators.plants import (
     AirPath,
@@ -17,8 +18,10 @@ from hardware.simulators.plants import (
     Disturbance,
     Disturbed,
     HystereticPlant,
+    PlatePlant,
     SensorNoise,
     StackPlant,
+    UltrasonicPlant,
     Vibration,
 )
 
@@ -45,6 +48,16 @@ class Stand:
 
 PlantMaker = Callable[[PlantConfig], Stand]
 """Makes a plant that this package does not know, for the one who starts the server."""
+
+
+MACHINES: Mapping[str, PlantMaker] = {
+    "m661": lambda p: Stand(UltrasonicPlant(p.seed or 0), noise_x=2e-9),
+    "m661-gauge": lambda p: Stand(
+        UltrasonicPlant(p.seed or 0, spring=GaugeConfig().spring), noise_x=2e-9
+    ),
+    "plate": lambda p: Stand(PlatePlant()),
+}
+"""The ultrasonic machine: a free stage, one pressed on the force gauge, the plate alone."""
 
 
 def stand_of(config: BenchConfig, others: Mapping[str, PlantMaker] | None = None) -> Stand:

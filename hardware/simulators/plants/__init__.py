@@ -7,4 +7,6 @@ from hardware.simulators.plants.disturbance import SensorNoise as SensorNoise
 from hardware.simulators.plants.disturbance import Vibration as Vibration
 from hardware.simulators.plants.memory import Creeping as Creeping
 from hardware.simulators.plants.memory import HystereticPlant as HystereticPlant
+from hardware.simulators.plants.plate import PlatePlant as PlatePlant
 from hardware.simulators.plants.stack import StackPlant as StackPlant
+from hardware.simulators.plants.ultrasonic import UltrasonicPlant as UltrasonicPlant

@@ -77,6 +77,10 @@ class Wires:
         Whether falling edges count as well.
     noise : float
         Of the inputs, standard deviation (V).
+    position : int
+        Input from a readout of the displacement.
+    readout : float
+        Of that (V/m); 0 if nothing is wired there.
     """
 
     output: int = 0
@@ -85,6 +89,8 @@ class Wires:
     trigger: int = 0
     both_edges: bool = False
     noise: float = 0.3e-3
+    position: int = 2
+    readout: float = 0.0
 
 
 @final
@@ -253,6 +259,8 @@ class RegisterModel:
         if w.current in chosen:
             current = float(self.rig.seen(np.array([self.rig.now])).i[0])
             volts[w.current] = 0.0 if math.isnan(current) else d.current_monitor * current
+        if w.readout and w.position in chosen:
+            volts[w.position] = w.readout * float(self.rig.seen(np.array([self.rig.now])).x[0])
         for n in chosen:
             exact = volts.get(n, 0.0) + w.noise * float(self._rng.standard_normal())
             word = min(max(round(exact / _STEP), -_ZERO), _ZERO - 1)

@@ -40,6 +40,8 @@ STABLE = 0x10
 WAS_UNSTABLE = 0x20
 OVERFLOW_DEVICE = 0x100
 OVERFLOW_LIBRARY = 0x200
+MIRROR = 37.0
+"""Frequency of the reference mirror's vibration (Hz)."""
 WEAK = 0.12
 """Share of light below which the counter reports a low level."""
 
@@ -58,12 +60,15 @@ class Settings:
         Whether the device corrects for air.
     manual : dict of str to float
         Values of T (degC), P (Pa), H (%) given by the program.
+    mirror : bool
+        Whether the reference mirror vibrates.
     """
 
     dead_path: float = 0.0
     preset: float = 0.0
     edlen: bool = True
     manual: dict[str, float] = field(default_factory=dict)
+    mirror: bool = False
 
 
 @final
@@ -204,6 +209,8 @@ class Counter:
 
     def _phase(self, t: Array) -> Array:
         x = self.rig.seen(t).x
+        if self.settings.mirror:
+            x = x + self.faults.mirror_stroke * np.sin(2.0 * np.pi * MIRROR * t)
         n = index_of_air(*self.air.at(t))
         return np.asarray(4.0 * np.pi / VACUUM * n * (x + self._true_path))
 

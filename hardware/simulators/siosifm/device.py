@@ -160,6 +160,10 @@ class SimulatedInterferometer(Condition):
     def _do_getpreset(self, channel: str) -> Answer:
         return 0, struct.pack("<d", 1e9 * self._preset)
 
+    def _do_refmirror(self, channel: str, on: str) -> int:
+        self.counter.settings.mirror = on != "0"
+        return 0 if channel == "0" else CHANNEL
+
     def _do_zero(self, mask: str) -> int:
         self.counter.zero()
         self._dead_path = self.counter.settings.dead_path

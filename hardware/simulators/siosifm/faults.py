@@ -36,6 +36,8 @@ class Faults:
         The sensors of the air have stopped; their last values stay.
     temperature, pressure, humidity : float, optional
         What the sensors say instead of the truth: degC, Pa, %.
+    mirror_stroke : float
+        Amplitude of the reference mirror's vibration (m); it fades with age.
     cut_after_bytes : int, optional
         The cable is pulled after so many more bytes.
     silent : bool
@@ -56,5 +58,6 @@ class Faults:
     temperature: float | None = None
     pressure: float | None = None
     humidity: float | None = None
+    mirror_stroke: float = 0.4e-6
     cut_after_bytes: int | None = None
     silent: bool = False

@@ -222,3 +222,19 @@ def test_loop_refusals() -> None:
         us.PositionController(-1.0)
     with pytest.raises(UnusableInput, match="delay"):
         us.SampledLoop(us.PositionController(1.0), delay=-1)
+
+
+def test_a_tick_of_the_bench_is_one_of_the_simulated_loop() -> None:
+    rate = 500.0
+    c = us.PositionController(200.0, integral=0.05, derivative=2e-3)
+    loop = us.StageLoop(c, us.Sampling(rate))
+    loop.begin(1e-3, 0.0)
+    # by hand: K (e - T_d dx / T), the sum holds only errors before this one
+    for x, r, force in ((1.2e-3, 2e-3, 200 * (8e-4 - 2e-3 * rate * 2e-4)),
+                        (1.2e-3, 2e-3, 200 * (8e-4 + 8e-4 / rate / 0.05))):  # fmt: skip
+        volts = loop.decide(x, r)
+        assert us.force(volts) == pytest.approx(force, rel=1e-4)
+        loop.applied(volts)
+    before = loop.decide(1.2e-3, 2e-3)
+    loop.applied(0.0)  # held back: the sum stands
+    assert loop.decide(1.2e-3, 2e-3) == pytest.approx(before)

@@ -397,6 +397,7 @@ SIMPLE(IfmSetDeadPath, (int dev, int channel, int mm), "DEADPATH %d %d", channel
 SIMPLE(IfmGetDeadPath, (int dev, int channel), "GETDEADPATH %d", channel)
 SIMPLE(IfmSetPreset, (int dev, int channel, double nm), "PRESET %d %.17g", channel, nm)
 NUMBER(IfmGetPreset, "GETPRESET")
+SIMPLE(IfmSetRefMirrorVibration, (int dev, int channel, int on), "REFMIRROR %d %d", channel, on)
 
 int IfmSetToZero(int dev, int mask)
 {
