@@ -146,19 +146,18 @@ def recorder() -> None:
     bench_recorder(print)
 
 
-<<<<<<< HEAD
 def integrators() -> None:
     """Hold CVODES, IDAS and our steps against one another, and IPOPT against Gauss-Newton."""
     from tests.benchmarks.integrators import bench_integrators
 
     bench_integrators(print)
-=======
+
+
 def loops() -> None:
     """Measure rate and jitter of feedback loops in real time, the runner alone and by wire."""
     from tests.benchmarks.loops import bench_loops
 
     bench_loops(print)
->>>>>>> loop20
 
 
 MEASUREMENTS: dict[str, Callable[[], None]] = {
