@@ -141,9 +141,9 @@ def test_starts_memory_delays_and_steps_are_those_of_simulate(integrator: str) -
     start = simulate(graph, time, {"V_in": volt}, accuracy=1e-6)
     found = simulate(graph, time, {"V_in": volt}, accuracy=1e-4, integrator=integrator)
     assert differs(found, start) < 1e-5
-    half = {"accuracy": 1e-4, "integrator": integrator}
+    half: dict[str, Any] = {"accuracy": 1e-4, "integrator": integrator}
     first = simulate(graph, TIME[:31], {"V_in": VOLT[:31]}, **half)
-    again = {"x0": first.state, "memory": first.memory}
+    again: dict[str, Any] = {"x0": first.state, "memory": first.memory}
     then = simulate(graph, TIME[30:61], {"V_in": VOLT[30:61]}, **half, **again)
     whole = simulate(graph, TIME[:61], {"V_in": VOLT[:61]}, **half)
     assert then["x"] == pytest.approx(whole["x"][30:], abs=1e-5 * np.ptp(whole["x"]))
