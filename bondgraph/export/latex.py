@@ -95,14 +95,34 @@ class _Printer(LatexPrinter):  # type: ignore[misc]  # SymPy has no types
     def _hprint_Function(self, func: str) -> str:
         if func in accepted_latex_functions:
             return "\\" + func
+        if func == "sign":
+            return r"\operatorname{sgn}"
         for ending, mark in (
             ("_inverse", "^{-1}"),
             ("_drive", r"^{\mathrm{drive}}"),
             ("_reading", r"^{\mathrm{reading}}"),
         ):
             if func.endswith(ending):
-                return pretty(func.removesuffix(ending)) + mark
-        return pretty(func)
+                return law_name(func.removesuffix(ending)) + mark
+        if func.endswith("_deviation"):
+            return deviation_name(func.removesuffix("_deviation"))
+        return law_name(func)
+
+
+def law_name(element: str) -> str:
+    r"""Return the name of an element's law: an element and its law are not to be mistaken.
+
+    Examples
+    --------
+    >>> law_name("k_2")
+    '\\varphi_{k_{2}}'
+    """
+    return rf"\varphi_{{{pretty(element)}}}"
+
+
+def deviation_name(element: str) -> str:
+    r"""Return the name of what an element's law adds to its straight line."""
+    return rf"w_{{{pretty(element)}}}"
 
 
 def latex(space: StateSpace) -> str:

@@ -14,10 +14,21 @@ from bondgraph.equations.derivation import system
 from bondgraph.equations.relation import Relation
 from bondgraph.equations.state_space import StateSpace, derive
 from bondgraph.equations.system import System
-from bondgraph.export.latex import latex, ordered_latex, pretty, rate_of, system_latex, tex
+from bondgraph.export.latex import (
+    deviation_name,
+    latex,
+    law_name,
+    ordered_latex,
+    pretty,
+    rate_of,
+    system_latex,
+    tex,
+)
 from bondgraph.graph.bond_graph import BondGraph
-from bondgraph.graph.elements import C, R, Sensor, Source, symbol
+from bondgraph.graph.elements import C, Element, R, Sensor, Source, symbol
+from bondgraph.laws.watching import WatchingLaw
 from bondgraph.support.errors import BondsightError
+from bondgraph.support.ops import SYMPY
 from identification.diagnosis.report.law import law_ports
 from identification.diagnosis.search.candidates import Candidate
 from identification.report.canvas import inline
@@ -137,66 +148,44 @@ def _differences(old: Equations, new: Equations) -> tuple[Change, ...]:
 
 
 def whole_law(trial: Candidate) -> str:
-    """LaTeX of the inserted law as a straight line plus its deviation `w`; empty if none."""
+    """LaTeX of the inserted law as a straight line plus its deviation; empty if none."""
     graph = trial.fit.problem.graph
-    e, n = graph[trial.element], pretty(trial.element)
+    e, n = graph[trial.element], law_name(trial.element)
+    w = deviation_name(trial.element)
     if trial.element not in law_ports(trial.fit):
         return ""
     if isinstance(e, Source):
-        return rf"{n}^{{\mathrm{{drive}}}}(u) = u + w"
+        return rf"{n}^{{\mathrm{{drive}}}}(u) = u + {w}"
     if isinstance(e, Sensor):
-        return rf"{n}^{{\mathrm{{reading}}}}(s) = s + w"
+        return rf"{n}^{{\mathrm{{reading}}}}(s) = s + {w}"
     if not isinstance(e, C | R):
         return ""
-    slope = sp.sympify(graph.coefficient(e))
-    names = {v: pretty(str(v)) for v in slope.free_symbols}
-    s = "v" if isinstance(e, R) else "s"
-    return rf"{n}({s}) = {sp.latex(slope, symbol_names=names)}\,{s} + w"
+    slope, s = sp.sympify(graph.coefficient(e)), _argument(e)
+    return rf"{n}({s}) = {tex(slope)}\,{s} + {w}"
 
 
 def definition(trial: Candidate) -> tuple[str, str]:
-    """LaTeX of the inserted law and words for its symbols; empty when equations say it all."""
-    n = pretty(trial.element)
-    sign = "" if isinstance(trial.fit.problem.graph[trial.element], C) else "-"
+    """LaTeX of the inserted law in the symbols of the fit, and words for its argument.
+
+    Laws with memory are told by a formula of their own, if there is a short one; both are empty
+    where the equations say it all.
+    """
+    e, n = trial.fit.problem.graph[trial.element], pretty(trial.element)
+    w = deviation_name(trial.element)
+    found = _deviation(trial)
+    if found is not None:
+        return rf"{w}({_argument(e)}) = {tex(found)}", _argument_words(e)
+    sign = "" if isinstance(e, C) else "-"
     formulas = {
         "hysteresis": (
-            rf"w(t) = {sign}\sum_{{i}} h_i\,\left(s - \mathcal{{P}}_{{r_i}}[s](t)\right)",
+            rf"{w}(t) = {sign}\sum_{{i}} h_i\,\left(s - \mathcal{{P}}_{{r_i}}[s](t)\right)",
             "s is the argument, P the play of half-width r_i (its memory), h_i the heights",
         ),
-        "coulomb_friction": (
-            r"w(v) = F_c\,\mathrm{sgn}\,v",
-            "v is the flow; at rest any force up to F_c holds",
-        ),
-        "stribeck_friction": (
-            r"w(v) = \left(F_c + F_s\,e^{-(v/v_s)^2}\right)\,\mathrm{sgn}\,v",
-            "v is the flow; the extra force near rest decays over the speed v_s",
-        ),
-        "quadratic_drag": (r"w(v) = c\,v\,|v|", "v is the flow"),
-        "nonlinear_stiffness": (
-            r"w(s) = a_2\,z^2 + a_3\,z^3,\quad z = (s - s_0)/s_1",
-            "s is the displacement, s_0 and s_1 the centre and half-width of its range",
-        ),
         "polynomial_with_loss": (
-            r"w(s, \dot{s}) = a_2\,z^2 + a_3\,z^3 + \gamma\,(s - s_r)^2\,\dot{s},"
+            rf"{w}(s, \dot{{s}}) = a_2\,z^2 + a_3\,z^3 + \gamma\,(s - s_r)^2\,\dot{{s}},"
             r"\quad z = (s - s_0)/s_1",
             "s is the displacement, s_0 and s_1 the centre and half-width of its range, s_r where "
             "nothing is lost",
-        ),
-        "sensor_gain": (
-            r"w(s) = g\,(s - s_0)",
-            "s is the true value, g the error of the factor, s_0 the centre of the range of s",
-        ),
-        "sensor_nonlinearity": (
-            r"w(s) = a_2\,z^2 + a_3\,z^3,\quad z = (s - s_0)/s_1",
-            "s is the true value, s_0 and s_1 the centre and half-width of its range",
-        ),
-        "saturation": (
-            r"u + w \approx \min(\max(u, u_{\mathrm{low}}), u_{\mathrm{high}})",
-            "u is the command; the corners are rounded over the fitted knee",
-        ),
-        "dead_zone": (
-            r"w(u) = -\mathrm{clip}(u - u_0, -b, b)",
-            "u is the command, b the half-width of the dead band about u_0",
         ),
         "creep": (
             r"\dot{q}_j = \frac{1}{\tau_j}\left(a_j\,q - q_j\right),"
@@ -210,6 +199,42 @@ def definition(trial: Candidate) -> tuple[str, str]:
     }
     made = trial.insertion
     return formulas.get(made.law if made.form else trial.effect, ("", ""))
+
+
+def _deviation(trial: Candidate) -> sp.Expr | None:
+    """Return what a law without memory adds, from the law itself; None where that says little."""
+    e = trial.fit.problem.graph[trial.element]
+    drive = getattr(e, "drive", None)
+    law = getattr(drive, "law", None) or getattr(e, "law", None)
+    if law is None or law.n_memory or law.timed or isinstance(law, WatchingLaw):
+        return None
+    names = [symbol(p.name) for p in law.parameters(trial.element)]
+    made = sp.sympify(law.deviation(SYMPY, sp.Symbol(_argument(e)), (), names))
+    made = made.xreplace({f: _round(f) for f in made.atoms(sp.Float)})
+    short = not made.atoms(sp.Piecewise, sp.floor) and len(tex(made)) < LONGEST
+    return made if short else None
+
+
+def _round(number: sp.Float) -> sp.Expr:
+    """Return a plain fraction of 1 or of pi where a number is one."""
+    for unit in (sp.Integer(1), sp.pi):
+        share = sp.nsimplify(number / unit, rational=True)
+        if share.is_Rational and share.q < SMALL:
+            return share * unit
+    return number
+
+
+SMALL = 9
+"""Denominators below this are no measured number."""
+
+
+def _argument(e: Element) -> str:
+    return "u" if isinstance(e, Source) else "v" if isinstance(e, R) else "s"
+
+
+def _argument_words(e: Element) -> str:
+    words = {"u": "u is the command", "v": "v is the flow", "s": "s is the displacement"}
+    return "s is the true value" if isinstance(e, Sensor) else words[_argument(e)]
 
 
 def math_svg(tex: str, name: str, size: float = 13.0) -> str:

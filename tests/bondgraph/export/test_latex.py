@@ -69,4 +69,4 @@ def test_laws_show_as_functions() -> None:
         _ = Se("F") >> loop >> C("k", stiffness=1.0)
         _ = loop >> I("m", 1.0)
         _ = loop >> R("d_s", 0.0, law=Coulomb())
-    assert r"d_{s}{\left(" in latex(derive(g))
+    assert r"\varphi_{d_{s}}{\left(" in latex(derive(g))

@@ -139,7 +139,7 @@ def test_tex_compiles_them(texts: dict[str, str], tmp_path: Path) -> None:
 def test_program_shows_laws_unknowns_and_values() -> None:
     text = document(program(stack_ang()))
     assert r"12 numbers of memory" in text
-    assert r"D_{V_{in}}{\left(" in text
+    assert r"\varphi_{D_{V_{in}}}{\left(" in text
     text = document(cubic_loop())
     assert "Algebraic equations, solved together" in text
     assert r"0 &= b z + k z^{3} - u - x" in text

@@ -12,6 +12,7 @@ from dataclasses import asdict, replace
 from html.parser import HTMLParser
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 
 import matplotlib as mpl
 import numpy as np
@@ -20,7 +21,7 @@ import pytest
 from bondgraph import MTF, BondGraph, C, Dq, I, One, R, Se
 from bondgraph.drawing.shading import fill
 from bondgraph.graph.modulation import displacement
-from bondgraph.laws import Coulomb
+from bondgraph.laws import Coulomb, QuadraticDrag
 from bondgraph.signals.recording import Recording, Split
 from bondgraph.simulation.simulate import simulate
 from bondgraph.support.errors import UnusableInput
@@ -366,10 +367,10 @@ def test_equations_that_are_not_linear_up_to_laws_are_shown_too() -> None:
     rubbing = lever().with_element("d", law=Coulomb(0.8))
     (step,), (rate,) = changes(lever(), rubbing)
     assert (step.before, step.why) == ("e_{d} = d f_{body}", "R d")
-    assert step.after == r"e_{d} = d{\left(f_{body} \right)}"
+    assert step.after == r"e_{d} = \varphi_{d}{\left(f_{body} \right)}"
     assert rate.why == "rate of p_m"
     assert "q_{c} q_{k}" in rate.before
-    assert "d_{deviation}" in rate.after
+    assert "w_{d}" in rate.after
     assert all(math_svg(t, "x") for t in (step.after, rate.before, rate.after))
     # an effect may make a graph so that was not
     assert changes(spring(), lever())[1]
@@ -378,8 +379,8 @@ def test_equations_that_are_not_linear_up_to_laws_are_shown_too() -> None:
 def test_changed_equations_of_plain_graphs_are_as_derived() -> None:
     (step,), (rate,) = changes(spring(), spring().with_element("d", law=Coulomb(0.8)))
     assert (step.before, step.why) == ("e_{d} = d f_{v}", "R d")
-    assert step.after == r"e_{d} = d{\left(f_{v} \right)}"
-    assert (rate.why, "d{\\left(" in rate.after) == ("rate of p_m", True)
+    assert step.after == r"e_{d} = \varphi_{d}{\left(f_{v} \right)}"
+    assert (rate.why, "\\varphi_{d}{\\left(" in rate.after) == ("rate of p_m", True)
 
 
 def test_every_trial_is_listed_with_a_reason(found: Diagnosis) -> None:
@@ -419,3 +420,18 @@ def test_no_rival_explains_more_than_everything(found: Diagnosis) -> None:
     low = replace(step, chosen=replace(step.chosen, test=0.5))
     shares = [s.share for s in standings(replace(found, steps=(low,)), low)]
     assert max(shares) == pytest.approx(1.0)
+
+
+def test_a_law_is_written_in_the_symbols_of_the_fit() -> None:
+    """No name is made up: what stands in the formula stands in the list of parameters."""
+    graph = spring()
+    for name, effect, shown in (
+        ("d", "coulomb_friction", r"w_{d}(v) = F_{c_{d}} \operatorname{sgn}{\left(v \right)}"),
+        ("d", "quadratic_drag", r"w_{d}(v) = c_{2_{d}} v \left|{v}\right|"),
+    ):
+        law = {"coulomb_friction": Coulomb(0.3), "quadratic_drag": QuadraticDrag(0.2)}[effect]
+        made: Any = SimpleNamespace(
+            fit=SimpleNamespace(problem=SimpleNamespace(graph=graph.with_element(name, law=law))),
+            element=name, effect=effect, insertion=SimpleNamespace(form=False, law=effect),
+        )  # fmt: skip
+        assert definition(made) == (shown, "v is the flow")
