@@ -1,12 +1,12 @@
-"""A stack as its recordings told it: constants, operator, Maxwell elements; plain JSON in and out."""
+"""A stack as its recordings told it: constants and operator, plain JSON in and out."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
-from typing import Any, Literal, Self
+from typing import Any, Self
 
 import numpy as np
 

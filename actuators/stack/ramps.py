@@ -14,6 +14,8 @@ from bondgraph.signals.recording import Recording
 from bondgraph.support.errors import UnusableInput
 from bondgraph.support.ops import FloatArray
 
+USUAL = ("V_in", "V", "x", "F_e")
+"""Names that are taken where a unit has several channels."""
 LEAST_REST = 8
 """Samples."""
 STILL = 1e-4
@@ -90,42 +92,38 @@ class FromRest:
         return Interval.of(float(self.x[last].mean()), error)
 
 
-def channel_in(recording: Recording, unit: str, name: str | None = None) -> FloatArray:
-    """Return the channel of that name, or the only one of that unit.
+def channel_in(recording: Recording, unit: str) -> FloatArray:
+    """Return the command or the only channel of a unit: ``V_in`` or ``V``, ``x``, ``F_e``.
 
     Raises
     ------
-    UnusableInput, UnknownName
-        If there is none, or several.
+    UnusableInput
+        If there is none, or several without such a name.
     """
-    if name is not None:
-        return np.asarray(recording[name])
     found = [c for c in recording.channels if recording.units[c] == unit]
-    if len(found) != 1:
+    called = [c for c in USUAL if c in found] or found
+    if (len(found) > 1 and called == found) or not found:
         raise UnusableInput(
             f"{recording.name}: has {len(found)} channels in {unit} "
             f"({', '.join(found) or ', '.join(recording.channels)}); say which with --map"
         )
-    return np.asarray(recording[found[0]])
+    return np.asarray(recording[called[0]])
 
 
-def from_rest(
-    recording: Recording, volt: str | None = None, displacement: str | None = None
-) -> FromRest:
+def from_rest(recording: Recording) -> FromRest:
     """Return a record measured from its rest.
 
     Parameters
     ----------
     recording : Recording
-    volt, displacement : str, optional
-        Channel names; the only channels in V and m when not given.
+        With a voltage and a displacement, see `channel_in`.
 
     Raises
     ------
     UnusableInput
         If it does not begin at rest at 0 V, or the voltage never rises.
     """
-    u, x = channel_in(recording, "V", volt), channel_in(recording, "m", displacement)
+    u, x = channel_in(recording, "V"), channel_in(recording, "m")
     span = float(np.ptp(u))
     if span == 0.0:
         raise UnusableInput(f"{recording.name}: the voltage is constant; record a ramp or a sine")
@@ -213,7 +211,7 @@ def mean_of(values: Iterable[Interval]) -> Interval:
     return Interval.of(float(numbers.mean()), max(own, spread))
 
 
-def stiffness_from_load(recording: Recording, displacement: str | None = None) -> Interval:
+def stiffness_from_load(recording: Recording) -> Interval:
     """Return k (N/m) from a ramp of a recorded force at constant voltage: ``dx = dF / k``.
 
     Raises
@@ -221,7 +219,7 @@ def stiffness_from_load(recording: Recording, displacement: str | None = None) -
     UnusableInput
         If no force moves, or the voltage does.
     """
-    force, x = channel_in(recording, "N"), channel_in(recording, "m", displacement)
+    force, x = channel_in(recording, "N"), channel_in(recording, "m")
     volts = [np.asarray(recording[c]) for c in recording.channels if recording.units[c] == "V"]
     if any(np.ptp(v) > 0.01 * (1.0 + np.abs(v).max()) for v in volts):
         raise UnusableInput(

@@ -41,17 +41,13 @@ class Ringing:
         return Interval.of(2.0 * mass * self.decay.value, 2.0 * mass * self.decay.error)
 
 
-def fit_step(
-    recording: Recording, volt: str | None = None, displacement: str | None = None
-) -> Ringing:
+def fit_step(recording: Recording) -> Ringing:
     """Fit the ringing after the largest step of a recording.
 
     Parameters
     ----------
     recording : Recording
         At least eight samples a period, and a few periods behind the step.
-    volt, displacement : str, optional
-        Channel names.
 
     Raises
     ------
@@ -67,7 +63,7 @@ def fit_step(
     >>> round(fit_step(r).decay.value, 3), round(fit_step(r).pulsation.value, 3)
     (900.0, 30000.0)
     """
-    u, x = channel_in(recording, "V", volt), channel_in(recording, "m", displacement)
+    u, x = channel_in(recording, "V"), channel_in(recording, "m")
     jumps = np.abs(np.diff(u))
     at = int(np.argmax(jumps)) + 1
     if not jumps[at - 1] >= 0.5 * np.ptp(u) or np.ptp(u) == 0.0:

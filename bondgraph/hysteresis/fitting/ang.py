@@ -28,9 +28,9 @@ def fit_ang(
 
     The play thresholds are even from 0 to `reach`, those of the dead zones even from d_1 on, as in
     the thesis. Wider plays move in a virgin rise only; where a record has one, J/3 are added, which
-    else would be taken for dead zones. For given thresholds d' of the inverse output stage ``P[x] = S'[y]`` is linear in
-    all weights; the best of a row of d' are starts of a descent in the error of the output itself,
-    which also moves the thresholds. Both stages stay invertible.
+    else would be taken for dead zones. For given thresholds d' of the inverse output stage
+    ``P[x] = S'[y]`` is linear in all weights; the best of a row of d' are starts of a descent in
+    the error of the output itself, which also moves the thresholds. Both stages stay invertible.
 
     Parameters
     ----------
