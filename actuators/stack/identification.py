@@ -8,10 +8,9 @@ from dataclasses import dataclass
 from actuators.stack.conversions import Lumped
 from actuators.stack.identified import IdentifiedStack
 from actuators.stack.inner_curves import CapacitorFit, best_capacitor, fit_capacitor
-from actuators.stack.ramps import FromRest, Interval, RampFit, fit_ramp, from_rest
+from actuators.stack.ramps import Interval, RampFit, fit_ramp, from_rest
 from actuators.stack.step_response import Ringing
-from bondgraph.hysteresis import KelvinVoigtCreep
-from bondgraph.hysteresis.fitting.held_out import OperatorChoice, choose_operator
+from bondgraph.hysteresis.fitting.held_out import OperatorChoice, best_delay, choose_operator
 from bondgraph.hysteresis.fitting.loop_records import LoopRecords
 from bondgraph.signals.recording import Recording
 from bondgraph.support.errors import UnusableInput
@@ -60,7 +59,7 @@ class Identification:
         lines.append(
             f"chosen: {s.operator.kind}, rms {NANO * s.rms:.2f} nm, held out "
             f"{NANO * s.held_out:.2f} nm = {100 * NANO * s.held_out / span:.3f} % of "
-            f"{1e-3 * span:.3f} um; noise {NANO * s.noise:.2f} nm"
+            f"{1e-3 * span:.3f} um; noise {NANO * s.noise:.2f} nm; x {1e6 * s.lag:.0f} us late"
         )
         for f in self.capacitors:
             lines.append(
@@ -116,7 +115,9 @@ def identify_stack(
     first = from_rests[0]
     ramp = fit_ramp(first, stiffness)
     records = LoopRecords.of([(r.volt - r.volt[0], r.x) for r in from_rests], carried=carried)
-    creep = _creep(records, from_rests)
+    lag = best_delay(records)
+    records = records.delayed(lag)
+    creep = None
     choice = choose_operator(records)
     capacitors: tuple[CapacitorFit, ...] = ()
     if capacitance is not None:
@@ -127,17 +128,13 @@ def identify_stack(
         name, tuple(r.name for r in from_rests), ramp.transducer, stiffness,
         choice.fit.operator, choice.fit.numbers,
         min(float(r.volt.min()) for r in from_rests), max(float(r.volt.max()) for r in from_rests),
-        first.noise, choice.fit.rms, choice.fit.held_out,
+        first.noise, choice.fit.rms, choice.fit.held_out, lag=lag / first.rate,
         remanence=ramp.remanence, capacitance=capacitance, mass=mass,
         damping=step.damping(mass) if step and mass else None, creep=creep,
         capacitor=best.capacitor if best else None,
         capacitor_held_out=best.held_out if best else None,
     )  # fmt: skip
     return Identification(stack, ramp, choice, capacitors)
-
-
-def _creep(records: LoopRecords, from_rests: Sequence[FromRest]) -> KelvinVoigtCreep | None:
-    return None
 
 
 def said_of(number: Interval, scale: float = 1.0) -> str:

@@ -56,6 +56,8 @@ class IdentifiedStack:
         Voltages that were recorded, V.
     noise, rms, held_out : float
         Of the displacement; of the operator over all samples; of one that had not seen them (m).
+    lag : float
+        Of the displacement behind the voltage: hold of the converter, charging, body, s.
     remanence : Interval, optional
         m.
     capacitance, mass : float, optional
@@ -80,6 +82,7 @@ class IdentifiedStack:
     noise: float
     rms: float
     held_out: float
+    lag: float = 0.0
     remanence: Interval | None = None
     capacitance: Positive | None = None
     mass: Positive | None = None
@@ -109,7 +112,8 @@ class IdentifiedStack:
         """Return the displacement from the first sample on (m), after a history of voltages."""
         past = np.asarray(history, float)
         _, memory = self.operator.run(past) if past.size else (None, None)
-        x, _ = self.operator.run(volt, memory)
+        late = np.arange(volt.size) - self.lag * rate
+        x, _ = self.operator.run(np.interp(late, np.arange(volt.size), volt), memory)
         x = x - x[0]
         if self.creep is not None:
             x, _ = self.creep.run(x, self.creep.initial_memory(0.0), step=1.0 / rate)
@@ -117,7 +121,9 @@ class IdentifiedStack:
 
     def stroke(self, history: Sequence[float] = ()) -> float:
         """Return how far the stack goes from where the history leaves it, up to `high`, m."""
-        return float(self.response(np.array([0.0, self.high]), 1e9, history)[-1])
+        past = np.asarray(history, float)
+        x, _ = self.operator.run(np.concatenate((past, [0.0, self.high])))
+        return float(x[-1] - x[-2])
 
     def voltage(
         self, x_ref: FloatArray, rate: float, history: Sequence[float], limits: DriveLimits
@@ -147,10 +153,12 @@ class IdentifiedStack:
             _, start = self.operator.run(past)
         inverse, before = self.operator.inverse(), self.operator.inverse_memory(start)
         rest = float(self.operator.run([0.0], start)[0][0])
-        wanted = x_ref
+        # the target comes early, by as much as the displacement comes late
+        early = np.arange(x_ref.size) + self.lag * rate
+        wanted = np.interp(early, np.arange(x_ref.size), x_ref)
         if self.creep is not None:
             at_rest = self.creep.initial_memory(0.0)
-            wanted, _ = self.creep.inverse().run(x_ref, at_rest, step=1.0 / rate)
+            wanted, _ = self.creep.inverse().run(wanted, at_rest, step=1.0 / rate)
         volt, _ = inverse.run(wanted + rest, before)
         low, high = max(limits.low, self.low), min(limits.high, self.high)
         bad = np.flatnonzero((volt < low - 1e-3 * (high - low)) | (volt > high * (1.0 + 1e-9)))

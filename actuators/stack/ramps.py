@@ -81,15 +81,21 @@ class FromRest:
     def remanence(self) -> Interval | None:
         """Return what is left at the first voltage after the largest stroke, m; None if unknown.
 
-        Read from the samples of the last rest at the first voltage.
+        Read at the first voltage, from a parabola through the last twentieth of the fall.
         """
-        at = np.abs(self.volt - self.volt[0]) <= max(STILL * float(np.ptp(self.volt)), 1e-9)
-        after = int(np.argmax(self.volt))
-        last = np.flatnonzero(at[after:]) + after
-        if last.size < LEAST_REST:
+        span, top = float(np.ptp(self.volt)), int(np.argmax(self.volt))
+        away = self.volt[top:] - self.volt[0]
+        back = np.flatnonzero(away <= 2.0 * STILL * span)
+        if not back.size:
             return None
-        error = self.noise * math.sqrt(1.0 / last.size + 1.0 / self.resting)
-        return Interval.of(float(self.x[last].mean()), error)
+        part = np.flatnonzero(away[: int(back[0]) + 1] <= 0.05 * span) + top
+        if part.size < LEAST_REST:
+            return None
+        columns = np.vander(self.volt[part] - self.volt[0], 3)
+        found, _, _, _ = np.linalg.lstsq(columns, self.x[part], rcond=None)
+        spread = np.linalg.pinv(columns)[2]
+        own = self.noise * float(np.linalg.norm(spread))
+        return Interval.of(float(found[2]), math.hypot(own, self.noise / math.sqrt(self.resting)))
 
 
 def channel_in(recording: Recording, unit: str) -> FloatArray:

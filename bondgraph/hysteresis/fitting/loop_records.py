@@ -157,6 +157,13 @@ class LoopRecords:
         rest = [r[r >= cut] if i == last else r[:0] for i, r in enumerate(self.scored)]
         return replace(self, scored=tuple(seen)), replace(self, scored=tuple(rest))
 
+    def delayed(self, samples: float) -> LoopRecords:
+        """Return the records with inputs that act later, linear between samples."""
+        if samples == 0.0:
+            return self
+        late = [np.interp(np.arange(x.size) - samples, np.arange(x.size), x) for x in self.inputs]
+        return replace(self, inputs=tuple(late))
+
     def thinned(self, most: int = 6000) -> LoopRecords:
         """Return about `most` scored samples, evenly spread, and what of the input plays need."""
         step = max(1, self.size // most)
