@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from actuators.stack.conversions import Lumped
 from actuators.stack.identified import IdentifiedStack
 from actuators.stack.inner_curves import CapacitorFit, best_capacitor, fit_capacitor
 from actuators.stack.ramps import Interval, RampFit, fit_ramp, from_rest
 from actuators.stack.step_response import Ringing
-from bondgraph.hysteresis.fitting.held_out import OperatorChoice, best_delay, choose_operator
+from bondgraph.hysteresis.fitting.creep_behind import without_creep
+from bondgraph.hysteresis.fitting.held_out import OperatorChoice, choose_operator
 from bondgraph.hysteresis.fitting.loop_records import LoopRecords
 from bondgraph.signals.recording import Recording
 from bondgraph.support.errors import UnusableInput
@@ -113,24 +114,22 @@ def identify_stack(
         raise UnusableInput("identify: give at least one recording of a ramp or a loop")
     from_rests = [from_rest(r) for r in recordings]
     first = from_rests[0]
-    ramp = fit_ramp(first, stiffness)
     records = LoopRecords.of([(r.volt - r.volt[0], r.x) for r in from_rests], carried=carried)
-    lag = best_delay(records)
-    records = records.delayed(lag)
-    creep = None
-    choice = choose_operator(records)
+    clean = without_creep(records, 1.0 / first.rate)
+    ramp = fit_ramp(replace(first, x=clean.records.outputs[0]), stiffness)
+    choice = choose_operator(clean.records)
     capacitors: tuple[CapacitorFit, ...] = ()
     if capacitance is not None:
         constants = Lumped(capacitance, ramp.transducer.value, stiffness.value)
-        capacitors = fit_capacitor(records, constants)
+        capacitors = fit_capacitor(clean.records, constants)
     best = best_capacitor(capacitors) if capacitors else None
     stack = IdentifiedStack(
         name, tuple(r.name for r in from_rests), ramp.transducer, stiffness,
         choice.fit.operator, choice.fit.numbers,
         min(float(r.volt.min()) for r in from_rests), max(float(r.volt.max()) for r in from_rests),
-        first.noise, choice.fit.rms, choice.fit.held_out, lag=lag / first.rate,
+        first.noise, choice.fit.rms, choice.fit.held_out, lag=clean.delay / first.rate,
         remanence=ramp.remanence, capacitance=capacitance, mass=mass,
-        damping=step.damping(mass) if step and mass else None, creep=creep,
+        damping=step.damping(mass) if step and mass else None, creep=clean.creep,
         capacitor=best.capacitor if best else None,
         capacitor_held_out=best.held_out if best else None,
     )  # fmt: skip

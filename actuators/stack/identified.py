@@ -108,6 +108,11 @@ class IdentifiedStack:
         """Voltages after which every play that loops move is known: up to `high` and back."""
         return np.array([0.0, self.high, 0.0])
 
+    @property
+    def settling(self) -> float:
+        """Seconds after which the creep of a stroke is over, and 0.05 s at least."""
+        return 0.05 if self.creep is None else min(4.0 * max(map(float, self.creep.times)), 60.0)
+
     def response(self, volt: FloatArray, rate: float, history: Sequence[float] = ()) -> FloatArray:
         """Return the displacement from the first sample on (m), after a history of voltages."""
         past = np.asarray(history, float)

@@ -6,17 +6,12 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, final
 
-import numpy as np
-from scipy.optimize import minimize_scalar
-
 from bondgraph.hysteresis.errors import BadInput
 from bondgraph.hysteresis.fitting.al_janaideh import fit_al_janaideh
 from bondgraph.hysteresis.fitting.ang import fit_ang
 from bondgraph.hysteresis.fitting.loop_records import LoopRecords
 from bondgraph.hysteresis.fitting.numbered import NumberedFit
 
-_WIDTHS = np.array([*np.arange(1, 17) / 32, 0.6, 0.7, 0.8, 0.9])
-"""Half widths of the plays that tell a delay, over the swing."""
 WORTHWHILE = 0.02
 """A larger operator has to lower the held-out error by this share."""
 COUNTS = (4, 6, 8, 10, 12, 14, 16)
@@ -54,28 +49,6 @@ class OperatorChoice:
     def best(self, kind: str) -> TriedOperator:
         """Return what would be chosen within a kind."""
         return _chosen([t for t in self.tried if t.kind == kind])
-
-
-def best_delay(records: LoopRecords, most: float = 4.0) -> float:
-    """Return by how many samples the outputs come behind: the least error of plain plays.
-
-    Parameters
-    ----------
-    most : float
-        Largest delay, samples.
-    """
-    step = max(1, records.size // 4000)
-    seen = replace(records, scored=tuple(rows[::step] for rows in records.scored))
-
-    def error(samples: float) -> float:
-        late = seen.delayed(samples)
-        now, then = (p.columns for p in late.plays(records.swing * _WIDTHS))
-        matrix, y = now - then, late.target
-        rest = y - matrix @ np.linalg.lstsq(matrix, y, rcond=None)[0]
-        return float(rest @ rest)
-
-    found = minimize_scalar(error, bounds=(0.0, most), method="bounded", options={"xatol": 0.02})
-    return float(found.x)
 
 
 def choose_operator(
