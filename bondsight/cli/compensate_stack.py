@@ -116,8 +116,8 @@ def _measured(
     with open_station(settings) as bench:
         for name, volt in (("plain-gain", made.linear), ("inverse", made.inverse)):
             plan = TakePlan(
-                np.concatenate((rest, volt)), made.rate, name, "clock", erase=stroke, settle=stack.settling,
-                asked={"target": options.target},
+                np.concatenate((rest, volt)), made.rate, name, "clock", erase=stroke,
+                settle=stack.settling, asked={"target": options.target},
             )  # fmt: skip
             taken = record(bench.station(plan), plan, folder / f"bench-{name}")
             print(f"recording:  {taken.path}")

@@ -11,7 +11,9 @@ Sizes: N samples of a record, m units.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import final
 
 import numpy as np
@@ -64,25 +66,23 @@ def without_creep(records: LoopRecords, step: float) -> WithoutCreep:
     step : float
         Time between samples, s.
     """
-    times: FloatArray = np.zeros(0)
-    delay = _least(lambda d: _solved(records.delayed(d), times, step).error, 0.0, LONGEST_DELAY)
-    plain = _solved(records.delayed(delay), times, step)
     longest = step * max(x.size for x in records.inputs)
     units = 1 + math.floor(math.log10(max(longest / _FASTEST[0], 1.0)))
-    decades = 10.0 ** np.arange(units)
-    shift, late = _FASTEST[0], delay
+
+    def solved(delay: float, power: float | None) -> _Solved:
+        times = np.zeros(0) if power is None else 10.0 ** (power + np.arange(units))
+        return _solved(records.delayed(delay), times, step)
+
+    delay = _least(lambda d: solved(d, None).error, 0.0, LONGEST_DELAY)
+    plain, late, power = solved(delay, None), delay, -1.0
     for _ in range(2):
-        here = records.delayed(late)
-        power = _least(lambda p: _solved(here, 10.0**p * decades, step).error, *np.log10(_FASTEST))
-        shift = 10.0**power
-        late = _least(
-            lambda d: _solved(records.delayed(d), shift * decades, step).error, 0.0, LONGEST_DELAY
-        )
-    crept = _solved(records.delayed(late), shift * decades, step)
+        power = _least(partial(_error_of_power, solved, late), *np.log10(_FASTEST))
+        late = _least(partial(_error_of_delay, solved, power), 0.0, LONGEST_DELAY)
+    crept = solved(late, power)
     if not crept.held_out < (1.0 - WORTHWHILE) * plain.held_out or not crept.weights.any():
         return WithoutCreep(records.delayed(delay), delay, None)
     free = replace(records.delayed(late), outputs=crept.outputs)
-    return WithoutCreep(free, late, forward_creep(crept.weights, shift * decades))
+    return WithoutCreep(free, late, forward_creep(crept.weights, crept.times))
 
 
 def forward_creep(weights: FloatArray, times: FloatArray) -> KelvinVoigtCreep:
@@ -116,15 +116,24 @@ def forward_creep(weights: FloatArray, times: FloatArray) -> KelvinVoigtCreep:
     )
 
 
-def _least(error: object, low: float, high: float) -> float:
+def _error_of_power(solved: Callable[..., _Solved], delay: float, power: float) -> float:
+    return solved(delay, power).error
+
+
+def _error_of_delay(solved: Callable[..., _Solved], power: float, delay: float) -> float:
+    return solved(delay, power).error
+
+
+def _least(error: Callable[[float], float], low: float, high: float) -> float:
     found = minimize_scalar(error, bounds=(low, high), method="bounded", options={"xatol": 0.02})
     return float(found.x)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Solved:
-    """Weights c', outputs without creep, rms over what was fitted and what was held out."""
+    """tau' and c', outputs without creep, rms over what was fitted and what was held out."""
 
+    times: FloatArray
     weights: FloatArray
     outputs: tuple[FloatArray, ...]
     seen: float
@@ -170,7 +179,7 @@ def _solved(records: LoopRecords, times: FloatArray, step: float) -> _Solved:
         y - lag @ found[:m] - fade @ b
         for y, lag, fade, b in zip(records.outputs, lags, fades, begun, strict=True)
     )
-    return _Solved(found[:m], outputs, seen, held)
+    return _Solved(times, found[:m], outputs, seen, held)
 
 
 def _system(
