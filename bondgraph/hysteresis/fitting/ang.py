@@ -19,6 +19,8 @@ from bondgraph.support.ops import FloatArray
 _SHARES = (0.04, 0.08, 0.15, 0.25, 0.4, 0.55, 0.7, 0.85)
 """Where the first threshold may start, in the range of the output."""
 _TRIED = 2
+_FEW, _SHORT = 800, 10
+"""Samples and steps by which starts are compared."""
 
 
 def fit_ang(
@@ -29,7 +31,7 @@ def fit_ang(
     The play thresholds are even from 0 to `reach`, those of the dead zones even from d_1 on, as in
     the thesis. Wider plays move in a virgin rise only; where a record has one, J/3 are added, which
     else would be taken for dead zones. For given thresholds d' of the inverse output stage
-    ``P[x] = S'[y]`` is linear in all weights; the best of a row of d' are starts of a descent in
+    ``P[x] = S'[y]`` is linear in all weights; rows of d' are starts of a descent in
     the error of the output itself, which also moves the thresholds. Both stages stay invertible.
 
     Parameters
@@ -76,7 +78,7 @@ def fit_ang(
     now, then = (plays.columns for plays in records.plays(r))
     y = records.target
     found: list[NumberedPoint] = []
-    for start in _starts(now, then, y, zones)[:_TRIED]:
+    for start in _starts(now, then, y, zones):
         point = lowered(lambda p: _residual(now, then, y, p, zones), start)
         if point is not None:
             found.append(point)
@@ -131,15 +133,25 @@ def _residual(
     return z - z0 - y, jacobian - by_start
 
 
+def _ends(zones: int) -> list[tuple[float, float]]:
+    """Return shares of the output at which the dead zones may begin and end."""
+    if zones == 0:
+        return [(0.0, 0.0)]
+    if zones == 1:
+        return [(share, share) for share in _SHARES]
+    return [(a, b) for a in _SHARES for b in (*_SHARES, 0.97) if b > a]
+
+
 def _starts(now: FloatArray, then: FloatArray, grown: FloatArray, zones: int) -> list[FloatArray]:
-    """Return numbers to start from, those with the smallest error first."""
+    """Return numbers to start from, those that end lowest first."""
     plain, *_ = np.linalg.lstsq(now - then, grown, rcond=None)
     y = grown + then @ plain
     top, n = float(y.max()), now.shape[1]
     floor = 1e-3 * float(np.ptp(y)) / float(np.ptp(now[:, 0]))
+    few = tuple(part[:: max(1, y.size // _FEW)] for part in (now, then, grown))
     found = []
-    for first in _SHARES if zones else (0.0,):
-        bends = top * np.linspace(first, max(0.9, first), max(zones, 1))[:zones]
+    for first, last in _ends(zones):
+        bends = top * np.linspace(first, last, max(zones, 1))[:zones]
         beyond = np.maximum(y[:, None] - bends, 0.0)
         linear, *_ = np.linalg.lstsq(np.hstack((now, -beyond)), y, rcond=None)
         stage = DeadZones((0.0, *bends.tolist()), (1.0, *linear[n:].tolist()))
@@ -153,7 +165,8 @@ def _starts(now: FloatArray, then: FloatArray, grown: FloatArray, zones: int) ->
         d = np.array(forward.thresholds[1:], float)
         even = [*d[:1], *([np.mean(np.diff(d))] if zones > 1 else [])]
         p = np.array([*weights, *map(float, forward.weights[1:]), *even])
-        here = _residual(now, then, grown, p, zones)
-        if here is not None:
-            found.append((float(np.linalg.norm(here[0])), p))
-    return [p for _, p in sorted(found, key=lambda pair: pair[0])]
+        # a few steps on a few samples tell the valleys apart
+        near = lowered(lambda q: _residual(*few, q, zones), p, _SHORT)
+        if near is not None:
+            found.append((near.cost, near.numbers))
+    return [p for _, p in sorted(found, key=lambda pair: pair[0])[:_TRIED]]
