@@ -54,6 +54,7 @@ def compensation(
     NotInvertible
         If the operator has no inverse.
     """
+    stack.operator.inverse()  # refused before anything else
     history = stack.trained
     reach = stack.stroke(history)
     if abs(target[0]) > 1e-3 * reach:

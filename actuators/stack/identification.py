@@ -11,7 +11,7 @@ from actuators.stack.inner_curves import CapacitorFit, best_capacitor, fit_capac
 from actuators.stack.ramps import Interval, RampFit, fit_ramp, from_rest
 from actuators.stack.step_response import Ringing
 from bondgraph.hysteresis.fitting.creep_behind import without_creep
-from bondgraph.hysteresis.fitting.held_out import OperatorChoice, choose_operator
+from bondgraph.hysteresis.fitting.held_out import COUNTS, OperatorChoice, choose_operator
 from bondgraph.hysteresis.fitting.loop_records import LoopRecords
 from bondgraph.signals.recording import Recording
 from bondgraph.support.errors import UnusableInput
@@ -85,6 +85,7 @@ def identify_stack(
     mass: float | None = None,
     step: Ringing | None = None,
     carried: bool = True,
+    counts: Sequence[int] = COUNTS,
     name: str = "stack",
 ) -> Identification:
     """Identify a stack from ramps and loops, each from rest at 0 V.
@@ -103,6 +104,8 @@ def identify_stack(
     step : Ringing, optional
     carried : bool
         A recording begins with what the one before left; else all were demagnetised.
+    counts : sequence of int
+        Numbers of plays that are tried.
     name : str
 
     Raises
@@ -117,7 +120,7 @@ def identify_stack(
     records = LoopRecords.of([(r.volt - r.volt[0], r.x) for r in from_rests], carried=carried)
     clean = without_creep(records, 1.0 / first.rate)
     ramp = fit_ramp(replace(first, x=clean.records.outputs[0]), stiffness)
-    choice = choose_operator(clean.records)
+    choice = choose_operator(clean.records, counts=counts)
     capacitors: tuple[CapacitorFit, ...] = ()
     if capacitance is not None:
         constants = Lumped(capacitance, ramp.transducer.value, stiffness.value)

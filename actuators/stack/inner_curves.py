@@ -11,7 +11,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from actuators.stack.conversions import Lumped, Polarised, pure_from_lumped
-from bondgraph.hysteresis import MaxwellResistiveCapacitor, NotInvertible
+from bondgraph.hysteresis import BadInput, MaxwellResistiveCapacitor, NotInvertible
 from bondgraph.hysteresis.fitting import fit_loading_curve, fit_maxwell, loading_samples
 from bondgraph.hysteresis.fitting.held_out import WORTHWHILE
 from bondgraph.hysteresis.fitting.loop_records import LoopRecords
@@ -21,6 +21,7 @@ from bondgraph.support.ops import FloatArray
 
 AVERAGED = 800
 """Samples that a record is averaged to, as noise of x goes into charge and voltage."""
+ADVICE = "T = k dx/dV of the same record fits them together"
 SEGMENTS = 15
 """Of the loading curve in table 6.4."""
 
@@ -83,9 +84,12 @@ def fit_capacitor(
     u, x = _averaged(train.inputs[0][rows], train.outputs[0][rows], AVERAGED)
     q, v = charge_curve(u, x, constants)
     rising = loading_samples(u)
-    polygon = fit_loading_curve(q[rising], v[rising], segments)
-    both = fit_maxwell(q, v, tuple(float(e) for e in polygon.ends))
     found = []
+    try:
+        polygon = fit_loading_curve(q[rising], v[rising], segments)
+        both = fit_maxwell(q, v, tuple(float(e) for e in polygon.ends))
+    except BadInput as error:
+        raise UnusableInput(f"Maxwell elements: {error} ({ADVICE})") from error
     for way, capacitor in (("loading curve", polygon.operator), ("all samples", both.operator)):
         try:
             pure = pure_from_lumped(Hysteretic(capacitor), constants)
@@ -94,8 +98,7 @@ def fit_capacitor(
         found.append(CapacitorFit(way, capacitor, train.misfit(pure), test.misfit(pure)))
     if not found:
         raise UnusableInput(
-            "Maxwell elements: with these C, T and k no element follows the record; T = k dx/dV of "
-            "the same record fits them together"
+            f"Maxwell elements: with these C, T and k none follow the record; {ADVICE}"
         )
     return tuple(found)
 

@@ -75,15 +75,27 @@ def choose_operator(
     """
     train, test = records.split()
     seen, unseen = train.thinned(3000), test.thinned()
-    sizes = [(k, n, m) for k in kinds for n in counts for m in (zones if k == "ang" else (0,))]
-    tried = []
-    for kind, n, m in sizes:
+    tried: list[TriedOperator] = []
+
+    def attempt(kind: str, n: int, m: int) -> None:
         try:
             fit = _fit(kind, n, m)(seen)
         except BadInput:
-            continue
+            return
         held = unseen.misfit(fit.operator)
         tried.append(TriedOperator(kind, n, m, len(fit.numbers), fit.rms, held))
+
+    numbers, bends = tuple(counts), tuple(zones)
+    for kind in kinds:
+        for n in numbers:
+            for m in (m for m in bends if m < 2) if kind == "ang" else (0,):
+                attempt(kind, n, m)
+    plain = [t for t in tried if t.kind == "ang"]
+    for m in (m for m in bends if m >= 2):
+        # several bends have many valleys: tried with the number of plays that is best without
+        for n in {_chosen(plain).plays} if plain else numbers:
+            if "ang" in kinds:
+                attempt("ang", n, m)
     if not tried:
         raise BadInput("no operator that can be inverted follows these records; look at them first")
     best = _chosen(tried)
