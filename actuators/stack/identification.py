@@ -11,7 +11,8 @@ from actuators.stack.inner_curves import CapacitorFit, best_capacitor, fit_capac
 from actuators.stack.ramps import Interval, RampFit, fit_ramp, from_rest
 from actuators.stack.step_response import Ringing
 from bondgraph.hysteresis.fitting.creep_behind import without_creep
-from bondgraph.hysteresis.fitting.held_out import COUNTS, OperatorChoice, choose_operator
+from bondgraph.hysteresis.fitting.held_out import COUNTS as COUNTS
+from bondgraph.hysteresis.fitting.held_out import OperatorChoice, choose_operator
 from bondgraph.hysteresis.fitting.loop_records import LoopRecords
 from bondgraph.signals.recording import Recording
 from bondgraph.support.errors import UnusableInput

@@ -168,10 +168,15 @@ class IdentifiedStack:
         low, high = max(limits.low, self.low), min(limits.high, self.high)
         bad = np.flatnonzero((volt < low - 1e-3 * (high - low)) | (volt > high * (1.0 + 1e-9)))
         if bad.size:
+            i = int(bad[0])
+            hint = (
+                f"this stack goes from 0 to {1e6 * self.stroke(history):.4g} um there"
+                if volt[i] > high
+                else "what has crept comes back slowly, so come back later, or less far"
+            )
             raise VoltageLimit(
-                f"target: {1e6 * x_ref[bad[0]]:.4g} um at sample {bad[0]} needs "
-                f"{volt[bad[0]]:.4g} V, outside of {low:g} .. {high:g} V; this stack goes from 0 "
-                f"to {1e6 * self.stroke(history):.4g} um there"
+                f"target: {1e6 * x_ref[i]:.4g} um at sample {i} needs {volt[i]:.4g} V, outside of "
+                f"{low:g} .. {high:g} V; {hint}"
             )
         return np.asarray(np.clip(volt, low, high))
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from bondgraph.support.errors import UnusableInput, unknown_name
-from bondsight.cli.arguments import OUT, add_map, mapping_of
+from bondsight.cli.arguments import OUT, add_map, mapping_of, positive
 
 CHANNELS = ("V_in", "x", "F_e")
 
@@ -46,6 +46,10 @@ def add_stack_command(verbs: Any) -> None:
     g.add_argument("--step", type=Path, metavar="FILE", help="damping from the ringing of a step")
     g.add_argument("--mass", type=float, metavar="KG", help="moved, for the damping")
     g.add_argument("--capacitance", type=float, default=1.5e-6, metavar="F", help="clamped")
+    g.add_argument(
+        "--plays", type=positive, nargs="+", metavar="J",
+        help="numbers of plays to try (default 4 to 16); held-out samples choose",
+    )  # fmt: skip
     g.add_argument("--erased", action="store_true", help="every recording began demagnetised")
     add_map(g)
     p.set_defaults(run=_stack)
@@ -68,7 +72,7 @@ def _stack(options: argparse.Namespace) -> int:
 
 
 def _identify(options: argparse.Namespace) -> int:
-    from actuators.stack.identification import identify_stack
+    from actuators.stack.identification import COUNTS, identify_stack
     from bondsight.cli.output import writable
 
     out = options.out or OUT / "stack.json"
@@ -80,6 +84,7 @@ def _identify(options: argparse.Namespace) -> int:
     found = identify_stack(
         recordings, stiffness, capacitance=_above_zero("--capacitance", options.capacitance),
         mass=options.mass, step=ringing, carried=not options.erased,
+        counts=options.plays or COUNTS,
         name=options.files[0].stem if options.files else "",
     )  # fmt: skip
     print(found)
