@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 from actuators.stack.conversions import Lumped
 from actuators.stack.identified import IdentifiedStack
@@ -165,7 +166,7 @@ def number_table(stack: IdentifiedStack) -> str:
     """Return every number of the operator and of its inverse."""
     lines = [f"{stack.operator.kind}, number and 95 % interval, SI (c = 1, w_s0 = 1 are the gauge)"]
     lines += [f"  {n.name:8s} {said_of(Interval(n.value, n.ci95))}" for n in stack.numbers]
-    inverse = stack.operator.inverse()
+    inverse: Any = stack.operator.inverse()
     stages = [("r'", "w'", inverse)] if hasattr(inverse, "weights") else [
         ("d'", "ws'", inverse.dead_zone), ("r'", "wf'", inverse.play)
     ]  # fmt: skip

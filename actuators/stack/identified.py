@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from typing import Any, Self
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from actuators.stack.conversions import Lumped, lumped_law
 from actuators.stack.lumped import stack_lumped
@@ -113,7 +113,7 @@ class IdentifiedStack:
         """Seconds after which the creep of a stroke is over, and 0.05 s at least."""
         return 0.05 if self.creep is None else min(4.0 * max(map(float, self.creep.times)), 60.0)
 
-    def response(self, volt: FloatArray, rate: float, history: Sequence[float] = ()) -> FloatArray:
+    def response(self, volt: FloatArray, rate: float, history: ArrayLike = ()) -> FloatArray:
         """Return the displacement from the first sample on (m), after a history of voltages."""
         past = np.asarray(history, float)
         _, memory = self.operator.run(past) if past.size else (None, None)
@@ -124,14 +124,14 @@ class IdentifiedStack:
             x, _ = self.creep.run(x, self.creep.initial_memory(0.0), step=1.0 / rate)
         return x
 
-    def stroke(self, history: Sequence[float] = ()) -> float:
+    def stroke(self, history: ArrayLike = ()) -> float:
         """Return how far the stack goes from where the history leaves it, up to `high`, m."""
         past = np.asarray(history, float)
         x, _ = self.operator.run(np.concatenate((past, [0.0, self.high])))
         return float(x[-1] - x[-2])
 
     def voltage(
-        self, x_ref: FloatArray, rate: float, history: Sequence[float], limits: DriveLimits
+        self, x_ref: FloatArray, rate: float, history: ArrayLike, limits: DriveLimits
     ) -> FloatArray:
         """Return the voltage that makes a displacement, counted from where the history ends.
 
@@ -141,7 +141,7 @@ class IdentifiedStack:
             From 0.
         rate : float
             Hz.
-        history : sequence of float
+        history : array
             Voltages before, from virgin rest on; ends at 0 V.
         limits : DriveLimits
 
@@ -193,7 +193,7 @@ class IdentifiedStack:
                 f"{self.name}: the lumped model needs the capacitance; give --capacitance (F)"
             )
         at = Lumped(self.capacitance, self.transducer.value, self.stiffness.value)
-        more = {} if self.mass is None else {"mass": self.mass}
+        more: dict[str, Any] = {} if self.mass is None else {"mass": self.mass}
         more |= {} if self.damping is None else {"damping": self.damping.value}
         return stack_lumped(
             lumped_law(self.operator, at), capacitance=at.capacitance, transducer=at.transducer,

@@ -148,7 +148,7 @@ def _starts(now: FloatArray, then: FloatArray, grown: FloatArray, zones: int) ->
     y = grown + then @ plain
     top, n = float(y.max()), now.shape[1]
     floor = 1e-3 * float(np.ptp(y)) / float(np.ptp(now[:, 0]))
-    few = tuple(part[:: max(1, y.size // _FEW)] for part in (now, then, grown))
+    few = slice(None, None, max(1, y.size // _FEW))
     found = []
     for first, last in _ends(zones):
         bends = top * np.linspace(first, last, max(zones, 1))[:zones]
@@ -166,7 +166,7 @@ def _starts(now: FloatArray, then: FloatArray, grown: FloatArray, zones: int) ->
         even = [*d[:1], *([np.mean(np.diff(d))] if zones > 1 else [])]
         p = np.array([*weights, *map(float, forward.weights[1:]), *even])
         # a few steps on a few samples tell the valleys apart
-        near = lowered(lambda q: _residual(*few, q, zones), p, _SHORT)
+        near = lowered(lambda q: _residual(now[few], then[few], grown[few], q, zones), p, _SHORT)
         if near is not None:
             found.append((near.cost, near.numbers))
     return [p for _, p in sorted(found, key=lambda pair: pair[0])[:_TRIED]]

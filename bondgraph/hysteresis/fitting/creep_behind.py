@@ -70,8 +70,8 @@ def without_creep(records: LoopRecords, step: float) -> WithoutCreep:
     units = 1 + math.floor(math.log10(max(longest / _FASTEST[0], 1.0)))
 
     def solved(delay: float, power: float | None) -> _Solved:
-        times = np.zeros(0) if power is None else 10.0 ** (power + np.arange(units))
-        return _solved(records.delayed(delay), times, step)
+        decades = np.zeros(0) if power is None else power + np.arange(units, dtype=np.float64)
+        return _solved(records.delayed(delay), np.asarray(10.0**decades), step)
 
     delay = _least(lambda d: solved(d, None).error, 0.0, LONGEST_DELAY)
     plain, late, power = solved(delay, None), delay, -1.0
@@ -170,7 +170,9 @@ def _solved(records: LoopRecords, times: FloatArray, step: float) -> _Solved:
     b, z, _ = _system(test, lags, fades, own=False)
     rest = z - b @ found[: b.shape[1]]
     own = _own_fades(test, fades)
-    start = np.linalg.lstsq(own, rest, rcond=None)[0] if own.shape[1] else np.zeros(0)
+    start: FloatArray = np.zeros(own.shape[1])
+    if start.size:
+        start = np.asarray(np.linalg.lstsq(own, rest, rcond=None)[0], dtype=np.float64)
     held = float(np.sqrt(np.mean((rest - own @ start) ** 2)))
     begun = np.split(found[b.shape[1] :], np.cumsum(sizes)[:-1])
     if len(records.inputs) > 1:
