@@ -34,6 +34,10 @@ def add_compensate_command(verbs: Any) -> None:
         "--station", type=Path, metavar="FILE",
         help="then play it on this bench, and measure loop and error before and after",
     )  # fmt: skip
+    p.add_argument(
+        "--controller", type=Path, metavar="FILE",
+        help="also write PI behind this stack's inverse, .toml, for a loop on a bench",
+    )  # fmt: skip
     p.add_argument("--rate", type=float, default=3125.0, help="of thesis, samples a second")
     p.add_argument(
         "--out", type=Path, default=None,

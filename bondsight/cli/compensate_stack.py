@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import argparse
+import json
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -52,6 +54,12 @@ def compensate_stack(options: argparse.Namespace) -> int:
     )
     written = voltage.save(out) if out.suffix == ".npz" else voltage.write_csv(out)
     print(f"voltage:    {written}, {made.inverse.min():.2f} to {made.inverse.max():.2f} V")
+    if options.controller is not None:
+        from bondgraph.support.whole_file import write_atomically
+
+        writable(options.controller.parent)
+        write_atomically(options.controller, controller_text(stack))
+        print(f"controller: {options.controller}")
     before = stack.response(made.linear, rate, made.history)
     after = stack.response(made.inverse, rate, made.history)
     rows = {
@@ -63,6 +71,24 @@ def compensate_stack(options: argparse.Namespace) -> int:
         rows |= {name: tracking(target, x) for name, x in with_bench.items()}
     print(tracking_table(rows, float(np.ptp(target))))
     return 0
+
+
+def controller_text(stack: IdentifiedStack, rate: float = 1000.0) -> str:
+    """Return PI behind the inverse of a stack's operator as the TOML of a controller.
+
+    Behind an inverse the stack is a gain of 1 with a sample or two of delay, so the integral alone
+    does: a third of the rate (Hz) leaves a phase margin of 60 degrees.
+    """
+    head = ['kind = "inverse"', f"rate = {rate!r}", f"integral = {0.3 * rate!r}"]
+    return "\n".join([*head, *_tables("operator", stack.operator.to_dict()), ""])
+
+
+def _tables(name: str, values: Mapping[str, Any]) -> list[str]:
+    """Return a table and those inside it as lines of TOML."""
+    # a JSON text of numbers, texts and lists is a TOML text too
+    plain = [f"{k} = {json.dumps(v)}" for k, v in values.items() if not isinstance(v, Mapping)]
+    inner = [_tables(f"{name}.{k}", v) for k, v in values.items() if isinstance(v, Mapping)]
+    return ["", f"[{name}]", *plain, *(line for table in inner for line in table)]
 
 
 def _stack_of(sources: list[Path]) -> IdentifiedStack:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import shutil
+import tomllib
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,6 +13,7 @@ import numpy as np
 import pytest
 
 from actuators.stack.identified import IdentifiedStack
+from bondgraph.hysteresis import operator_from_dict
 from bondgraph.signals.recording import Recording
 from bondsight.cli.bench_serve import station_writer
 from bondsight.cli.main import main
@@ -99,7 +101,8 @@ def test_the_loop_before_and_after(
     out = str(tmp_path / "voltage.csv")
     assert not main(
         ["compensate", session.fit, "--target", str(tmp_path / "target.npz"),
-         "--station", session.station, "--out", out]
+         "--station", session.station, "--out", out,
+         "--controller", str(tmp_path / "pi.toml")]
     )  # fmt: skip
     rows = {
         name: [float(v) for v in numbers.split()]
@@ -112,6 +115,10 @@ def test_the_loop_before_and_after(
     assert after[1] < 0.5
     assert after[4] < 0.15 * before[4]
     assert (tmp_path / "bench-inverse.npz").exists()
+    controller = tomllib.loads((tmp_path / "pi.toml").read_text(encoding="utf-8"))
+    stack = IdentifiedStack.open(Path(session.fit))
+    assert operator_from_dict(controller["operator"]) == stack.operator
+    assert controller["integral"] < 0.5 * controller["rate"]
     written = Recording.read(out)
     assert np.asarray(written["V"]).min() >= 0.0
 
