@@ -25,6 +25,7 @@ from bondgraph.hysteresis import (
 from bondgraph.hysteresis.catalogue import read_operator
 from bondgraph.hysteresis.fitting.numbered import FittedNumber
 from bondgraph.hysteresis.invertible import InvertibleOperator
+from bondgraph.laws import Hysteretic
 from bondgraph.signals.drive_limits import DriveLimits, VoltageLimit
 from bondgraph.support.bounds import Positive
 from bondgraph.support.errors import UnusableInput
@@ -183,6 +184,8 @@ class IdentifiedStack:
     def graph(self) -> BondGraph:
         """Return the complete model: lumped stack with the operator as its hysteresis.
 
+        Creep stands behind it, as the law of the reading; the lag is left to the chain.
+
         Raises
         ------
         UnusableInput
@@ -195,10 +198,11 @@ class IdentifiedStack:
         at = Lumped(self.capacitance, self.transducer.value, self.stiffness.value)
         more: dict[str, Any] = {} if self.mass is None else {"mass": self.mass}
         more |= {} if self.damping is None else {"damping": self.damping.value}
-        return stack_lumped(
+        graph = stack_lumped(
             lumped_law(self.operator, at), capacitance=at.capacitance, transducer=at.transducer,
             stiffness=at.stiffness, **more,
         )  # fmt: skip
+        return graph if self.creep is None else graph.with_element("x", law=Hysteretic(self.creep))
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain data."""

@@ -26,7 +26,7 @@ from actuators.stack.ramps import (
     stiffness_from_load,
 )
 from actuators.stack.step_response import fit_step
-from bondgraph.hysteresis import AlJanaideh, MaxwellResistiveCapacitor
+from bondgraph.hysteresis import AlJanaideh, KelvinVoigtCreep, MaxwellResistiveCapacitor
 from bondgraph.hysteresis.errors import NotInvertible
 from bondgraph.hysteresis.fitting.loop_records import LoopRecords
 from bondgraph.laws import Hysteretic
@@ -122,6 +122,10 @@ def test_complete_model_on_a_validation_record(identified: Identification) -> No
     volt = 45.0 * (1.0 - np.cos(2 * np.pi * 1.5 * time)) * np.interp(time, [0, 2.5], [1.0, 0.5])
     x, model = (simulate(g, time, {"V_in": volt})["x"] for g in (stack(), identified.stack.graph()))
     assert np.sqrt(np.mean((x - model) ** 2)) < 0.002 * np.ptp(x)
+    creeping = replace(identified.stack, creep=KelvinVoigtCreep(1.0, (0.03,), (0.2,)), lag=0.0)
+    crept = simulate(creeping.graph(), time, {"V_in": volt})["x"]
+    assert np.abs(crept - creeping.response(volt, RATE)).max() < 0.002 * np.ptp(x)
+    assert np.abs(crept - model).max() > 0.01 * np.ptp(x)
     with pytest.raises(UnusableInput, match="--capacitance"):
         replace(identified.stack, capacitance=None).graph()
 
