@@ -156,7 +156,8 @@ def ramp_table(ramps: Sequence[RampFit]) -> str:
         lines += [
             f"  {r.name}: {NANO * s.first.value:.3f} .. {NANO * s.last.value:.3f} "
             f"[{NANO * s.last.ci95[0]:.3f}, {NANO * s.last.ci95[1]:.3f}]; "
-            f"T = k slope = {said_of(r.transducer)} N/V (thesis 3.52); remanence {left}; noise "
+            f"T = k slope = {said_of(r.transducer)} N/V (thesis 3.52), more if the slope rises: "
+            f"{100 * r.bend:.1f} % in the last tenth; remanence {left}; noise "
             f"{NANO * r.noise:.2f} nm",
         ]
     return "\n".join(lines)

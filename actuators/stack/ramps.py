@@ -170,6 +170,9 @@ class RampFit:
         m; None if the record does not come back to rest.
     noise : float
         m.
+    bend : float
+        Share by which the slope rises in the last tenth of the voltage: where a hysteretic store
+        still takes a part there, T is too small, and nothing in a free ramp tells by how much.
     """
 
     name: str
@@ -177,6 +180,7 @@ class RampFit:
     transducer: Interval
     remanence: Interval | None
     noise: float
+    bend: float
 
 
 def fit_ramp(record: FromRest, stiffness: Interval) -> RampFit:
@@ -195,11 +199,18 @@ def fit_ramp(record: FromRest, stiffness: Interval) -> RampFit:
     """
     if not stiffness.value > 0.0:
         raise UnusableInput(f"stiffness {stiffness.value:g} N/m must be positive")
-    slopes = loading_slopes(record.largest_rise)
+    curve = record.largest_rise
+    slopes = loading_slopes(curve)
+    span = float(np.ptp(curve.volt))
+    end = curve.volt >= curve.volt.max() - 0.2 * span
+    curvature = float(
+        np.polyfit(curve.volt[end] - curve.volt[end].mean(), curve.displacement[end], 2)[0]
+    )
     last = slopes.last
     error = math.hypot(stiffness.value * last.standard_error, stiffness.error * last.value)
     t = Interval.of(stiffness.value * last.value, error)
-    return RampFit(record.name, slopes, t, record.remanence(), record.noise)
+    bend = 2.0 * curvature * 0.1 * span / last.value
+    return RampFit(record.name, slopes, t, record.remanence(), record.noise, bend)
 
 
 def mean_of(values: Iterable[Interval]) -> Interval:

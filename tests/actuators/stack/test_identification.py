@@ -90,6 +90,10 @@ def test_ramp(records: tuple[Recording, Recording]) -> None:
     assert ramp.noise == pytest.approx(NOISE, rel=0.2)
     found = fit_ramp(ramp, Interval.of(CONSTANTS.stiffness, 0.0))
     assert found.transducer.value == pytest.approx(CONSTANTS.transducer, rel=0.02)
+    assert abs(found.bend) < 0.005
+    short = np.append(REST, np.linspace(0.0, 35.0, 2000))
+    rising = from_rest(recording("short", short, AlJanaideh.stack_2hz().run(short)[0]))
+    assert fit_ramp(rising, Interval.of(65e6, 0.0)).bend > 0.01
     assert found.remanence is not None
     left = float(np.asarray(records[0]["x"])[-100:].mean()) - 3e-8
     assert found.remanence.value == pytest.approx(left, abs=1.5e-9)
