@@ -8,8 +8,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from actuators.stack.loading_curve import LoadingCurve, LoadingSlopes, loading_slopes
-from bondgraph.hysteresis import play_record, turning_points
+from actuators.stack.loading_curve import (
+    LoadingCurve,
+    LoadingSlopes,
+    largest_rises,
+    loading_slopes,
+)
 from bondgraph.signals.recording import Recording
 from bondgraph.support.errors import UnusableInput
 from bondgraph.support.ops import FloatArray
@@ -68,15 +72,8 @@ class FromRest:
     @property
     def largest_rise(self) -> LoadingCurve:
         """The samples of the first largest rise."""
-        turns = turning_points(play_record(self.volt, np.array([self._still]), self.volt[:1])[:, 0])
-        rises = np.diff(self.volt[turns])
-        k = int(np.flatnonzero(rises >= 0.98 * rises.max())[0])
-        part = slice(int(turns[k]), int(turns[k + 1]) + 1)
+        part = largest_rises(self.volt, 1e-3 * float(np.ptp(self.volt)))[0]
         return LoadingCurve(self.volt[part], self.x[part])
-
-    @property
-    def _still(self) -> float:
-        return 1e-3 * float(np.ptp(self.volt))
 
     def remanence(self) -> Interval | None:
         """Return what is left at the first voltage after the largest stroke, m; None if unknown.
