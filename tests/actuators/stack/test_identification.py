@@ -81,7 +81,7 @@ def records() -> tuple[Recording, Recording]:
 @pytest.fixture(scope="module")
 def identified(records: tuple[Recording, Recording]) -> Identification:
     k = Interval.of(CONSTANTS.stiffness, 0.0)
-    return identify_stack(records, k, capacitance=CONSTANTS.capacitance, counts=(12, 16))
+    return identify_stack(records, k, capacitance=CONSTANTS.capacitance, counts=(16,))
 
 
 def test_ramp(records: tuple[Recording, Recording]) -> None:
