@@ -47,7 +47,7 @@ def add_stack_command(verbs: Any) -> None:
     g.add_argument("--mass", type=float, metavar="KG", help="moved, for the damping")
     g.add_argument("--capacitance", type=float, default=1.5e-6, metavar="F", help="clamped")
     g.add_argument(
-        "--plays", type=positive, nargs="+", metavar="J",
+        "--plays", type=positive, nargs="+", action="extend", metavar="J",
         help="numbers of plays to try (default 4 to 16); held-out samples choose",
     )  # fmt: skip
     g.add_argument("--erased", action="store_true", help="every recording began demagnetised")
