@@ -26,6 +26,8 @@ from bondgraph.support.ops import FloatArray
 
 WORTHWHILE = 0.1
 """Creep is taken out if that lowers the held-out error of plain plays by this share."""
+MOST = 0.5
+"""Sum of the c'_j; where more would creep than moves at once, it is no creep."""
 LONGEST_DELAY = 4.0
 """Samples."""
 _FASTEST = (0.02, 0.2)
@@ -79,7 +81,8 @@ def without_creep(records: LoopRecords, step: float) -> WithoutCreep:
         power = _least(partial(_error_of_power, solved, late), *np.log10(_FASTEST))
         late = _least(partial(_error_of_delay, solved, power), 0.0, LONGEST_DELAY)
     crept = solved(late, power)
-    if not crept.held_out < (1.0 - WORTHWHILE) * plain.held_out or not crept.weights.any():
+    known = crept.held_out < (1.0 - WORTHWHILE) * plain.held_out
+    if not (known and 0.0 < crept.weights.sum() < MOST):
         return WithoutCreep(records.delayed(delay), delay, None)
     free = replace(records.delayed(late), outputs=crept.outputs)
     return WithoutCreep(free, late, forward_creep(crept.weights, crept.times))

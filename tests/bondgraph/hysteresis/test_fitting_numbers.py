@@ -149,6 +149,10 @@ def test_creep_and_delay_are_taken_out_or_left_alone() -> None:
     assert np.sqrt(np.mean((found.records.outputs[0] - h) ** 2)) < 8e-9
     plain = ALJ.run(u)[0] + NOISE * rng.standard_normal(u.size)
     assert without_creep(LoopRecords.of([(u, plain)]), 1 / RATE).creep is None
+    # what mostly comes late is a lag, not creep
+    lag = KelvinVoigtCreep(0.3, (0.9,), (0.3,))
+    late = lag.run(ALJ.run(u)[0], lag.initial_memory(0.0), step=1 / RATE)[0]
+    assert without_creep(LoopRecords.of([(u, late)]), 1 / RATE).creep is None
 
 
 def test_the_inverse_of_creep_is_creep() -> None:
