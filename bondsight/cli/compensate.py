@@ -28,17 +28,21 @@ def add_compensate_command(verbs: Any) -> None:
     )  # fmt: skip
     p.add_argument(
         "--target", metavar="FILE|TEXT",
-        help="with a source: displacement from rest, m, in a file, or thesis[:HZ]",
+        help="with a source: displacement from rest in a file, or as bondsight regulate takes it",
     )  # fmt: skip
     p.add_argument(
         "--station", type=Path, metavar="FILE",
         help="then play it on this bench, and measure loop and error before and after",
     )  # fmt: skip
     p.add_argument(
+        "--closed", type=float, metavar="HZ",
+        help="and close the loop there, PI behind the inverse, at so many ticks a second",
+    )  # fmt: skip
+    p.add_argument(
         "--controller", type=Path, metavar="FILE",
         help="also write PI behind this stack's inverse, .toml, for a loop on a bench",
     )  # fmt: skip
-    p.add_argument("--rate", type=float, default=3125.0, help="of thesis, samples a second")
+    p.add_argument("--rate", type=float, default=3125.0, help="of the voltage, samples a second")
     p.add_argument(
         "--out", type=Path, default=None,
         help="figure, .svg or .png; with a source the voltage, .npz or .csv",
@@ -54,7 +58,7 @@ def _compensate(options: argparse.Namespace) -> int:
         from bondsight.cli.compensate_stack import compensate_stack
 
         return compensate_stack(options)
-    if options.target or options.station:
+    if options.target or options.station or options.closed:
         raise UnusableInput("compensate: --target and --station need an identified stack first")
     from actuators.compensation import study as of
     from bondsight.cli.figures import save_figure

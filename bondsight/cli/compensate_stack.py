@@ -11,12 +11,15 @@ from typing import TYPE_CHECKING, Any
 from bondgraph.support.errors import UnusableInput, real_number
 from bondsight.cli.arguments import OUT
 from bondsight.cli.output import writable
+from bondsight.cli.target import target_of
 
 if TYPE_CHECKING:
     from actuators.compensation.identified_tracking import Compensation
     from actuators.stack.identified import IdentifiedStack
     from bondgraph.support.ops import FloatArray
 
+INTEGRAL = 0.3
+"""Integral gain over the rate of a loop; with a sample and a half of delay 60 degrees are left."""
 MARGIN = 0.2
 """Rest that is recorded before the target (s)."""
 
@@ -41,7 +44,8 @@ def compensate_stack(options: argparse.Namespace) -> int:
         settings = read_settings(options.station)
     limits = UNIPOLAR if settings is None else settings.envelope.limits
     stack = _stack_of(options.source)
-    target, rate = _target(options.target, options.rate)
+    rate = real_number("--rate", options.rate)
+    target = target_of(options.target, rate, "m")
     made = compensation(stack, target, rate, limits)
     writable(out.parent)
     time = np.arange(target.size) / rate
@@ -69,6 +73,8 @@ def compensate_stack(options: argparse.Namespace) -> int:
     if settings is not None:
         with_bench = _measured(options, settings, made, stack)
         rows |= {name: tracking(target, x) for name, x in with_bench.items()}
+        if options.closed:
+            rows["bench, PI + inverse"] = tracking(*_closed(options, settings, stack))
     print(tracking_table(rows, float(np.ptp(target))))
     return 0
 
@@ -77,9 +83,9 @@ def controller_text(stack: IdentifiedStack, rate: float = 1000.0) -> str:
     """Return PI behind the inverse of a stack's operator as the TOML of a controller.
 
     Behind an inverse the stack is a gain of 1 with a sample or two of delay, so the integral alone
-    does: a third of the rate (Hz) leaves a phase margin of 60 degrees.
+    does.
     """
-    head = ['kind = "inverse"', f"rate = {rate!r}", f"integral = {0.3 * rate!r}"]
+    head = ['kind = "inverse"', f"rate = {rate!r}", f"integral = {INTEGRAL * rate!r}"]
     return "\n".join([*head, *_tables("operator", stack.operator.to_dict()), ""])
 
 
@@ -107,24 +113,6 @@ def _stack_of(sources: list[Path]) -> IdentifiedStack:
     return identify_stack(recordings, Interval.of(65e6, 0.0), name=sources[0].stem).stack
 
 
-def _target(text: str, rate: float) -> tuple[FloatArray, float]:
-    import numpy as np
-
-    from actuators.compensation import thesis_reference
-    from actuators.stack.ramps import channel_in
-    from bondgraph.signals.recording import Recording
-
-    kind, _, rest = text.partition(":")
-    if kind == "thesis":
-        hz = real_number("--target thesis", rest or 1.0)
-        if not 0.0 < hz <= 0.025 * real_number("--rate", rate):
-            raise UnusableInput(f"--target {text}: give up to 1/40 of the rate {rate:g} Hz")
-        time = np.arange(round(2.0 * rate / hz) + 1) / rate
-        return np.asarray(thesis_reference(time, hz).x), rate
-    recording = Recording.read(Path(text))
-    return channel_in(recording, "m"), recording.fs
-
-
 def _measured(
     options: argparse.Namespace, settings: Any, made: Compensation, stack: IdentifiedStack
 ) -> dict[str, FloatArray]:
@@ -150,3 +138,25 @@ def _measured(
             found[f"bench, {name.replace('-', ' ')}"] = from_rest(taken.recording).x[rest.size :]
         print(f"output:     {bench.output.status}")
     return found
+
+
+def _closed(
+    options: argparse.Namespace, settings: Any, stack: IdentifiedStack
+) -> tuple[FloatArray, FloatArray]:
+    """Close the loop on the bench; return reference and displacement at its ticks (m)."""
+    import numpy as np
+
+    from hardware.regulation import InverseLoop, LoopPlan, record_loop
+    from hardware.station import open_station
+
+    rate = real_number("--closed", options.closed)
+    reference = target_of(options.target, rate, "m")
+    plan = LoopPlan(reference, rate, name="closed", asked={"target": options.target})
+    controller = InverseLoop(stack.operator, 0.0, INTEGRAL * rate, rate)
+    folder = (options.out or OUT / "voltage").parent
+    with open_station(settings) as bench:
+        done = record_loop(bench.loop(plan), plan, controller, folder / "bench-closed")
+    print(f"recording:  {done.path}")
+    for sentence in done.sentences:
+        print(f"note:       {sentence}")
+    return np.asarray(done.recording["x_ref"]), np.asarray(done.recording["x"])
