@@ -1,5 +1,6 @@
 """Hysteresis compensation of a piezo stack: references, inverses, closed loop, tracking numbers."""
 
+from actuators.compensation.adaptive_inverse import AdaptiveInverse as AdaptiveInverse
 from actuators.compensation.closed_loop import ControlLoop as ControlLoop
 from actuators.compensation.closed_loop import LoopRun as LoopRun
 from actuators.compensation.closed_loop import run_loop as run_loop
@@ -33,6 +34,8 @@ from actuators.compensation.scenarios import deviating as deviating
 from actuators.compensation.scenarios import model_voltages as model_voltages
 from actuators.compensation.scenarios import stack_of as stack_of
 from actuators.compensation.scenarios import strategies as strategies
+from actuators.compensation.sliding_mode import SlidingMode as SlidingMode
+from actuators.compensation.sliding_mode import sliding_like as sliding_like
 from actuators.compensation.tracking import Tracking as Tracking
 from actuators.compensation.tracking import loop_thickness as loop_thickness
 from actuators.compensation.tracking import tracking as tracking

@@ -12,9 +12,11 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 
+from actuators.compensation.adaptive_inverse import AdaptiveInverse
 from actuators.compensation.feedforward import Invertible, limited_inverse
 from actuators.compensation.margins import OPEN, ProportionalIntegral
 from actuators.compensation.recursion import run_recursion
+from actuators.compensation.sliding_mode import SlidingMode
 from actuators.compensation.virtual_actuator import VirtualActuator
 from actuators.stack.voltage_limits import UNIPOLAR
 from bondgraph.signals.drive_limits import DriveLimits
@@ -28,9 +30,9 @@ class ControlLoop:
 
     Parameters
     ----------
-    model : Invertible
+    model : Invertible or AdaptiveInverse
         V to m; its inverse makes the voltage. `linear_operator` compensates nothing.
-    controller : ProportionalIntegral
+    controller : ProportionalIntegral or SlidingMode
         Gains in command (m) per error (m); all 0 leaves the loop open.
     feedforward : bool
         Whether the reference itself is sent through the inverse.
@@ -39,8 +41,8 @@ class ControlLoop:
         Hz.
     """
 
-    model: Invertible
-    controller: ProportionalIntegral = OPEN
+    model: Invertible | AdaptiveInverse
+    controller: ProportionalIntegral | SlidingMode = OPEN
     feedforward: bool = True
     envelope: DriveLimits = UNIPOLAR
     sample_rate: float = 20_000.0
@@ -107,7 +109,7 @@ def run_loop(
     if not np.isfinite(inputs).all():
         raise UnusableInput("run_loop: reference, noise and preview must be finite")
     start = np.concatenate(
-        [np.zeros(actuator.n_states + 2), np.asarray(loop.model.initial_memory(0.0), dtype=float)]
+        [np.zeros(actuator.n_states + 2 + loop.controller.n_states), _model_start(loop)]
     )
     out, _ = run_recursion(_step(loop, actuator, substeps), start, inputs)
     if not np.isfinite(out).all():
@@ -120,25 +122,40 @@ def run_loop(
 
 
 def _step(loop: ControlLoop, actuator: VirtualActuator, substeps: int | None) -> ca.Function:
-    """One sample; state: actuator, sum of errors, last error, memory of the model."""
-    n, n_m, dt = actuator.n_states, loop.model.n_memory, 1.0 / loop.sample_rate
-    kp, ki = loop.controller.proportional, loop.controller.integral
-    state, given = ca.SX.sym("state", n + 2 + n_m), ca.SX.sym("input", 3)
-    plant, total, error = state[:n], state[n], state[n + 1]
-    memory = tuple(state[n + 2 + i] for i in range(n_m))
-    total = total + ki * dt * error
-    wanted = kp * error + total + (given[1] if loop.feedforward else 0.0)
-    voltage, reached, excess, after = limited_inverse(loop.model, wanted, memory, loop.envelope)
-    # what could not be reached is taken back from the sum with the controller's own time constant
-    unwind = min(1.0, ki * dt / kp) if kp else 1.0
-    total = total + (unwind * (reached - wanted) if ki else 0.0)
+    """One sample; state: actuator, last error, last reading, controller, model."""
+    n, dt, model, controller = (
+        actuator.n_states,
+        1.0 / loop.sample_rate,
+        loop.model,
+        loop.controller,
+    )
+    first = n + 2 + controller.n_states
+    state, given = ca.SX.sym("state", first + _model_start(loop).size), ca.SX.sym("input", 3)
+    plant, error, reading = state[:n], state[n], state[n + 1]
+    added, decided = controller.decide(error, state[n + 2 : first], dt)
+    wanted = added + (given[1] if loop.feedforward else 0.0)
+    if isinstance(model, AdaptiveInverse):
+        voltage, reached, excess, after = model.step(
+            wanted, reading, state[first:], loop.envelope, dt
+        )
+    else:
+        memory = tuple(state[first + i] for i in range(model.n_memory))
+        voltage, reached, excess, advanced = limited_inverse(model, wanted, memory, loop.envelope)
+        after = ca.vertcat(*advanced)
+    decided = controller.unwound(decided, reached - wanted, dt)
     moved = actuator.step(plant, voltage, dt, substeps)
     measured = plant[1] + given[2]
     return ca.Function(
         "sample",
         [state, given],
         [
-            ca.vertcat(moved, total, given[0] - measured, *after),
+            ca.vertcat(moved, given[0] - measured, measured, decided, after),
             ca.vertcat(plant[1], voltage, excess),
         ],
     )
+
+
+def _model_start(loop: ControlLoop) -> FloatArray:
+    if isinstance(loop.model, AdaptiveInverse):
+        return loop.model.start
+    return np.asarray(loop.model.initial_memory(0.0), dtype=float)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any, ClassVar
 
 import numpy as np
 from scipy.linalg import expm
@@ -31,8 +32,25 @@ class ProportionalIntegral:
         ki, 1/s.
     """
 
+    n_states: ClassVar[int] = 1
+
     proportional: float = 0.0
     integral: float = 0.0
+
+    def decide(self, error: Any, state: Any, step: float) -> tuple[Any, Any]:
+        """Return what is added to the command, and the next sum of errors."""
+        total = state + self.integral * step * error
+        return self.proportional * error + total, total
+
+    def unwound(self, state: Any, missing: Any, step: float) -> Any:
+        """Return the sum without what could not be reached.
+
+        It is taken back with the controller's own time constant.
+        """
+        if not self.integral:
+            return state
+        kp = self.proportional
+        return state + (min(1.0, self.integral * step / kp) if kp else 1.0) * missing
 
 
 OPEN = ProportionalIntegral()

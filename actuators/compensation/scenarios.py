@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from actuators.compensation.adaptive_inverse import AdaptiveInverse
 from actuators.compensation.closed_loop import ControlLoop
 from actuators.compensation.feedforward import linear_operator
 from actuators.compensation.margins import OPEN, ProportionalIntegral
@@ -15,6 +16,7 @@ from actuators.compensation.model_inverse import (
     lumped_feedforward,
 )
 from actuators.compensation.motion import AnalyticMotion
+from actuators.compensation.sliding_mode import sliding_like
 from actuators.compensation.virtual_actuator import VirtualActuator
 from actuators.stack.voltage_limits import UNIPOLAR
 from bondgraph.hysteresis import AlJanaideh, Ang, MaxwellResistiveCapacitor
@@ -109,6 +111,13 @@ def strategies(
         "PI alone": ControlLoop(linear, controller, False, envelope, sample_rate),
         "PI + linear": ControlLoop(linear, controller, True, envelope, sample_rate),
         "PI + inverse": ControlLoop(model, controller, True, envelope, sample_rate),
+        "sliding + inverse": ControlLoop(
+            model, sliding_like(controller), True, envelope, sample_rate
+        ),
+        "adaptive inverse": ControlLoop(AdaptiveInverse(model), off, True, envelope, sample_rate),
+        "PI + adaptive": ControlLoop(
+            AdaptiveInverse(model), controller, True, envelope, sample_rate
+        ),
     }
 
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from actuators.compensation import (
     P840_1,
+    AdaptiveInverse,
     AnalyticMotion,
     BondGraphStack,
     ControlLoop,
@@ -175,8 +176,12 @@ class CompensationStudy:
         wanted, _, _ = self._motions(frequency)
         first = dict(list(self.scenarios.items())[:2])
         rows = {}
-        for name, loop in list(self.loops.items())[:3]:
-            v = feedforward(loop.model, wanted.x, envelope=self.envelope)
+        fixed = {
+            name: loop.model for name, loop in self.loops.items()
+            if not isinstance(loop.model, AdaptiveInverse)
+        }  # fmt: skip
+        for name, model in list(fixed.items())[:3]:
+            v = feedforward(model, wanted.x, envelope=self.envelope)
             found = (respond(a, v, self.sample_rate) for a in first.values())
             rows[name] = tuple(tracking(wanted.x, x) for x in found)
         return TrackingTable(what, frequency, tuple(first), rows)

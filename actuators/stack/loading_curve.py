@@ -116,13 +116,32 @@ def loading_curve(
         float(np.median(np.abs(np.diff(u, 2)))) / (0.6745 * math.sqrt(6.0)) if u.size > 2 else 0.0
     )
     reversal = min(max(8 * noise, REVERSAL[0] * span), REVERSAL[1] * span)
+    rises = largest_rises(u, reversal)
+    if not rises:
+        raise UnusableInput(f"{recording.name}: {volt} never rises; record the loading upwards")
+    return LoadingCurve(u[rises[-1]], np.asarray(recording[displacement])[rises[-1]])
+
+
+def largest_rises(u: FloatArray, reversal: float) -> list[slice]:
+    """Return the samples of the largest rises of a voltage, nearly equal ones in their order.
+
+    Parameters
+    ----------
+    u : ndarray, shape (N,), V
+    reversal : float
+        Half of what turns back without being a turning point, V.
+
+    Examples
+    --------
+    >>> largest_rises(np.array([0.0, 2.0, 1.0, 1.5, 0.0, 2.0]), 0.1)
+    [slice(0, 2, None), slice(4, 6, None)]
+    """
     turns = turning_points(play_record(u, np.array([reversal]), u[:1])[:, 0])
     rises = np.diff(u[turns])
     if rises.max(initial=0.0) <= 0.0:
-        raise UnusableInput(f"{recording.name}: {volt} never rises; record the loading upwards")
-    k = int(np.flatnonzero(rises >= (1 - 2 * REVERSAL[1]) * rises.max())[-1])
-    part = slice(int(turns[k]), int(turns[k + 1]) + 1)
-    return LoadingCurve(u[part], np.asarray(recording[displacement])[part])
+        return []
+    largest = np.flatnonzero(rises >= (1 - 2 * REVERSAL[1]) * rises.max())
+    return [slice(int(turns[k]), int(turns[k + 1]) + 1) for k in largest]
 
 
 def loading_slopes(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from typing import Any, ClassVar
 
@@ -25,8 +25,10 @@ class Hysteretic(Law):
     operator : Operator
         Its numbers are constants of the model, unless they are named in `free`.
     free : sequence of str
-        Numbers that are parameters of the model: ``"beta"``, ``"weights"`` (all of them) or
-        ``"weights[3]"``. They are called ``beta_NAME`` and ``weights_3_NAME`` after the element.
+        Numbers that are parameters of the model: ``"beta"``, ``"weights"`` (all of them),
+        ``"weights[3]"``, of an operator inside ``"play.weights"``. They are called ``beta_NAME``,
+        ``weights_3_NAME`` and ``play_weights_3_NAME`` after the element, a number of one letter
+        ``al_janaideh_q_NAME``.
 
     Raises
     ------
@@ -85,11 +87,13 @@ class Hysteretic(Law):
     def parameters(self, element: str) -> tuple[Parameter, ...]:
         """Return the free numbers of the operator."""
         found = []
-        for field, i in self._places():
-            value = getattr(self.operator, field)
+        for path, i in self._places():
+            value = _inside(self.operator, path)
             sizes = [abs(v) for v in value] if isinstance(value, tuple) else [abs(value)]
             number = float(value if i is None else value[i])
-            label = f"{field}_{element}" if i is None else f"{field}_{i}_{element}"
+            # q_NAME is the charge of a store already
+            head = (self.operator.kind,) if len(path[0]) == 1 else ()
+            label = "_".join((*head, *path, *([] if i is None else [str(i)]), element))
             found.append(Parameter(label, number, positive=False, scale=float(max(sizes)) or 1.0))
         return tuple(found)
 
@@ -111,17 +115,10 @@ class Hysteretic(Law):
         operator, step = self._at(p)
         return operator.value(ops, s, tuple(memory), *step) - self.slope * s
 
-    def _places(self) -> tuple[tuple[str, int | None], ...]:
-        """Field and position of each free number."""
-        numbers = {f.name: getattr(self.operator, f.name) for f in fields(self.operator)}  # type: ignore[arg-type]
-        known: dict[str, tuple[tuple[str, int | None], ...]] = {}
-        for field, value in numbers.items():
-            if isinstance(value, tuple) and value and isinstance(value[0], int | float):
-                known[field] = tuple((field, i) for i in range(len(value)))
-                known |= {f"{field}[{i}]": ((field, i),) for i in range(len(value))}
-            elif isinstance(value, int | float) and not isinstance(value, bool):
-                known[field] = ((field, None),)
-        found: list[tuple[str, int | None]] = []
+    def _places(self) -> tuple[Place, ...]:
+        """Where each free number stands."""
+        known = _numbers(self.operator, ())
+        found: list[Place] = []
         for wanted in self.free:
             if wanted not in known:
                 raise unknown_name("number", wanted, f"operator {self.operator.kind}", known)
@@ -131,16 +128,52 @@ class Hysteretic(Law):
     def _at(self, p: Sequence[Any]) -> tuple[Operator, tuple[Any, ...]]:
         """Return the operator with its free numbers in place, and the time step if it takes one."""
         places = self._places()
-        changed: dict[str, Any] = {}
-        for (field, i), value in zip(places, p, strict=False):
-            if i is None:
-                changed[field] = value
-            else:
-                entries = changed.setdefault(field, list(getattr(self.operator, field)))
-                entries[i] = value
-        values = {k: tuple(v) if isinstance(v, list) else v for k, v in changed.items()}
-        made = replace(self.operator, **values) if values else self.operator  # type: ignore[type-var]
+        made = _with_numbers(self.operator, dict(zip(places, p, strict=False)))
         return made, tuple(p[len(places) :])
+
+
+Place = tuple[tuple[str, ...], int | None]
+"""Fields on the way to a number of an operator, and its position in a tuple."""
+
+
+def _inside(operator: Operator, path: tuple[str, ...]) -> Any:
+    value: Any = operator
+    for name in path:
+        value = getattr(value, name)
+    return value
+
+
+def _numbers(operator: Operator, above: tuple[str, ...]) -> dict[str, tuple[Place, ...]]:
+    """Return the places of all numbers by what they are called, those of operators inside too."""
+    known: dict[str, tuple[Place, ...]] = {}
+    for f in fields(operator):  # type: ignore[arg-type]
+        value, path = getattr(operator, f.name), (*above, f.name)
+        name = ".".join(path)
+        if isinstance(value, Operator):
+            known |= _numbers(value, path)
+        elif isinstance(value, tuple) and value and isinstance(value[0], int | float):
+            known[name] = tuple((path, i) for i in range(len(value)))
+            known |= {f"{name}[{i}]": ((path, i),) for i in range(len(value))}
+        elif isinstance(value, int | float) and not isinstance(value, bool):
+            known[name] = ((path, None),)
+    return known
+
+
+def _with_numbers(operator: Operator, values: Mapping[Place, Any]) -> Operator:
+    """Return the operator with other numbers at some places."""
+    changed: dict[str, Any] = {}
+    inner: dict[str, dict[Place, Any]] = {}
+    for ((field, *rest), i), value in values.items():
+        if rest:
+            inner.setdefault(field, {})[(tuple(rest), i)] = value
+        elif i is None:
+            changed[field] = value
+        else:
+            entries = changed.setdefault(field, list(getattr(operator, field)))
+            entries[i] = value
+    made = {k: tuple(v) if isinstance(v, list) else v for k, v in changed.items()}
+    made |= {k: _with_numbers(getattr(operator, k), v) for k, v in inner.items()}
+    return replace(operator, **made) if made else operator  # type: ignore[type-var]
 
 
 def initial_slope(operator: Operator, s: float) -> tuple[float, ...]:

@@ -34,7 +34,7 @@ def add_acquire_command(verbs: Any) -> None:
     p.add_argument("--seed", type=nonnegative, default=None, help="of the bench and the signal")
     p.add_argument(
         "--take", type=Path, action=TakeAction, metavar="FILE",
-        help="signal, rate, samples, seed, erase, synchronise and patience from a TOML file, or "
+        help="signal, rate, samples, seed, erase, rest, synchronise, patience from a TOML file, or "
         "from the journal of a take that is to be repeated; options behind it count instead",
     )  # fmt: skip
     p.add_argument(
@@ -46,6 +46,10 @@ def add_acquire_command(verbs: Any) -> None:
     p.add_argument(
         "--erase", type=float, default=None, metavar="VOLTS",
         help="before the take, take the actuator's history away by a decay around this voltage",
+    )  # fmt: skip
+    p.add_argument(
+        "--rest", type=float, default=0.0, metavar="SECONDS",
+        help="hold the first voltage so long before the signal, and record it",
     )  # fmt: skip
     p.add_argument(
         "--rate", type=float, default=None,
@@ -90,6 +94,8 @@ def _acquire(options: argparse.Namespace) -> int:
     check_name(options.name)
     if not real_number("--patience", options.patience) > 0.0:
         raise UnusableInput(f"--patience {options.patience:g}: give seconds above 0")
+    if not 0.0 <= real_number("--rest", options.rest) <= 3600.0:
+        raise UnusableInput(f"--rest {options.rest:g}: give 0 to 3600 seconds")
     writable(options.out)
     new_files(options.out / options.name)
     if options.diagnose:
@@ -195,6 +201,8 @@ def _recorded_only(graph: Any, path: Path, maps: list[str]) -> Any:
 
 def _record(options: argparse.Namespace, settings: Any) -> Path:
     """Record one take with a live view; returns the file."""
+    import numpy as np
+
     from bondsight.cli.acquire_signal import erasure, waveform
     from hardware.live.take_view import watching
     from hardware.recorder import TakePlan, record
@@ -203,6 +211,7 @@ def _record(options: argparse.Namespace, settings: Any) -> Path:
     volts, rate = waveform(
         options.signal, options.rate, options.samples, settings.envelope, options.seed or 0
     )
+    volts = np.concatenate((np.full(round(options.rest * rate), volts[0]), volts))
     erase = None
     if options.erase is not None:
         erase = erasure(options.erase, rate, settings.envelope)

@@ -6,6 +6,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from bondgraph.support.errors import UnusableInput
 from bondsight.cli.arguments import OUT, nonnegative
 
 if TYPE_CHECKING:
@@ -17,10 +18,35 @@ FORMATS = (".svg", ".png")
 
 def add_compensate_command(verbs: Any) -> None:
     """Add ``compensate`` to the sub-parsers of ``bondsight``."""
-    p = verbs.add_parser("compensate", help="hysteresis compensation of the stack, with numbers")
-    p.add_argument(
-        "--out", type=Path, default=OUT / "compensation.svg", help="figure, .svg or .png"
+    p = verbs.add_parser(
+        "compensate", help="the voltage that makes a stack follow a target; compensations compared"
     )
+    p.add_argument(
+        "source", nargs="*", type=Path, metavar="FIT|RECORDING",
+        help="what bondsight stack identify wrote, or recordings to identify; without one "
+        "compensations of simulated stacks are compared",
+    )  # fmt: skip
+    p.add_argument(
+        "--target", metavar="FILE|TEXT",
+        help="with a source: displacement from rest in a file, or as bondsight regulate takes it",
+    )  # fmt: skip
+    p.add_argument(
+        "--station", type=Path, metavar="FILE",
+        help="then play it on this bench, and measure loop and error before and after",
+    )  # fmt: skip
+    p.add_argument(
+        "--closed", type=float, metavar="HZ",
+        help="and close the loop there, PI behind the inverse, at so many ticks a second",
+    )  # fmt: skip
+    p.add_argument(
+        "--controller", type=Path, metavar="FILE",
+        help="also write PI behind this stack's inverse, .toml, for a loop on a bench",
+    )  # fmt: skip
+    p.add_argument("--rate", type=float, default=3125.0, help="of the voltage, samples a second")
+    p.add_argument(
+        "--out", type=Path, default=None,
+        help="figure, .svg or .png; with a source the voltage, .npz or .csv",
+    )  # fmt: skip
     p.add_argument("--frequency", type=float, action="append", metavar="HZ", dest="frequencies")
     p.add_argument("--spread", type=float, default=0.1, help="deviation of the virtual actuator")
     p.add_argument("--seed", type=nonnegative, default=1)
@@ -28,12 +54,17 @@ def add_compensate_command(verbs: Any) -> None:
 
 
 def _compensate(options: argparse.Namespace) -> int:
+    if options.source:
+        from bondsight.cli.compensate_stack import compensate_stack
+
+        return compensate_stack(options)
+    if options.target or options.station or options.closed:
+        raise UnusableInput("compensate: --target and --station need an identified stack first")
     from actuators.compensation import study as of
-    from bondgraph.support.errors import UnusableInput
     from bondsight.cli.figures import save_figure
     from bondsight.cli.output import writable
 
-    out = options.out
+    out = options.out or OUT / "compensation.svg"
     writable(out.parent)
     if out.suffix.lower() not in FORMATS:
         raise UnusableInput(f"compensate: figure {out} must end in {' or '.join(FORMATS)}")

@@ -1,34 +1,164 @@
-"""``bondsight stack``: experiments on the simulated stack, printed and drawn."""
+"""``bondsight stack``: identification from recordings; experiments on the simulated stack."""
 
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+from bondgraph.support.errors import UnusableInput, unknown_name
+from bondsight.cli.arguments import OUT, add_map, mapping_of, positive
+
+CHANNELS = ("V_in", "x", "F_e")
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from actuators.stack.ramps import Interval
+    from actuators.stack.step_response import Ringing
+    from bondgraph.signals.recording import Recording
+
 
 def add_stack_command(verbs: Any) -> None:
     """Add ``stack`` to the sub-parsers of ``bondsight``."""
-    p = verbs.add_parser("stack", help="experiments on the simulated stack")
-    p.add_argument("what", choices=EXPERIMENTS, help="loading curve, charge drive, two clocks")
-    p.add_argument("--out", type=Path, default=None, help="figure, .svg (default: none)")
+    p = verbs.add_parser(
+        "stack", help="identify a stack from its recordings; experiments on a simulated one"
+    )
+    p.add_argument(
+        "what", choices=("identify", *EXPERIMENTS),
+        help="identify: operator, T, k, remanence, damping, Maxwell capacitor, from recordings; "
+        "mechanical: T and remanence of ramps, without one on simulated stacks; charge drive; "
+        "two clocks",
+    )  # fmt: skip
+    p.add_argument(
+        "files", nargs="*", type=Path, metavar="FILE",
+        help="recordings from rest at 0 V, in the order in which they were taken",
+    )  # fmt: skip
+    p.add_argument(
+        "--out", type=Path, default=None,
+        help="identify: what was found, .json (bondsight-out/stack.json); else figure, .svg",
+    )  # fmt: skip
+    g = p.add_argument_group("identify and mechanical")
+    g.add_argument("--stiffness", type=float, metavar="N/M", help="k (default: 65e6, the thesis)")
+    g.add_argument("--stiffness-error", type=float, default=0.0, metavar="N/M", help="one sigma")
+    g.add_argument("--load", type=Path, metavar="FILE", help="k from a ramp of a recorded force")
+    g.add_argument("--step", type=Path, metavar="FILE", help="damping from the ringing of a step")
+    g.add_argument("--mass", type=float, metavar="KG", help="moved, for the damping")
+    g.add_argument("--capacitance", type=float, default=1.5e-6, metavar="F", help="clamped")
+    g.add_argument(
+        "--plays", type=positive, nargs="+", action="extend", metavar="J",
+        help="numbers of plays to try (default 4 to 16); held-out samples choose",
+    )  # fmt: skip
+    g.add_argument("--erased", action="store_true", help="every recording began demagnetised")
+    add_map(g)
     p.set_defaults(run=_stack)
 
 
 def _stack(options: argparse.Namespace) -> int:
+    if options.what == "identify":
+        return _identify(options)
     from bondsight.cli.figures import save_figure
     from bondsight.cli.output import writable
 
+    if options.files and options.what != "mechanical":
+        raise UnusableInput(f"stack {options.what} runs on simulated stacks and takes no file")
     if options.out is not None:
         writable(options.out.parent)
-    draw = EXPERIMENTS[options.what]()
+    draw = _ramps(options) if options.files else EXPERIMENTS[options.what]()
     if options.out is not None:
         print(save_figure(options.out, draw))
     return 0
+
+
+def _identify(options: argparse.Namespace) -> int:
+    from actuators.stack.identification import COUNTS, identify_stack
+    from bondsight.cli.output import writable
+
+    out = options.out or OUT / "stack.json"
+    if out.suffix != ".json":
+        raise UnusableInput(f"stack identify --out {out}: write what was found to a .json file")
+    writable(out.parent)
+    recordings = _opened(options.files, _maps(options))
+    stiffness, ringing = _stiffness(options)
+    found = identify_stack(
+        recordings, stiffness, capacitance=_above_zero("--capacitance", options.capacitance),
+        mass=options.mass, step=ringing, carried=not options.erased,
+        counts=options.plays or COUNTS,
+        name=options.files[0].stem if options.files else "",
+    )  # fmt: skip
+    print(found)
+    found.stack.save(out)
+    print(f"identified: {out}")
+    return 0
+
+
+def _ramps(options: argparse.Namespace) -> Callable[[], Figure]:
+    from actuators.stack import figures
+    from actuators.stack.identification import ramp_table, said_of
+    from actuators.stack.ramps import fit_ramp, from_rest, mean_of
+
+    stiffness, _ = _stiffness(options)
+    records = [from_rest(r) for r in _opened(options.files, _maps(options))]
+    ramps = [fit_ramp(r, stiffness) for r in records]
+    print(ramp_table(ramps))
+    if len(ramps) > 1:
+        print(f"mean: T = {said_of(mean_of(r.transducer for r in ramps))} N/V")
+    return lambda: figures.loading_figure({r.name: r.largest_rise for r in records})
+
+
+def _stiffness(options: argparse.Namespace) -> tuple[Interval, Ringing | None]:
+    """Return k and the ringing, and say where k is from: load, user, ringing, or the thesis."""
+    from actuators.stack.identification import said_of
+    from actuators.stack.ramps import Interval, stiffness_from_load
+    from actuators.stack.step_response import fit_step
+
+    ringing = None
+    if options.step is not None:
+        ringing = fit_step(_opened([options.step], _maps(options))[0])
+        print(f"ringing: w {said_of(ringing.pulsation)} rad/s, decay {said_of(ringing.decay)} 1/s")
+        if options.mass is None:
+            raise UnusableInput("--step: give --mass, the moved one (kg); ringing tells b / m only")
+        mass = _above_zero("--mass", options.mass)
+        print(f"  damping {said_of(ringing.damping(mass))} N s/m (thesis 80)")
+        print(f"  k = m (w^2 + s^2) = {said_of(ringing.stiffness(mass), 1e-6)} N/um")
+    if options.load is not None:
+        k, source = (
+            stiffness_from_load(_opened([options.load], _maps(options))[0]),
+            f"from {options.load.name}",
+        )
+    elif options.stiffness is not None:
+        error = options.stiffness_error
+        k, source = Interval.of(_above_zero("--stiffness", options.stiffness), error), "as given"
+    elif ringing is not None:
+        k, source = ringing.stiffness(options.mass), "from the ringing"
+    else:
+        k, source = Interval.of(65e6, options.stiffness_error), "of the thesis; give --stiffness"
+    print(f"stiffness: {said_of(k, 1e-6)} N/um, {source}")
+    return k, ringing
+
+
+def _maps(options: argparse.Namespace) -> dict[str, str]:
+    """Return columns by what they are: V_in, x, F_e."""
+    named = mapping_of(options.maps)
+    for name in named:
+        if name not in CHANNELS:
+            raise unknown_name("channel", name, "stack --map", CHANNELS)
+    return named
+
+
+def _opened(files: Sequence[Path], maps: dict[str, str]) -> list[Recording]:
+    from bondgraph.signals.recording import Recording
+
+    if not files:
+        raise UnusableInput("stack: give a recording of a ramp; bondsight acquire makes one")
+    return [Recording.read(f, maps or None) for f in files]
+
+
+def _above_zero(option: str, value: float) -> float:
+    if not value > 0.0:
+        raise UnusableInput(f"{option} {value:g}: give a number above 0")
+    return value
 
 
 def _mechanical() -> Callable[[], Figure]:

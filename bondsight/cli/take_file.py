@@ -8,7 +8,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Annotated, Any
 
-from bondgraph.support.bounds import Count, Positive, one_of
+from bondgraph.support.bounds import Count, NonNegative, Positive, one_of
 from bondgraph.support.errors import UnusableInput
 
 
@@ -21,6 +21,7 @@ class TakeDescription:
     samples: Count = 8192
     seed: Count | None = None
     erase: float | None = None
+    rest: NonNegative = 0.0
     synchronise: Annotated[str, one_of("clock", "start", "none")] = "clock"
     patience: Positive = 2.0
 

@@ -9,10 +9,12 @@ import numpy as np
 import pytest
 
 from actuators.compensation import (
+    AdaptiveInverse,
     AnalyticMotion,
     ControlLoop,
     DriveLimits,
     ProportionalIntegral,
+    SlidingMode,
     actuator_like,
     deviating,
     feedforward,
@@ -76,6 +78,9 @@ def test_robustness(table: Any, scenario: str, loop: float) -> None:
     assert both.rms < 0.5 * table["PI + linear", scenario].rms
     assert both.rms < 0.1 * table["PI alone", scenario].rms
     assert both.rms < 0.25 * max(inverse.rms, 20e-9)
+    assert table["sliding + inverse", scenario].rms < 1.1 * both.rms
+    for learning in ("adaptive inverse", "PI + adaptive"):
+        assert table[learning, scenario].rms < 0.25 * max(inverse.rms, 20e-9)
 
 
 def test_dynamics_in_the_inverse() -> None:
@@ -130,6 +135,33 @@ def test_limits_in_the_loop() -> None:
         error = np.abs(wanted.x - run.x)
         assert error[run.clipped].max() > 500e-9
         assert error[after:].max() < 20e-9
+
+
+def test_a_wrong_loop_is_learnt_and_kept() -> None:
+    """Weights that start far off follow the actuator; the error of the second period shows it."""
+    wanted, ahead = reference(20.0)
+    off = AlJanaideh(0.8 * MODEL.q, MODEL.c, MODEL.sigma, 1.3 * MODEL.alpha, MODEL.beta, 10)
+    half = wanted.x.size // 2
+    errors = {}
+    for name, model in (("held", off), ("learnt", AdaptiveInverse(off, spread=0.1))):
+        run = run_loop(ControlLoop(model), NOMINAL, wanted.x, preview=ahead.x)
+        errors[name] = np.abs(wanted.x - run.x)[half:].max()
+    assert errors["held"] > 100e-9
+    assert errors["learnt"] < 0.1 * errors["held"]
+
+
+def test_sliding_mode_runs_at_its_rate_and_no_faster() -> None:
+    law = SlidingMode(rate=1e-3, layer=1e-7, surface=50.0)
+    state = np.zeros(2)
+    for k in range(1, 6):
+        added, state = law.decide(1e-5, state, 1e-3)
+        assert float(added) == pytest.approx(k * 1e-6)
+    inside, _ = law.decide(1e-9, np.zeros(2), 1e-3)
+    assert float(inside) == pytest.approx(1e-3 * 1e-3 * (1e-9 + 50.0 * 1e-12) / 1e-7)
+    with pytest.raises(UnusableInput, match="layer"):
+        SlidingMode(1.0, 0.0, 1.0)
+    with pytest.raises(UnusableInput, match="spread"):
+        AdaptiveInverse(MODEL, spread=0.0)
 
 
 def test_bad_records() -> None:

@@ -7,8 +7,10 @@ from dataclasses import fields
 import numpy as np
 import pytest
 
-from bondgraph import BondGraph, C, Dq, I, One, R, Se
-from bondgraph.hysteresis import BoucWen, DeadZones, Operator, PrandtlIshlinskii
+from actuators.stack.scaling import scaled
+from bondgraph import TF, BondGraph, C, De, Dq, I, One, R, Se, Zero
+from bondgraph.graph.drives import Drive
+from bondgraph.hysteresis import AlJanaideh, Ang, BoucWen, DeadZones, Operator, PrandtlIshlinskii
 from bondgraph.hysteresis.errors import BadParameter
 from bondgraph.laws import Hysteretic
 from bondgraph.signals.recording import Recording
@@ -21,6 +23,7 @@ from identification.estimation import NO_NUISANCES, Study, Vary, estimate
 from tests.bondgraph.hysteresis.examples import EXAMPLES, PI
 
 STEP, N = 0.02, 300
+ANG_BEND = ("dead_zone.thresholds[1]", "dead_zone.weights[1]")
 
 
 def positioner(operator: Operator, free: tuple[str, ...]) -> BondGraph:
@@ -82,7 +85,8 @@ FREE = {
     "prandtl_ishlinskii": ("weights",),
     "dead_zone": ("weights",),
     "bouc_wen": numbers_of(EXAMPLES["bouc_wen"]),
-    "al_janaideh": ("alpha", "beta"),
+    "al_janaideh": ("q", "sigma", "alpha", "beta"),
+    "ang": ("play.weights", "play.thresholds[1]", "dead_zone.weights", "dead_zone.thresholds[1]"),
     "preisach": ("densities[1]", "slope"),
 }
 
@@ -101,6 +105,10 @@ def test_free_numbers_at_their_values_change_nothing(name: str) -> None:
 def test_numbers_that_may_not_move_are_refused() -> None:
     with pytest.raises(BadParameter, match="must be 0"):
         Hysteretic(PI, free=("thresholds",))
+    with pytest.raises(BadParameter, match="0 once"):
+        Hysteretic(Ang.stack_2hz(), free=("dead_zone.thresholds",))
+    with pytest.raises(UnknownName, match=r"'play\.weights'"):
+        Hysteretic(Ang.stack_2hz(), free=("weights",))
 
 
 BOUC = next(o for o in EXAMPLES.values() if isinstance(o, BoucWen))
@@ -148,6 +156,43 @@ def test_weights_are_found_in_their_intervals() -> None:
         error = (e.ci95[1] - e.ci95[0]) / (2 * 1.96)
         assert abs(e.value - w) < 3.5 * error, e
         assert e.value == pytest.approx(w, abs=0.02)
+
+
+@pytest.mark.parametrize(
+    ("operator", "free"),
+    [
+        (
+            Ang.stack_2hz(),
+            (*(f"play.weights[{i}]" for i in range(5)), *ANG_BEND),
+        ),
+        (AlJanaideh.stack_2hz(), ("q", "sigma", "alpha", "beta")),
+    ],
+    ids=["ang", "al_janaideh"],
+)
+def test_operators_of_the_stack_are_found_in_a_study(
+    operator: Ang | AlJanaideh, free: tuple[str, ...]
+) -> None:
+    relative = scaled(operator, 1.0, 1.0 / float(operator.linear_slope))
+    law = Hysteretic(relative, free=free)
+    true = {p.name: p.value for p in law.parameters("V_in")}
+    with BondGraph("pure") as g:
+        rate = g.parameter("g", float(operator.linear_slope), "m/V", fixed=True)
+        tip = Zero("tip")
+        Se("V_in", unit="V", drive=Drive(law=law)) >> TF("G", ratio=1 / rate) >> tip
+        tip >> De("x", unit="m")
+    t = np.arange(1500) / 1e3
+    v = 50.0 * (1.0 - np.cos(4.0 * np.pi * t)) * np.interp(t, [0.0, 0.5, 1.5], [1.0, 1.0, 0.4])
+    x = simulate(g, t, {"V_in": v})["x"] + 2e-9 * np.random.default_rng(0).standard_normal(t.size)
+    made = Recording("loops", t, {"V_in": v, "x": x}, {"V_in": "V", "x": "m"})
+    start = tuple(
+        Vary(n, start=value * (0.9, 1.15)[i % 2]) for i, (n, value) in enumerate(true.items())
+    )
+    found = estimate(Study(g, made, free=start, nuisances=NO_NUISANCES, initial="rest"))
+    assert found.rmse("test")["x"] < 2.2e-9
+    for name, value in true.items():
+        low, high = found.estimate_of(name).ci95
+        assert abs(found.values[name] - value) < 3.5 * (high - low) / (2 * 1.96), name
+        assert found.values[name] == pytest.approx(value, rel=0.04), name
 
 
 def test_dead_zone_values_outside_of_memory() -> None:

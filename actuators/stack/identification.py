@@ -1,0 +1,177 @@
+"""From recordings to an identified stack: chapters 5 and 6 of the thesis in one call."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+from actuators.stack.conversions import Lumped
+from actuators.stack.identified import IdentifiedStack
+from actuators.stack.inner_curves import CapacitorFit, best_capacitor, fit_capacitor
+from actuators.stack.ramps import Interval, RampFit, fit_ramp, from_rest
+from actuators.stack.step_response import Ringing
+from bondgraph.hysteresis.fitting.creep_behind import without_creep
+from bondgraph.hysteresis.fitting.held_out import COUNTS as COUNTS
+from bondgraph.hysteresis.fitting.held_out import OperatorChoice, choose_operator
+from bondgraph.hysteresis.fitting.loop_records import LoopRecords
+from bondgraph.signals.recording import Recording
+from bondgraph.support.errors import UnusableInput
+
+NANO = 1e9
+TABLE_6_3 = {"al_janaideh": 33.88, "ang": 28.63}
+"""Printed rms of the operators on the sine they were fitted to, nm."""
+TABLE_6_5 = 87.36
+"""Printed rms of the lumped model with Maxwell elements on a sine, nm."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Identification:
+    """An identified stack and what led to it.
+
+    Attributes
+    ----------
+    stack : IdentifiedStack
+    ramp : RampFit
+    choice : OperatorChoice
+    capacitors : tuple of CapacitorFit
+        Empty without a capacitance.
+    """
+
+    stack: IdentifiedStack
+    ramp: RampFit
+    choice: OperatorChoice
+    capacitors: tuple[CapacitorFit, ...]
+
+    def __str__(self) -> str:
+        """Return the tables, the thesis' numbers beside."""
+        s = self.stack
+        span = NANO * s.stroke()
+        lines = [
+            f"{ramp_table([self.ramp])}",
+            f"operator by held-out error, {', '.join(s.sources)} (nm; thesis, table 6.3)",
+        ]
+        for kind, printed in TABLE_6_3.items():
+            if any(t.kind == kind for t in self.choice.tried):
+                t = self.choice.best(kind)
+                size = f"J {t.plays}" + (f", m {t.zones}" if kind == "ang" else "")
+                lines.append(
+                    f"  {kind:12s} {size:10s} rms {NANO * t.rms:7.2f}, held out "
+                    f"{NANO * t.held_out:7.2f}   ({printed:g})"
+                )
+        lines.append(
+            f"chosen: {s.operator.kind}, rms {NANO * s.rms:.2f} nm, held out "
+            f"{NANO * s.held_out:.2f} nm = {100 * NANO * s.held_out / span:.3f} % of "
+            f"{1e-3 * span:.3f} um; noise {NANO * s.noise:.2f} nm; x {1e6 * s.lag:.0f} us late"
+        )
+        for f in self.capacitors:
+            lines.append(
+                f"  Maxwell capacitor, {f.way:14s} {len(f.capacitor.stiffnesses):2d} elements, rms "
+                f"{NANO * f.rms:7.2f}, held out {NANO * f.held_out:7.2f}   ({TABLE_6_5:g})"
+            )
+        if s.creep is not None:
+            units = zip(s.creep.weights, s.creep.times, strict=True)
+            said = ", ".join(f"{100 * c:.2f} % in {t:.3g} s" for c, t in units)
+            lines.append(f"creep behind the operator: {said}")
+        if s.damping is not None:
+            lines.append(f"damping {said_of(s.damping)} N s/m")
+        lines.append(number_table(s))
+        return "\n".join(lines)
+
+
+def identify_stack(
+    recordings: Sequence[Recording],
+    stiffness: Interval,
+    *,
+    capacitance: float | None = None,
+    mass: float | None = None,
+    step: Ringing | None = None,
+    carried: bool = True,
+    counts: Sequence[int] = COUNTS,
+    name: str = "stack",
+) -> Identification:
+    """Identify a stack from ramps and loops, each from rest at 0 V.
+
+    Parameters
+    ----------
+    recordings : sequence of Recording
+        In the order in which they were taken; the first one rises from virgin rest. The last one,
+        or the last third of a single one, is held out.
+    stiffness : Interval
+        k, N/m.
+    capacitance : float, optional
+        Clamped, F; without it there are no Maxwell elements.
+    mass : float, optional
+        Moved, kg; with `step` it gives the damping.
+    step : Ringing, optional
+    carried : bool
+        A recording begins with what the one before left; else all were demagnetised.
+    counts : sequence of int
+        Numbers of plays that are tried.
+    name : str
+
+    Raises
+    ------
+    UnusableInput
+        If there is no recording or one cannot be used; the line says which and why.
+    """
+    if not recordings:
+        raise UnusableInput("identify: give at least one recording of a ramp or a loop")
+    from_rests = [from_rest(r) for r in recordings]
+    first = from_rests[0]
+    records = LoopRecords.of([(r.volt - r.volt[0], r.x) for r in from_rests], carried=carried)
+    clean = without_creep(records, 1.0 / first.rate)
+    ramp = fit_ramp(replace(first, x=clean.records.outputs[0]), stiffness)
+    choice = choose_operator(clean.records, counts=counts)
+    capacitors: tuple[CapacitorFit, ...] = ()
+    if capacitance is not None:
+        constants = Lumped(capacitance, ramp.transducer.value, stiffness.value)
+        capacitors = fit_capacitor(clean.records, constants)
+    best = best_capacitor(capacitors) if capacitors else None
+    stack = IdentifiedStack(
+        name, tuple(r.name for r in from_rests), ramp.transducer, stiffness,
+        choice.fit.operator, choice.fit.numbers,
+        min(float(r.volt.min()) for r in from_rests), max(float(r.volt.max()) for r in from_rests),
+        first.noise, choice.fit.rms, choice.fit.held_out, lag=clean.delay / first.rate,
+        remanence=ramp.remanence, capacitance=capacitance, mass=mass,
+        damping=step.damping(mass) if step and mass else None, creep=clean.creep,
+        capacitor=best.capacitor if best else None,
+        capacitor_held_out=best.held_out if best else None,
+    )  # fmt: skip
+    return Identification(stack, ramp, choice, capacitors)
+
+
+def said_of(number: Interval, scale: float = 1.0) -> str:
+    """Return a number with its interval."""
+    low, high = number.ci95
+    return f"{scale * number.value:.5g} [{scale * low:.5g}, {scale * high:.5g}]"
+
+
+def ramp_table(ramps: Sequence[RampFit]) -> str:
+    """Return slopes, T and remanence of ramps (thesis: 54.15 nm/V, 3.52 N/V)."""
+    lines = ["ramp: slope of the first and the last of 50 parts (nm/V; thesis 54.15 at the end)"]
+    for r in ramps:
+        s = r.slopes
+        left = "not seen" if r.remanence is None else f"{said_of(r.remanence, NANO)} nm"
+        lines += [
+            f"  {r.name}: {NANO * s.first.value:.3f} .. {NANO * s.last.value:.3f} "
+            f"[{NANO * s.last.ci95[0]:.3f}, {NANO * s.last.ci95[1]:.3f}]; "
+            f"T = k slope = {said_of(r.transducer)} N/V (thesis 3.52), more if the slope rises: "
+            f"{100 * r.bend:.1f} % in the last tenth; remanence {left}; noise "
+            f"{NANO * r.noise:.2f} nm",
+        ]
+    return "\n".join(lines)
+
+
+def number_table(stack: IdentifiedStack) -> str:
+    """Return every number of the operator and of its inverse."""
+    lines = [f"{stack.operator.kind}, number and 95 % interval, SI (c = 1, w_s0 = 1 are the gauge)"]
+    lines += [f"  {n.name:8s} {said_of(Interval(n.value, n.ci95))}" for n in stack.numbers]
+    inverse: Any = stack.operator.inverse()
+    stages = [("r'", "w'", inverse)] if hasattr(inverse, "weights") else [
+        ("d'", "ws'", inverse.dead_zone), ("r'", "wf'", inverse.play)
+    ]  # fmt: skip
+    for widths, weights, stage in stages:
+        lines.append(f"  inverse {widths:3s} " + " ".join(f"{v:.4g}" for v in stage.thresholds))
+        lines.append(f"  inverse {weights:3s} " + " ".join(f"{v:.4g}" for v in stage.weights))
+    return "\n".join(lines)

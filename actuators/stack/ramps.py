@@ -1,0 +1,251 @@
+"""What slow ramps of a stack tell: rest, T, remanence, and k where a force is recorded."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+from actuators.stack.loading_curve import (
+    LoadingCurve,
+    LoadingSlopes,
+    largest_rises,
+    loading_slopes,
+)
+from bondgraph.signals.recording import Recording
+from bondgraph.support.errors import UnusableInput
+from bondgraph.support.ops import FloatArray
+
+USUAL = ("V_in", "V", "x", "F_e")
+"""Names that are taken where a unit has several channels."""
+LEAST_REST = 8
+"""Samples."""
+STILL = 1e-4
+"""Share of the voltage span within which a voltage rests."""
+AT_ZERO = 1e-2
+"""Share of the voltage span within which a virgin curve has to begin."""
+
+
+@dataclass(frozen=True, slots=True)
+class Interval:
+    """A measured number with its 95 % interval, SI."""
+
+    value: float
+    ci95: tuple[float, float]
+
+    @classmethod
+    def of(cls, value: float, error: float) -> Interval:
+        """Return it from a standard error."""
+        return cls(float(value), (float(value - 1.96 * error), float(value + 1.96 * error)))
+
+    @property
+    def error(self) -> float:
+        """Standard error."""
+        return (self.ci95[1] - self.ci95[0]) / (2.0 * 1.96)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FromRest:
+    """A record that begins at rest, its displacement counted from there.
+
+    Attributes
+    ----------
+    name : str
+    volt, x : ndarray, shape (N,), V and m
+    rate : float
+        Hz.
+    resting : int
+        Samples at rest.
+    noise : float
+        Standard deviation of the displacement from sample to sample, m.
+    """
+
+    name: str
+    volt: FloatArray
+    x: FloatArray
+    rate: float
+    resting: int
+    noise: float
+
+    @property
+    def largest_rise(self) -> LoadingCurve:
+        """The samples of the first largest rise."""
+        part = largest_rises(self.volt, 1e-3 * float(np.ptp(self.volt)))[0]
+        return LoadingCurve(self.volt[part], self.x[part])
+
+    def remanence(self) -> Interval | None:
+        """Return what is left at the first voltage after the largest stroke, m; None if unknown.
+
+        Read at the first voltage, from a parabola through the last twentieth of the fall.
+        """
+        span, top = float(np.ptp(self.volt)), int(np.argmax(self.volt))
+        away = self.volt[top:] - self.volt[0]
+        back = np.flatnonzero(away <= 2.0 * STILL * span)
+        if not back.size:
+            return None
+        part = np.flatnonzero(away[: int(back[0]) + 1] <= 0.05 * span) + top
+        if part.size < LEAST_REST:
+            return None
+        columns = np.vander(self.volt[part] - self.volt[0], 3)
+        found, _, _, _ = np.linalg.lstsq(columns, self.x[part], rcond=None)
+        spread = np.linalg.pinv(columns)[2]
+        own = self.noise * float(np.linalg.norm(spread))
+        return Interval.of(float(found[2]), math.hypot(own, self.noise / math.sqrt(self.resting)))
+
+
+def channel_in(recording: Recording, unit: str) -> FloatArray:
+    """Return the command or the only channel of a unit: ``V_in`` or ``V``, ``x``, ``F_e``.
+
+    Raises
+    ------
+    UnusableInput
+        If there is none, or several without such a name.
+    """
+    found = [c for c in recording.channels if recording.units[c] == unit]
+    called = [c for c in USUAL if c in found] or found
+    if (len(found) > 1 and called == found) or not found:
+        raise UnusableInput(
+            f"{recording.name}: has {len(found)} channels in {unit} "
+            f"({', '.join(found) or ', '.join(recording.channels)}); say which with --map"
+        )
+    return np.asarray(recording[called[0]])
+
+
+def from_rest(recording: Recording) -> FromRest:
+    """Return a record measured from its rest.
+
+    Parameters
+    ----------
+    recording : Recording
+        With a voltage and a displacement, see `channel_in`.
+
+    Raises
+    ------
+    UnusableInput
+        If it does not begin at rest at 0 V, or the voltage never rises.
+    """
+    u, x = channel_in(recording, "V"), channel_in(recording, "m")
+    span = float(np.ptp(u))
+    if span == 0.0:
+        raise UnusableInput(f"{recording.name}: the voltage is constant; record a ramp or a sine")
+    shake = float(np.median(np.abs(np.diff(u, 2)))) / (0.6745 * math.sqrt(6.0)) if u.size > 2 else 0
+    moved = np.flatnonzero(np.abs(u - u[0]) > max(STILL * span, 8.0 * shake))
+    resting = int(moved[0]) if moved.size else u.size
+    if resting < LEAST_REST:
+        raise UnusableInput(
+            f"{recording.name}: has {resting} samples of rest before the voltage moves, at least "
+            f"{LEAST_REST} are needed to know where it begins; record some tenths of a second at "
+            "the first voltage (bondsight acquire --rest 0.3)"
+        )
+    begin = float(u[:resting].mean())
+    if abs(begin) > AT_ZERO * float(np.abs(u).max()):
+        raise UnusableInput(
+            f"{recording.name}: begins at {begin:.4g} V; plays are known from 0 V on, so record "
+            "from rest at 0 V"
+        )
+    if u.max() - begin < 0.5 * span:
+        raise UnusableInput(f"{recording.name}: the voltage falls; record the loading upwards")
+    steps = np.diff(x[:resting])
+    noise = float(np.std(steps) / math.sqrt(2.0))
+    return FromRest(recording.name, u, x - float(x[:resting].mean()), recording.fs, resting, noise)
+
+
+@dataclass(frozen=True, slots=True)
+class RampFit:
+    """What one ramp tells.
+
+    Attributes
+    ----------
+    name : str
+    slopes : LoadingSlopes
+        Of the first largest rise, m/V.
+    transducer : Interval
+        ``T = k dx/dV`` at the end of the rise, N/V.
+    remanence : Interval or None
+        m; None if the record does not come back to rest.
+    noise : float
+        m.
+    bend : float
+        Share by which the slope rises in the last tenth of the voltage: where a hysteretic store
+        still takes a part there, T is too small, and nothing in a free ramp tells by how much.
+    """
+
+    name: str
+    slopes: LoadingSlopes
+    transducer: Interval
+    remanence: Interval | None
+    noise: float
+    bend: float
+
+
+def fit_ramp(record: FromRest, stiffness: Interval) -> RampFit:
+    """Return slopes, T and remanence of a ramp (section 6.2 of the stack actuator thesis).
+
+    Parameters
+    ----------
+    record : FromRest
+    stiffness : Interval
+        Short-circuit stiffness k, N/m; its error goes into that of T.
+
+    Raises
+    ------
+    UnusableInput
+        If the stiffness is not positive, or the rise has too few samples.
+    """
+    if not stiffness.value > 0.0:
+        raise UnusableInput(f"stiffness {stiffness.value:g} N/m must be positive")
+    curve = record.largest_rise
+    slopes = loading_slopes(curve)
+    span = float(np.ptp(curve.volt))
+    end = curve.volt >= curve.volt.max() - 0.2 * span
+    curvature = float(
+        np.polyfit(curve.volt[end] - curve.volt[end].mean(), curve.displacement[end], 2)[0]
+    )
+    last = slopes.last
+    error = math.hypot(stiffness.value * last.standard_error, stiffness.error * last.value)
+    t = Interval.of(stiffness.value * last.value, error)
+    bend = 2.0 * curvature * 0.1 * span / last.value
+    return RampFit(record.name, slopes, t, record.remanence(), record.noise, bend)
+
+
+def mean_of(values: Iterable[Interval]) -> Interval:
+    """Return the mean of measurements, its error from their spread where that is larger.
+
+    Examples
+    --------
+    >>> mean_of([Interval.of(1.0, 0.1), Interval.of(1.2, 0.1)]).value
+    1.1
+    """
+    found = list(values)
+    numbers = np.array([v.value for v in found])
+    own = math.sqrt(sum(v.error**2 for v in found)) / len(found)
+    spread = float(numbers.std(ddof=1)) / math.sqrt(len(found)) if len(found) > 1 else 0.0
+    return Interval.of(float(numbers.mean()), max(own, spread))
+
+
+def stiffness_from_load(recording: Recording) -> Interval:
+    """Return k (N/m) from a ramp of a recorded force at constant voltage: ``dx = dF / k``.
+
+    Raises
+    ------
+    UnusableInput
+        If no force moves, or the voltage does.
+    """
+    force, x = channel_in(recording, "N"), channel_in(recording, "m")
+    volts = [np.asarray(recording[c]) for c in recording.channels if recording.units[c] == "V"]
+    if any(np.ptp(v) > 0.01 * (1.0 + np.abs(v).max()) for v in volts):
+        raise UnusableInput(
+            f"{recording.name}: voltage and force move together; hold the voltage while loading"
+        )
+    if not np.ptp(force) > 0.0:
+        raise UnusableInput(f"{recording.name}: the force is constant; load and unload the stack")
+    f = force - force.mean()
+    compliance = float(f @ x) / float(f @ f)
+    rest = x - x.mean() - compliance * f
+    rho = min(max(float(rest[1:] @ rest[:-1]) / max(float(rest @ rest), 1e-300), 0.0), 0.99)
+    error = math.sqrt(float(rest @ rest) / (x.size - 2) / float(f @ f) * (1 + rho) / (1 - rho))
+    if not compliance > 0.0:
+        raise UnusableInput(f"{recording.name}: x falls with the force; turn the sign of the force")
+    return Interval.of(1.0 / compliance, error / compliance**2)

@@ -1,0 +1,162 @@
+"""``bondsight compensate FIT --target FILE``: the voltage for one stack, tried on its bench."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from bondgraph.support.errors import UnusableInput, real_number
+from bondsight.cli.arguments import OUT
+from bondsight.cli.output import writable
+from bondsight.cli.target import target_of
+
+if TYPE_CHECKING:
+    from actuators.compensation.identified_tracking import Compensation
+    from actuators.stack.identified import IdentifiedStack
+    from bondgraph.support.ops import FloatArray
+
+INTEGRAL = 0.3
+"""Integral gain over the rate of a loop; with a sample and a half of delay 60 degrees are left."""
+MARGIN = 0.2
+"""Rest that is recorded before the target (s)."""
+
+
+def compensate_stack(options: argparse.Namespace) -> int:
+    """Write the voltage; on a bench, measure before and after."""
+    import numpy as np
+
+    from actuators.compensation import UNIPOLAR, tracking
+    from actuators.compensation.identified_tracking import compensation, tracking_table
+    from bondgraph.signals.recording import Recording
+
+    if not options.target:
+        raise UnusableInput("compensate: give --target, the displacement that is wanted")
+    out = options.out or OUT / "voltage.npz"
+    if out.suffix not in (".npz", ".csv"):
+        raise UnusableInput(f"compensate --out {out}: write the voltage to .npz or .csv")
+    settings = None
+    if options.station is not None:
+        from hardware.station import read_settings
+
+        settings = read_settings(options.station)
+    limits = UNIPOLAR if settings is None else settings.envelope.limits
+    stack = _stack_of(options.source)
+    rate = real_number("--rate", options.rate)
+    target = target_of(options.target, rate, "m")
+    made = compensation(stack, target, rate, limits)
+    writable(out.parent)
+    time = np.arange(target.size) / rate
+    voltage = Recording(
+        out.stem, time, {"V": made.inverse, "x_ref": target}, {"V": "V", "x_ref": "m"}
+    )
+    print(
+        f"stack:      {stack.name}, {stack.operator.kind}, held out {1e9 * stack.held_out:.2f} nm; "
+        f"{1e6 * stack.stroke(made.history):.3f} um up to {stack.high:g} V"
+    )
+    written = voltage.save(out) if out.suffix == ".npz" else voltage.write_csv(out)
+    print(f"voltage:    {written}, {made.inverse.min():.2f} to {made.inverse.max():.2f} V")
+    if options.controller is not None:
+        from bondgraph.support.whole_file import write_atomically
+
+        writable(options.controller.parent)
+        write_atomically(options.controller, controller_text(stack))
+        print(f"controller: {options.controller}")
+    before = stack.response(made.linear, rate, made.history)
+    after = stack.response(made.inverse, rate, made.history)
+    rows = {
+        "model, plain gain": tracking(target, before),
+        "model, inverse": tracking(target, after),
+    }
+    if settings is not None:
+        with_bench = _measured(options, settings, made, stack)
+        rows |= {name: tracking(target, x) for name, x in with_bench.items()}
+        if options.closed:
+            rows["bench, PI + inverse"] = tracking(*_closed(options, settings, stack))
+    print(tracking_table(rows, float(np.ptp(target))))
+    return 0
+
+
+def controller_text(stack: IdentifiedStack, rate: float = 1000.0) -> str:
+    """Return PI behind the inverse of a stack's operator as the TOML of a controller.
+
+    Behind an inverse the stack is a gain of 1 with a sample or two of delay, so the integral alone
+    does.
+    """
+    head = ['kind = "inverse"', f"rate = {rate!r}", f"integral = {INTEGRAL * rate!r}"]
+    return "\n".join([*head, *_tables("operator", stack.operator.to_dict()), ""])
+
+
+def _tables(name: str, values: Mapping[str, Any]) -> list[str]:
+    """Return a table and those inside it as lines of TOML."""
+    # a JSON text of numbers, texts and lists is a TOML text too
+    plain = [f"{k} = {json.dumps(v)}" for k, v in values.items() if not isinstance(v, Mapping)]
+    inner = [_tables(f"{name}.{k}", v) for k, v in values.items() if isinstance(v, Mapping)]
+    return ["", f"[{name}]", *plain, *(line for table in inner for line in table)]
+
+
+def _stack_of(sources: list[Path]) -> IdentifiedStack:
+    """Return the stack of a file, or identify it from recordings."""
+    from actuators.stack.identification import identify_stack
+    from actuators.stack.identified import IdentifiedStack
+    from actuators.stack.ramps import Interval
+    from bondgraph.signals.recording import Recording
+
+    if sources[0].suffix == ".json":
+        if len(sources) > 1:
+            raise UnusableInput(f"compensate: {sources[0]} is one stack; leave the others out")
+        return IdentifiedStack.open(sources[0])
+    recordings = [Recording.read(f) for f in sources]
+    # neither k nor T is needed for the voltage
+    return identify_stack(recordings, Interval.of(65e6, 0.0), name=sources[0].stem).stack
+
+
+def _measured(
+    options: argparse.Namespace, settings: Any, made: Compensation, stack: IdentifiedStack
+) -> dict[str, FloatArray]:
+    """Play both voltages behind the same history and return the displacements (m)."""
+    import numpy as np
+
+    from actuators.stack.ramps import from_rest
+    from hardware.recorder import TakePlan, record
+    from hardware.station import open_station
+
+    stroke = 0.5 * stack.high * (1.0 - np.cos(np.linspace(0.0, 2.0 * np.pi, round(made.rate))))
+    rest = np.zeros(max(16, round(MARGIN * made.rate)))
+    found = {}
+    folder = (options.out or OUT / "voltage").parent
+    with open_station(settings) as bench:
+        for name, volt in (("plain-gain", made.linear), ("inverse", made.inverse)):
+            plan = TakePlan(
+                np.concatenate((rest, volt)), made.rate, name, "clock", erase=stroke,
+                settle=stack.settling, asked={"target": options.target},
+            )  # fmt: skip
+            taken = record(bench.station(plan), plan, folder / f"bench-{name}")
+            print(f"recording:  {taken.path}")
+            found[f"bench, {name.replace('-', ' ')}"] = from_rest(taken.recording).x[rest.size :]
+        print(f"output:     {bench.output.status}")
+    return found
+
+
+def _closed(
+    options: argparse.Namespace, settings: Any, stack: IdentifiedStack
+) -> tuple[FloatArray, FloatArray]:
+    """Close the loop on the bench; return reference and displacement at its ticks (m)."""
+    import numpy as np
+
+    from hardware.regulation import InverseLoop, LoopPlan, record_loop
+    from hardware.station import open_station
+
+    rate = real_number("--closed", options.closed)
+    reference = target_of(options.target, rate, "m")
+    plan = LoopPlan(reference, rate, name="closed", asked={"target": options.target})
+    controller = InverseLoop(stack.operator, 0.0, INTEGRAL * rate, rate)
+    folder = (options.out or OUT / "voltage").parent
+    with open_station(settings) as bench:
+        done = record_loop(bench.loop(plan), plan, controller, folder / "bench-closed")
+    print(f"recording:  {done.path}")
+    for sentence in done.sentences:
+        print(f"note:       {sentence}")
+    return np.asarray(done.recording["x_ref"]), np.asarray(done.recording["x"])
