@@ -7,6 +7,7 @@ import re
 import subprocess
 import sys
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 import pytest
@@ -28,9 +29,10 @@ def test_the_blocks_of_a_page_run(
     page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    names: dict[str, Any] = {"__name__": page.stem}
+    module = ModuleType(f"page_{page.stem}")
+    monkeypatch.setitem(sys.modules, module.__name__, module)  # classes look for their module
     for i, block in enumerate(_blocks(page), start=1):
-        exec(compile(block, f"{page.name}, block {i}", "exec"), names)
+        exec(compile(block, f"{page.name}, block {i}", "exec"), vars(module))
 
 
 def test_the_first_block_of_the_first_lesson_is_a_model_file() -> None:
