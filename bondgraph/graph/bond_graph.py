@@ -29,6 +29,7 @@ from bondgraph.graph.elements import (
     Zero,
     symbol,
 )
+from bondgraph.signals.units import read_unit
 from bondgraph.support.errors import GraphError, UnknownName, unknown_name
 
 if TYPE_CHECKING:
@@ -185,7 +186,16 @@ class BondGraph:
             self._at.pop(end, None)
 
     def parameter(self, name: str, value: float, unit: str = "1", **more: Any) -> sp.Symbol:
-        """Declare a parameter that ratios and values may use; returns its symbol."""
+        """Declare a parameter that ratios and values may use; returns its symbol.
+
+        Its numbers (`value`, `lower`, `upper`, `scale`) are in `unit`, and kept in SI.
+        """
+        known = read_unit(unit)
+        if known is not None and not known.is_si:
+            unit, value = known.si, value * known.scale
+            for n in ("lower", "upper", "scale"):
+                if more.get(n) is not None:
+                    more[n] *= known.scale
         p = Parameter(name, float(value), unit, **more)
         if name in self._parameters:
             raise GraphError(f"{self.name}: parameter {name!r} is declared twice; rename one")

@@ -34,6 +34,7 @@ from bondgraph.graph.elements import (
     Valued,
     Zero,
 )
+from bondgraph.graph.unit_check import unit_problems
 from bondgraph.laws.law import Law
 from bondgraph.laws.law_sum import LawSum
 from bondgraph.support.bounds import broken
@@ -67,6 +68,7 @@ def problems(graph: BondGraph) -> tuple[str, ...]:
         lines.extend(_value_problems(graph, e, parameters))
         lines.extend(_name_problems(graph, e, parameters))
     lines.extend(_parameter_problems(parameters))
+    lines.extend(unit_problems(graph.elements.values(), parameters))
     lines.extend(_connection_problems(graph))
     if not lines:
         lines.extend(_physics_problems(graph))
@@ -80,8 +82,9 @@ def _physics_problems(graph: BondGraph) -> tuple[str, ...]:
         return lines
     if any(getattr(e, "unit", "") or getattr(e, "units", ()) for e in graph.elements.values()):
         from bondgraph.graph.domain_check import domain_problems
+        from bondgraph.graph.unit_notes import unit_notes
 
-        lines += domain_problems(graph)
+        lines += domain_problems(graph) or unit_notes(graph)
     if graph.of_type(Field):
         from bondgraph.energy.stores import energy_problems
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, TypeAlias, TypeVar
 import sympy as sp
 
 from bondgraph.graph import building
+from bondgraph.signals.units import read_unit
 from bondgraph.support.bounds import Name, Positive, one_of, whole
 from bondgraph.support.errors import GraphError
 
@@ -32,7 +33,7 @@ class Parameter:
     value : float
         Nominal value, SI.
     unit : str
-        SI unit, printed only.
+        SI unit of `value`; `BondGraph.parameter` and elements convert, `check` refuses another.
     positive : bool
         Physics forbids zero and negative values.
     lower, upper : float or None
@@ -106,7 +107,11 @@ class Element:
                     f"{self.name}: {field_name} = {value!r} is no number, no name of a parameter "
                     "and no expression of parameters; give one of them"
                 )
+        self._convert()
         building.join(self)
+
+    def _convert(self) -> None:
+        """Bring the element's own numbers to SI."""
 
     def __rshift__(self, other: _Other) -> _Other:
         """Bond `self` to `other`, half arrow at `other`."""
@@ -206,7 +211,13 @@ class Valued(Element):
     """An element with one linear coefficient and, if wanted, a law; abstract.
 
     `value` is a number (it becomes the parameter `name`), the name of a declared parameter, or a
-    SymPy expression of declared parameters.
+    SymPy expression of declared parameters. A number is brought to SI with its `unit`; numbers of
+    laws are SI.
+
+    Examples
+    --------
+    >>> I("m", 250.0, unit="g")
+    I(name='m', value=0.25, unit='kg', law=None, fixed=False, spread=None, source='')
     """
 
     value: Value | None = None
@@ -215,6 +226,10 @@ class Valued(Element):
     fixed: bool = field(default=False, kw_only=True)
     spread: Positive | None = field(default=None, kw_only=True)
     source: str = field(default="", kw_only=True)
+
+    def _convert(self) -> None:
+        if self.law is None:
+            _to_si(self, "value", "stiffness")
 
 
 @dataclass(frozen=True)
@@ -250,17 +265,29 @@ class TwoPort(Element):
     spread: Positive | None = field(default=None, kw_only=True)
     source: str = field(default="", kw_only=True)
 
+    def _convert(self) -> None:
+        _to_si(self, "ratio")
+
 
 @dataclass(frozen=True)
 class TF(TwoPort):
-    """Transformer, half arrows through: ``e_in = n e_out``, ``f_out = n f_in``."""
+    """Transformer, half arrows through: ``e_in = n e_out``, ``f_out = n f_in``.
+
+    In ``a >> TF("n", ratio=n) >> b`` the ratio is the effort at ``a`` over the effort at ``b``,
+    which is the flow at ``b`` over the flow at ``a``: a cylinder of area A, from its pressure to
+    its rod, has ``ratio=1/A`` (1/m^2); from the rod to the pressure it has ``ratio=A`` (m^2).
+    """
 
     kind: ClassVar[str] = "TF"
 
 
 @dataclass(frozen=True)
 class GY(TwoPort):
-    """Gyrator, half arrows through: ``e_in = r f_out``, ``e_out = r f_in``."""
+    """Gyrator, half arrows through: ``e_in = r f_out``, ``e_out = r f_in``.
+
+    The ratio is the effort on either side over the flow on the other: a motor's constant in
+    ``circuit >> GY("K", ratio=K) >> shaft`` is V s/rad, which is N m/A.
+    """
 
     kind: ClassVar[str] = "GY"
 
@@ -462,6 +489,18 @@ class Reading(Sensor):
 def common_variable(junction: Element) -> str:
     """Return ``"f"`` for a 1-junction, ``"e"`` for a 0-junction: what its bonds share."""
     return "f" if isinstance(junction, One | X1) else "e"
+
+
+def _to_si(element: Element, *fields: str) -> None:
+    """Convert the plain numbers of an element and its unit; what cannot be read waits for check."""
+    held = {n: getattr(element, n, None) for n in fields}
+    unit = read_unit(getattr(element, "unit", ""))
+    plain = all(v is None or isinstance(v, int | float) for v in held.values())
+    if plain and unit is not None and not unit.is_si:
+        for n, v in held.items():
+            if v is not None:
+                object.__setattr__(element, n, v * unit.scale)
+        object.__setattr__(element, "unit", unit.si)
 
 
 def names(elements: Iterable[Element]) -> tuple[str, ...]:

@@ -1,4 +1,4 @@
-"""Units of ratios against the units at both ends; notes, not errors."""
+"""Units of ratios against the units at both ends."""
 
 from __future__ import annotations
 
@@ -9,8 +9,7 @@ import sympy as sp
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.domain_check import dimensions_of
 from bondgraph.graph.elements import GY, TF, Parameter, TwoPort
-from bondgraph.signals.units import Dimension, parse_unit
-from bondgraph.support.errors import UnusableInput
+from bondgraph.signals.units import Dimension, read_unit
 
 Known = Dimension | None
 _BASE = ("m", "kg", "s", "A", "K")
@@ -31,8 +30,8 @@ def unit_notes(graph: BondGraph) -> tuple[str, ...]:
     ...     loop, body = One("loop"), One("body")
     ...     _ = Se("V", unit="V") >> loop >> TF("n", 2.0, unit="N/V") >> body
     ...     _ = body >> I("m", 1.0, unit="kg")
-    >>> print(unit_notes(g)[0])
-    n (TF): its ratio is in N/V = s*A/m, but e_in/e_out is in m/s/A; correct a unit or invert it
+    >>> print(unit_notes(g)[0])  # doctest: +ELLIPSIS
+    n (TF): its ratio is in N/V = s*A/m, but along the half arrows e_in/e_out is in m/s/A; ...
     """
     known = dimensions_of(graph)
     lines: list[str] = []
@@ -59,9 +58,11 @@ def _notes(
     unit, dims = _ratio(graph, e)
     for text, expected in quotients:
         if dims is not None and expected is not None and dims != expected:
+            turned = dims == _over(_NONE, expected)
             yield (
-                f"{e.name} ({e.kind}): its {word} is in {unit} = {_text(dims)}, but {text} is in "
-                f"{_text(expected)}; correct a unit or invert it"
+                f"{e.name} ({e.kind}): its {word} is in {unit} = {_text(dims)}, but along the half "
+                f"arrows {text} is in {_text(expected)}; "
+                + (f"give 1/{word}" if turned else "correct a unit")
             )
             return
     (one, a), (two, b) = quotients
@@ -102,13 +103,9 @@ def _expression(x: sp.Expr, parameters: dict[str, Parameter]) -> Known:
     return None
 
 
-def _read(unit: str) -> Known:
-    if not unit.strip() or unit.strip() == "1":
-        return None
-    try:
-        return parse_unit(unit).dims
-    except UnusableInput:
-        return None
+def _read(text: str) -> Known:
+    unit = None if text.strip() == "1" else read_unit(text)
+    return None if unit is None else unit.dims
 
 
 def _over(a: Known, b: Known) -> Known:

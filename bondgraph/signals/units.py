@@ -116,6 +116,7 @@ _STEMS: dict[str, tuple[float, Dimension, _Factors]] = {
     "A": (1.0, (0, 0, 0, 1, 0), (("A", 1),)),
     "K": (1.0, (0, 0, 0, 0, 1), (("K", 1),)),
     "rad": (1.0, _NONE, (("rad", 1),)),
+    "mol": (1.0, _NONE, (("mol", 1),)),
     "Hz": (1.0, (0, 0, -1, 0, 0), (("Hz", 1),)),
     "N": (1.0, (1, 1, -2, 0, 0), (("N", 1),)),
     "Nm": (1.0, (2, 1, -2, 0, 0), (("N", 1), ("m", 1))),
@@ -319,6 +320,20 @@ def parse_unit(text: str, where: str = "") -> Unit:
     tidy = float(f"{unit.scale:.12g}")  # 0.01, not 0.009999999999999998
     scale = tidy if isclose(tidy, unit.scale, rel_tol=2e-15) else unit.scale
     return Unit(scale, unit.dims, text.strip(), unit.factors, unit.note)
+
+
+def read_unit(text: str) -> Unit | None:
+    """Return the unit of a text; None if it is blank or no unit.
+
+    Examples
+    --------
+    >>> read_unit("kN").si, read_unit("banana")
+    ('N', None)
+    """
+    try:
+        return parse_unit(text) if text.strip() else None
+    except UnusableInput:
+        return None
 
 
 def convert(values: ArrayLike, source: str, target: str) -> NDArray[np.float64]:

@@ -220,7 +220,9 @@ def _refuse_taken(graph: BondGraph, name: str) -> None:
 
 
 def _no_worse(before: BondGraph, after: BondGraph, what: str) -> BondGraph:
-    known = set(before.check())
+    from bondgraph.graph.unit_notes import unit_notes
+
+    known = {*before.check(), *unit_notes(after)}  # a ratio waits for its new unit
     fresh = [line for line in after.check() if line not in known]
     if fresh:
         raise GraphError(f"{before.name}: {what}: {'; '.join(fresh)}")
