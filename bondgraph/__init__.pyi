@@ -46,6 +46,8 @@ from bondgraph.graph.modulation import flow as flow
 from bondgraph.graph.modulation import momentum as momentum
 from bondgraph.graph.modulation import port_variables as port_variables
 from bondgraph.signals.recording import Recording as Recording
+from bondgraph.simulation.responses import impulse_response as impulse_response
+from bondgraph.simulation.responses import step_response as step_response
 from bondgraph.simulation.simulate import simulate as simulate
 from bondgraph.simulation.trajectory import Trajectory as Trajectory
 from bondgraph.support.errors import BondsightError as BondsightError

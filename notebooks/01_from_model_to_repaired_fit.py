@@ -68,7 +68,7 @@ space
 
 # %%
 time = np.arange(4000) * 1e-6
-step = simulate(graph, time, {"V_in": np.where(time > 2e-4, 1.0, 0.0)})
+step = simulate(graph, time, {"V_in": np.where(time > 2e-4, 1.0, 0.0)}, x0="rest", hold="linear")
 plt.plot(1e3 * time, 1e9 * step["x"])
 plt.xlabel("time / ms")
 plt.ylabel("x / nm")
@@ -138,7 +138,9 @@ plt.show()
 # %%
 fitted = d.repaired.problem.compiled
 values = {n: d.repaired.values[n] for n in fitted.parameter_names}
-run = simulate(fitted, d.data.time, d.data.commands, values, accuracy=1e-3)
+run = simulate(
+    fitted, d.data.time, d.data.commands, values, accuracy=1e-3, x0="rest", hold="linear"
+)
 s, w = run.laws[place["element"]]
 plt.plot(s[held], w[held], lw=0.5)
 plt.xlabel(f"argument of {place['element']} (SI)")

@@ -370,15 +370,27 @@ time = 1e-7 * np.arange(6001)
 step = np.where(time > 2e-5, 1.0, 0.0)
 runs = {
     "lumped": simulate(
-        stack_lumped(resistance=5.0), time, {"V_in": step}, thesis_stack.as_lumped()
+        stack_lumped(resistance=5.0),
+        time,
+        {"V_in": step},
+        thesis_stack.as_lumped(),
+        x0="rest",
+        hold="linear",
     ),
     "general": simulate(
-        stack_bond_graph(mass=mass), time, {"V_in": step}, thesis_stack.as_bond_graph()
+        stack_bond_graph(mass=mass),
+        time,
+        {"V_in": step},
+        thesis_stack.as_bond_graph(),
+        x0="rest",
+        hold="linear",
     ),
     "general, T = 3.52 m/C as printed": simulate(
         stack_bond_graph(mass=mass, transducer=3.52, capacitance=4.9e-6 / 3.52 / 100),
         time,
         {"V_in": step},
+        x0="rest",
+        hold="linear",
     ),
 }
 for (name, run), style in zip(runs.items(), ("-", "--", "-"), strict=True):
@@ -507,7 +519,14 @@ for name, make in OPERATORS.items():
     exact, _ = make().run(drive)
     row = []
     for structure in STRUCTURES:
-        run = simulate(paired(structure, make()), slow, {"V_in": drive}, accuracy=1e-6)
+        run = simulate(
+            paired(structure, make()),
+            slow,
+            {"V_in": drive},
+            accuracy=1e-6,
+            x0="rest",
+            hold="linear",
+        )
         row.append(float(np.abs(run["x"] - exact).max() / np.ptp(exact)))
     print(f"{name:20s}" + "".join(f"{d:12.1e}" for d in row))
     assert row[0] < 1e-14
@@ -590,7 +609,14 @@ assert slopes.chord.standard_error > 8 * slopes.last.standard_error
 
 lumped = stack_lumped(Hysteretic(maxwell))
 coarse = loading_ramp(0.0, 100.0, 10.0, 500.0)
-loading = simulate(lumped, coarse.time, {"V_in": coarse.volt}, observed=("q_H", "e_clamp"))
+loading = simulate(
+    lumped,
+    coarse.time,
+    {"V_in": coarse.volt},
+    observed=("q_H", "e_clamp"),
+    x0="rest",
+    hold="linear",
+)
 known = transducer_constant(loading_slopes(coarse.volt, loading["x"]).last, 65e6)
 print(f"lumped stack with T = 3.520 N/V: the method gives {known.value:.3f} N/V")
 assert 0.9 < known.value / 3.52 < 0.999
@@ -711,11 +737,13 @@ assert abs(by_name["Al Janaideh (6.2): top"].given - 4.9e-6) < 20e-9
 time = 0.5e-3 * np.arange(3001)
 wave = 0.5 - 0.5 * np.cos(4 * pi * time)
 last = slice(2000, 3000)
-by_voltage = simulate(lumped, time, {"V_in": 100 * wave}, observed=("q_H",))
+by_voltage = simulate(
+    lumped, time, {"V_in": 100 * wave}, observed=("q_H",), x0="rest", hold="linear"
+)
 delivered = current_for(time, float(by_voltage["q_H"].max()) * wave)
 driven = current_driven(lumped)
 n_states = len(derive(driven).states)
-by_charge = simulate(driven, time, {"i_in": delivered}, x0=np.zeros(n_states))
+by_charge = simulate(driven, time, {"i_in": delivered}, x0=np.zeros(n_states), hold="linear")
 charge = charge_of(time, delivered)
 volt_loop = loop_of(100 * wave[last], by_voltage["x"][last])
 charge_loop = loop_of(charge[last], by_charge["x"][last])
@@ -841,6 +869,7 @@ static = simulate(
     motion.time,
     {"V_in": comp.feedforward(Ang.stack_2hz(), motion.x)},
     x0=np.zeros(3),
+    hold="linear",
 )
 rest_static = static["x"] - motion.x
 for name, rest in (

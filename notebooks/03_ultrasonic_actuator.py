@@ -120,6 +120,7 @@ smooth = simulate(
     {"V_c": volt},
     x0=np.zeros(2),
     observed=("e_V_c",),
+    hold="linear",
 )
 left.plot(volt, smooth["e_V_c"], "--", lw=0.9, label="monotone cubic")
 left.plot(law.knots, law.values, "k.", label="points")
@@ -159,7 +160,9 @@ print(
 )
 fig, (left, right) = plt.subplots(1, 2)
 for control in (10.0, 6.0, 4.0, 3.0, 1.5, -3.0, -4.0, -10.0):
-    step = simulate(graph, time, {"V_c": np.full(time.size, control)}, x0=np.zeros(2))
+    step = simulate(
+        graph, time, {"V_c": np.full(time.size, control)}, x0=np.zeros(2), hold="linear"
+    )
     dashes = "--" if control == 6.0 else "-"
     left.plot(1e3 * time, 1e3 * step["v"], dashes, label=f"{control:g} V")
     assert abs(step["v"][-1] - us.force(control) / sheet.damping) < 5e-4
@@ -193,7 +196,9 @@ for factor in (0.5, 1.0, 2.0):
     crossed = {}
     for sign in (1, -1):
         output = us.envelope(time, np.where(time > 5e-6, 9.0 * sign, -9.0 * sign), varied)
-        run = simulate(graph, time, {"V_c": output}, x0=np.array([-0.5 * sign * mass, 0.0]))
+        run = simulate(
+            graph, time, {"V_c": output}, x0=np.array([-0.5 * sign * mass, 0.0]), hold="linear"
+        )
         crossed[sign] = time[np.flatnonzero(sign * run["v"] > 0)[0]]
     powerless = 4 / varied.downward
     print(

@@ -243,7 +243,7 @@ plt.show()
 # %%
 time = np.linspace(0.0, 1.0, 1001)
 volt = 6.0 * np.sin(2 * np.pi * 2 * time) + 5.0 * np.sin(2 * np.pi * 7 * time)
-linear = simulate(axis, time, {"V": volt})
+linear = simulate(axis, time, {"V": volt}, x0="rest", hold="linear")
 
 fig, axes = plt.subplots(1, 3, figsize=(9.5, 2.6))
 for a, (name, scale, label) in zip(
@@ -263,7 +263,10 @@ plt.show()
 later = np.linspace(0.0, 3.0, 3001)
 tones = {2.0: 6.0, 7.0: 5.0}
 both = sum(a * np.sin(2 * np.pi * f * later) for f, a in tones.items())
-settled, at = simulate(axis, later, {"V": both})["w"][-1000:], later[-1000:]
+settled, at = (
+    simulate(axis, later, {"V": both}, x0="rest", hold="linear")["w"][-1000:],
+    later[-1000:],
+)
 for f, amplitude in tones.items():
     gain = 2j * np.mean(settled * np.exp(-2j * np.pi * f * at)) / amplitude
     expected = number(2j * np.pi * f)
@@ -385,7 +388,7 @@ def run_fmus(form, time, volt):
 
 
 if GCC and HAS_FMPY:
-    held = simulate(axis, time, {"V": volt}, hold="hold")
+    held = simulate(axis, time, {"V": volt}, hold="hold", x0="rest")
     for standard, found in run_fmus(form, time, volt).items():
         for name in form.outputs:
             print(f"{standard}, {name:4s}{worst(found[name], held[name]):.0e} of its range")
@@ -516,7 +519,7 @@ worn = axis.replace("k", C("k", unit="rad/(N*m)", law=Hysteretic(teeth))).copy("
 assert worn.check() == ()
 assert teeth.linear_slope == 1e4
 
-loops = simulate(worn, time, {"V": volt}, accuracy=1e-7)
+loops = simulate(worn, time, {"V": volt}, accuracy=1e-7, x0="rest", hold="linear")
 change = worst(loops["phi"], linear["phi"])
 print(f"slip changes the twist by {100 * change:.0f} % of its range")
 print(f"memory at the end: {', '.join(f'{1e3 * m:.3f}' for m in loops.memory['k'])} mrad")
@@ -533,7 +536,7 @@ answers = {"NumPy module": (run_module(numpy_module(form), time, volt, 2), loops
 if GCC:
     answers["C, 8 steps a sample"] = run_c(form, time, volt, 8), loops
 if GCC and HAS_FMPY:
-    held = simulate(worn, time, {"V": volt}, hold="hold", accuracy=1e-7)
+    held = simulate(worn, time, {"V": volt}, hold="hold", accuracy=1e-7, x0="rest")
     for standard, found in run_fmus(form, time, volt).items():
         answers[standard] = found, held
 

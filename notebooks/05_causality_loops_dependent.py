@@ -197,7 +197,9 @@ model = system(blocked)
 print("states:", model.states, " input rates:", model.input_rates, " i =", model.outputs[0])
 assert (model.states, model.input_rates) == ((), ("d_V",))
 time = np.linspace(0.0, 0.02, 2001)
-current = simulate(blocked, time, {"V": 100.0 * np.sin(400.0 * time)})["i"]
+current = simulate(blocked, time, {"V": 100.0 * np.sin(400.0 * time)}, x0="rest", hold="linear")[
+    "i"
+]
 exact = 2e-6 * 100.0 * 400.0 * np.cos(400.0 * time)
 print(
     f"2 uF at 100 V, 400 rad/s: {1e3 * current[5:].max():.2f} mA, exact {1e3 * exact.max():.2f} mA"
@@ -262,7 +264,9 @@ wdot = sp.lambdify((q, sp.Symbol("p_J_c", real=True), tau), by_hand.subs(values)
 time = np.linspace(0.0, 4.0, 2001)
 torque = np.where(time < 3.0, 0.8, 0.8 - 2.0 * (time - 3.0))
 start = np.array([0.0, 0.1])  # momentum of the crank, angle
-run = simulate(yoke, time, {"tau": torque}, x0=start, accuracy=1e-6, observed=observables(yoke))
+run = simulate(
+    yoke, time, {"tau": torque}, x0=start, accuracy=1e-6, observed=observables(yoke), hold="linear"
+)
 
 
 def rate_of(instant, state):
@@ -348,7 +352,7 @@ assert not model.is_explicit
 
 time = np.linspace(0.0, 0.02, 401)
 supply = 1e7 * (1 - np.exp(-time / 1e-3)) * (1 + 0.4 * np.sin(2 * np.pi * 200 * time))
-run = simulate(filling, time, {"p_s": supply}, x0=np.zeros(1))
+run = simulate(filling, time, {"p_s": supply}, x0=np.zeros(1), hold="linear")
 
 
 def flow(drop, resistance=1e9, k=1e12):
@@ -429,7 +433,9 @@ assert "singular" in message
 # %%
 time = np.linspace(0.0, 4.0, 2001)
 torque = np.where(time < 3.0, 0.8, 0.8 - 2.0 * (time - 3.0))
-run = simulate(yoke, time, {"tau": torque}, x0=start, accuracy=1e-6, observed=observables(yoke))
+run = simulate(
+    yoke, time, {"tau": torque}, x0=start, accuracy=1e-6, observed=observables(yoke), hold="linear"
+)
 account = ledger(yoke, run)
 print(account)
 assert account.closes
@@ -560,9 +566,9 @@ assert found.signatures.column("K") == (True, True)
 time = np.linspace(0.0, 0.4, 8001)
 volt = 12.0 + 6.0 * np.sin(2 * np.pi * 20 * time)
 half = 4000
-before = simulate(motor, time[: half + 1], {"V": volt[: half + 1]})
+before = simulate(motor, time[: half + 1], {"V": volt[: half + 1]}, x0="rest", hold="linear")
 worn = {"R_a": 0.72}
-after = simulate(motor, time[half:], {"V": volt[half:]}, worn, x0=before.state)
+after = simulate(motor, time[half:], {"V": volt[half:]}, worn, x0=before.state, hold="linear")
 read = {name: np.append(before[name], after[name][1:]) for name in ("i", "w")}
 known = {"V": [volt]} | {name: [y, np.gradient(y, time)] for name, y in read.items()}
 nominal = {name: p.value for name, p in motor.parameters.items()}

@@ -126,7 +126,7 @@ assert [a.missing for a in answers.values()] == [2, 1, 0]
 # %%
 def record(name, time, volt, seed):
     """Simulate the device and add the noise of the instruments."""
-    run = simulate(model, time, {"V_in": volt}, truth, accuracy=1e-5)
+    run = simulate(model, time, {"V_in": volt}, truth, accuracy=1e-5, x0="rest", hold="linear")
     rng = np.random.default_rng(seed)
     read = {s: run[s] + level * rng.standard_normal(time.size) for s, level in NOISE.items()}
     units = {"V_in": "V", "x": "m", "i": "A"}

@@ -67,7 +67,7 @@ def say(*texts):
 def record(name, signal, values, noise=NOISE, seed=1):
     """Play a signal on the device and add the noise of the instruments."""
     time, volt = signal.time, signal.values
-    run = simulate(both, time, {"V_in": volt}, values, accuracy=1e-7)
+    run = simulate(both, time, {"V_in": volt}, values, accuracy=1e-7, x0="rest", hold="linear")
     rng = np.random.default_rng(seed)
     read = {s: run[s] + level * rng.standard_normal(time.size) for s, level in noise.items()}
     return Recording(name, time, {"V_in": volt, **read}, {"V_in": "V", "x": "m", "i": "A"})

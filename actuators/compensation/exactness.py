@@ -88,7 +88,9 @@ def bond_graph_residual(
 
 def _left(graph: BondGraph, motion: AnalyticMotion, voltage: FloatArray, n_x: int) -> FloatArray:
     start = np.zeros(n_x)
-    run = simulate(graph, motion.time, {"V_in": voltage}, x0=start, accuracy=ACCURACY)
+    run = simulate(
+        graph, motion.time, {"V_in": voltage}, x0=start, accuracy=ACCURACY, hold="linear"
+    )
     return np.asarray(run["x"] - motion.x)
 
 

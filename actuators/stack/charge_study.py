@@ -79,7 +79,14 @@ def drive_comparisons() -> tuple[DriveComparison, ...]:
         signal, factor = _charge(free)
         for load, change in LOADS.items():
             graph = change(free)
-            volt = simulate(graph, time, {"V_in": 100 * wave, "F_e": none}, observed=(signal,))
+            volt = simulate(
+                graph,
+                time,
+                {"V_in": 100 * wave, "F_e": none},
+                observed=(signal,),
+                x0="rest",
+                hold="linear",
+            )
             current = current_for(time, float(volt[signal].max()) * factor * wave)
             driven = _from_rest(current_driven(graph), time, {"i_in": current, "F_e": none})
             curves = {
@@ -100,7 +107,7 @@ def force_cycles() -> tuple[ForceCycle, ...]:
     current = current_for(time, 70e-6 * ramp**2 * (3 - 2 * ramp))
     found = []
     for name, graph in _stacks().items():
-        volt = simulate(graph, time, {"V_in": 50 * ramp, "F_e": force})
+        volt = simulate(graph, time, {"V_in": 50 * ramp, "F_e": force}, x0="rest", hold="linear")
         driven = _from_rest(current_driven(graph), time, {"i_in": current, "F_e": force})
         loops = (loop_of(force[last], run["x"][last]) for run in (volt, driven))
         found.append(ForceCycle(name, *loops))
@@ -219,7 +226,7 @@ def _from_rest(
     graph: BondGraph, time: FloatArray, commands: Mapping[str, FloatArray]
 ) -> Trajectory:
     """Simulate from all stores empty: a current has no state of rest of its own."""
-    return simulate(graph, time, commands, x0=np.zeros(len(derive(graph).states)))
+    return simulate(graph, time, commands, x0=np.zeros(len(derive(graph).states)), hold="linear")
 
 
 def _charge(graph: BondGraph) -> tuple[str, float]:

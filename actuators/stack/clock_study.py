@@ -63,7 +63,9 @@ def _operator(time: FloatArray, volt: FloatArray) -> FloatArray:
 def _rate_dependent(time: FloatArray, volt: FloatArray) -> FloatArray:
     """Return the lumped stack behind a resistance that widens the loop with frequency."""
     law = Hysteretic(MaxwellResistiveCapacitor.stack_2hz())
-    return simulate(stack_lumped(law, resistance=RESISTANCE), time, {"V_in": volt})["x"]
+    return simulate(
+        stack_lumped(law, resistance=RESISTANCE), time, {"V_in": volt}, x0="rest", hold="linear"
+    )["x"]
 
 
 PLANTS: dict[str, Plant] = {"without rate": _operator, "with rate": _rate_dependent}

@@ -189,7 +189,9 @@ def known() -> KnownTransducer:
     """Apply the method to a stack whose transducer constant is known."""
     ramp = loading_ramp(0.0, 100.0, 10.0, 500.0)
     graph = stack_lumped(Hysteretic(MaxwellResistiveCapacitor.stack_2hz()))
-    run = simulate(graph, ramp.time, {"V_in": ramp.volt}, observed=("e_clamp",))
+    run = simulate(
+        graph, ramp.time, {"V_in": ramp.volt}, observed=("e_clamp",), x0="rest", hold="linear"
+    )
     last = loading_slopes(ramp.volt, run["x"]).last
     inside = ramp.volt >= last.window[0]
     share = float(np.polyfit(ramp.volt[inside], run["e_clamp"][inside], 1)[0])

@@ -112,5 +112,7 @@ def pairing_deviation(structure: str, operator: str) -> float:
     time = np.arange(2001) * 5e-4
     volt = 50.0 - 50.0 * np.cos(4.0 * np.pi * time)
     exact, _ = pure.run(volt)
-    run = simulate(paired(structure, pure), time, {"V_in": volt}, accuracy=1e-6)
+    run = simulate(
+        paired(structure, pure), time, {"V_in": volt}, accuracy=1e-6, x0="rest", hold="linear"
+    )
     return float(np.abs(run["x"] - exact).max() / np.ptp(exact))

@@ -52,7 +52,7 @@ def motion(
     graph: BondGraph,
     trajectory: Trajectory,
     parameters: Mapping[str, float] | None = None,
-    hold: str = "linear",
+    hold: str | None = None,
 ) -> SignalPath:
     """Return all signals and the work of all bonds of `graph` along `trajectory`.
 
@@ -60,8 +60,9 @@ def motion(
     ----------
     parameters : dict of str to float
         Values that differ from the declared ones, as given to the simulation.
-    hold : {"linear", "hold", "band-limited"}
-        What the inputs did between the samples; the last for any smooth input. A held one is given
+    hold : {"linear", "hold", "band-limited"}, optional
+        What the inputs did between the samples, as `Trajectory.hold` says when not given; the
+        last for any smooth input. A held one is given
         by what it was until the sample, as `simulate` observes it.
 
     Raises
@@ -69,6 +70,7 @@ def motion(
     UnusableInput
         A state, an input or a law's values are missing, or the trajectory has no two samples.
     """
+    hold = hold or trajectory.hold
     if hold not in HOLDS:
         raise unknown_name("inter-sample behaviour", hold, "ledger", HOLDS)
     model = system(graph)

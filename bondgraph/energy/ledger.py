@@ -39,7 +39,7 @@ def ledger(
     *,
     parameters: Mapping[str, float] | None = None,
     memory: Mapping[str, Sequence[float]] | None = None,
-    hold: str = "linear",
+    hold: str | None = None,
     accuracy: float = 1e-4,
 ) -> Ledger:
     """Account for all energy of a motion.
@@ -57,8 +57,9 @@ def ledger(
         Values that differ from the declared ones.
     memory : dict of str to sequence of float
         Memory the simulation started from, by element; virgin where not given.
-    hold : {"linear", "hold", "band-limited"}
-        What the inputs did between samples, as given to `simulate`; the last for smooth inputs.
+    hold : {"linear", "hold", "band-limited"}, optional
+        What the inputs did between samples, as `Trajectory.hold` says when not given; the last
+        for smooth inputs.
     accuracy : float
         The tolerance the integrator was given; reported, and used by `Ledger.closes`.
 

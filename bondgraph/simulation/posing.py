@@ -13,7 +13,7 @@ from bondgraph.equations.program import Program
 from bondgraph.equations.relation import FINE
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.simulation.radau.start import inputs_of, rest, unknowns_at
-from bondgraph.simulation.start import checked_commands, initial_state, state_by_name
+from bondgraph.simulation.start import begun_with, checked_commands, initial_state, state_by_name
 from bondgraph.support.arrays import Array
 
 
@@ -44,14 +44,25 @@ class Posed:
     step: float
 
     def start(self, x0: object, memory: Array) -> tuple[Array, Array]:
-        """Return state and algebraic unknowns at the first sample; at rest without `x0`."""
+        """Return state and algebraic unknowns at the first sample.
+
+        Without `x0` those of rest with inputs at zero, with ``"rest"`` under the first inputs.
+        """
         q, u = self.program, self.u[0]
         if isinstance(x0, Mapping):
             x0 = state_by_name(q.name, x0, q.states)
-        if x0 is None:
-            return rest(q, u, self.p, memory=memory, time=self.at)
+        if x0 is None or isinstance(x0, str):
+            begun = begun_with(q.name, x0, q.inputs, u)
+            x, z = rest(q, begun, self.p, memory=memory, time=self.at)
+            if np.array_equal(begun, u):
+                return x, z
+            x0 = x
         x = initial_state(q.name, x0, q.states)
         return x, unknowns_at(q, self.at, x, u, self.p, memory)
+
+    def between(self, hold: str | None) -> str:
+        """Return what inputs do between samples: held, unless the equations need their rates."""
+        return hold or ("linear" if self.program.input_rates else "hold")
 
     def outputs(self, y: Array) -> dict[str, Array]:
         """Return the outputs that are wanted by name."""

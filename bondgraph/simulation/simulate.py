@@ -10,8 +10,15 @@ import numpy as np
 
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.checking import tried_problems
-from bondgraph.simulation.exact_run import LARGEST, Memories, relative_change, settle
+from bondgraph.simulation.exact_run import (
+    LARGEST,
+    Memories,
+    relative_change,
+    run_record,
+    settle,
+)
 from bondgraph.simulation.start import (
+    begun_with,
     checked_commands,
     equilibrium,
     even_grid,
@@ -49,8 +56,8 @@ def simulate(
     commands: Mapping[str, Array] | None = None,
     parameters: Mapping[str, float] | None = None,
     *,
-    x0: Array | Mapping[str, float] | None = None,
-    hold: str = "linear",
+    x0: Array | Mapping[str, float] | str | None = None,
+    hold: str | None = None,
     accuracy: float = 1e-4,
     observed: Sequence[str] = (),
     memory: Memories | None = None,
@@ -73,7 +80,12 @@ def simulate(
     x0 : ndarray, shape (n_x,), or dict of str to float, optional
         Initial state: an array in the order of `Trajectory.states` (of an earlier run, or of
         ``derive(graph).states``), or displacements and momenta by name as in
-        ``system(graph).states``; the rest under the first inputs when not given.
+        ``system(graph).states``; ``"rest"`` is the rest under the first inputs, as of a recording
+        that begins long after they were switched on. When not given, everything rests with all
+        inputs at zero until the first sample: a constant input is a step.
+    hold : {"hold", "linear", "band-limited"}, optional
+        What inputs do between samples. When not given, they are held, as by a converter; linear
+        where the equations need their rates.
     memory : dict of str to sequence of float, optional
         Memory of a law to start from, by element, such as `Trajectory.memory` of an earlier run;
         virgin where not given.
@@ -87,7 +99,8 @@ def simulate(
         held = dead_times(model, parameters or {})
         ratios = clock_errors(model, parameters or {})
         made = simulate(
-            without_timing(model), time, late(commands or {}, held, time), parameters,
+            without_timing(model), time,
+            late(commands or {}, held, time, before=0.0 if x0 is None else None), parameters,
             x0=x0, hold=hold, accuracy=accuracy, observed=observed, memory=memory,
             integrator=integrator,
         )  # fmt: skip
@@ -128,17 +141,32 @@ def simulate(
             f"small for it ({', '.join(none) or 'none is 0'}); give other values"
         )
     known = tuple(str(v.symbol) for v in compiled.space.states)
-    if x0 is None:
-        x0 = equilibrium(compiled, p, u[0])
-    start = initial_state(compiled.space.name, x0, known)
     step = float(np.diff(time).mean())
+    hold = hold or ("linear" if compiled.space.recorded else "hold")
+    if x0 is None or isinstance(x0, str):
+        x0, memory = _rested(compiled, p, u, step, x0, memory)
+    start = initial_state(compiled.space.name, x0, known)
     n_sub, run = settle(compiled, p, u, step, start, hold, accuracy, memory=memory, loud=True)
     names = (*compiled.space.output_names, *compiled.observed)
     outputs = {n: run.y[:, i] for i, n in enumerate(names)}
     laws = {port.element: (run.s[:, j], run.w[:, j]) for j, port in enumerate(compiled.space.laws)}
     return Trajectory(
-        compiled.space.name, time, outputs, laws, n_sub, run.x, run.memory, known, run.settled
-    )
+        compiled.space.name, time, outputs, laws, n_sub, run.x, run.memory, known, run.settled,
+        hold=hold,
+    )  # fmt: skip
+
+
+def _rested(
+    compiled: Compiled, p: Array, u: Array, step: float, x0: str | None, memory: Memories | None
+) -> tuple[Array, Memories | None]:
+    """Return the state and the memory of a rest before the first sample."""
+    begun = begun_with(compiled.space.name, x0, compiled.space.input_names, u[0])
+    x = equilibrium(compiled, p, begun)
+    if np.array_equal(begun, u[0]):
+        return x, memory
+    # laws remember that rest, not what the first input makes of it
+    kept = run_record(compiled, p, np.stack([begun, begun]), step, x).memory
+    return x, {**kept, **(memory or {})}
 
 
 def _by_sundials(
@@ -149,7 +177,8 @@ def _by_sundials(
     parameters: Mapping[str, float] | None,
     integrator: str,
     *,
-    x0: Array | Mapping[str, float] | None,
+    x0: Array | Mapping[str, float] | str | None,
+    memory: Memories | None,
     **rest: Any,
 ) -> Trajectory:
     """Start where `simulate` would: at rest by the linear part where the step is exact."""
@@ -159,15 +188,16 @@ def _by_sundials(
         raise UnusableInput(f"{model.space.name}: {integrator} needs the graph; give that")
     if compiled is not None and not isinstance(x0, Mapping):
         known = tuple(str(v.symbol) for v in compiled.space.states)
-        if x0 is None:
+        if x0 is None or isinstance(x0, str):
             time = even_grid(model.name, time)
             u = inputs_of(compiled, checked_commands(model.name, commands, time), time)
-            x0 = equilibrium(compiled, compiled.vector(parameters or {}), u[0])
+            p, step = compiled.vector(parameters or {}), float(np.diff(time).mean())
+            x0, memory = _rested(compiled, p, u, step, x0, memory)
         start = initial_state(model.name, x0, known)
         x0 = dict(zip(known, start.tolist(), strict=True))
     return simulate_sundials(
         model, time, commands, parameters, integrator,
-        x0=x0, relaxed=compiled is not None, **rest,
+        x0=x0, memory=memory, relaxed=compiled is not None, **rest,
     )  # fmt: skip
 
 
@@ -194,8 +224,8 @@ def simulate_general(
     commands: Mapping[str, Array] | None = None,
     parameters: Mapping[str, float] | None = None,
     *,
-    x0: Array | Mapping[str, float] | None = None,
-    hold: str = "linear",
+    x0: Array | Mapping[str, float] | str | None = None,
+    hold: str | None = None,
     accuracy: float = 1e-4,
     observed: Sequence[str] = (),
     memory: Memories | None = None,
@@ -214,13 +244,9 @@ def simulate_general(
     from bondgraph.simulation.radau.native import PreparedGeneral, run_general
 
     time = even_grid(graph.name, time)
-    if hold != "linear":
-        raise UnusableInput(
-            f"{graph.name}: the general integrator takes inputs linear between samples, not "
-            f"{hold!r}; sample faster"
-        )
     asked = pose(graph, time, commands, parameters, observed)
     program, p, u, at, step = asked.program, asked.p, asked.u, asked.at, asked.step
+    hold = asked.between(hold)
     start, _ = program.start_memory(memory)
     x0, z0 = asked.start(x0, start)
     last: GeneralRun | None = None
@@ -228,14 +254,14 @@ def simulate_general(
     while n_sub <= LARGEST:
         # unchecked: a law that jumps is tried, too, for the motion may never reach its jump
         ready = PreparedGeneral(program, p, step, n_sub, (), False, False)
-        made = run_general(ready, u, x0, memory=memory, time=at, unknowns=z0)
+        made = run_general(ready, u, x0, hold, memory=memory, time=at, unknowns=z0)
         change = np.inf
         if made.settled and last is not None and last.settled:
             change = relative_change(last.y[:, asked.columns], made.y[:, asked.columns])
         if change < accuracy:
             return Trajectory(
                 graph.name, time, asked.outputs(made.y), {}, n_sub, made.x, made.memory,
-                program.states,
+                program.states, hold=hold,
             )  # fmt: skip
         last, n_sub = made, 2 * n_sub
     what = "the outputs do not settle"

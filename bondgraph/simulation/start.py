@@ -123,6 +123,20 @@ def equilibrium(compiled: Compiled, p: Array, u: Array) -> Array:
     return np.asarray(x)
 
 
+def begun_with(name: str, x0: str | None, inputs: Sequence[str], first: Array) -> Array:
+    """Return the inputs, shape (n_u,), under which everything rests before the first sample.
+
+    None with nothing commanded, ``"rest"`` with the `first` inputs.
+    """
+    if x0 is None:
+        return np.array(
+            [first[i] if own_input(n, 1) is not None else 0.0 for i, n in enumerate(inputs)]
+        )
+    if x0 != "rest":
+        raise unknown_name("start", x0, f"{name}: x0", ("rest",))
+    return first
+
+
 def initial_state(name: str, x0: object, states: Sequence[str]) -> Array:
     """Return a state given as an array, shape (n_x,), refused unless it is finite and fits."""
     start = np.asarray(x0, float)

@@ -9,7 +9,7 @@ import numpy as np
 
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import Sensor, Source
-from bondgraph.signals.fractional_delay import delayed
+from bondgraph.signals.fractional_delay import TAPS, delayed
 from bondgraph.signals.varying_delay import at_clock
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import real_number
@@ -69,13 +69,24 @@ def without_timing(graph: BondGraph) -> BondGraph:
     return graph
 
 
-def late(signals: Mapping[str, Array], held: Mapping[str, float], time: Array) -> dict[str, Array]:
-    """Delay the signals that have a dead time; before the first sample they rest."""
+def late(
+    signals: Mapping[str, Array],
+    held: Mapping[str, float],
+    time: Array,
+    before: float | None = None,
+) -> dict[str, Array]:
+    """Delay signals that have a dead time; before, they rest at `before`, or their first value."""
     step = float(np.diff(time).mean()) if time.size > 1 else 1.0
     return {
-        n: delayed(np.asarray(v, float), held[n] / step)[0] if held.get(n) else v
+        n: _behind(np.asarray(v, float), held[n] / step, before) if held.get(n) else v
         for n, v in signals.items()
     }
+
+
+def _behind(values: Array, samples: float, before: float | None) -> Array:
+    front = 0 if before is None else int(samples) + TAPS
+    whole = np.concatenate([np.full(front, before or 0.0), values])
+    return delayed(whole, samples)[0][front:]
 
 
 def clocked(signals: Mapping[str, Array], ratios: Mapping[str, float]) -> dict[str, Array]:

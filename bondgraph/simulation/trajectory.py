@@ -38,6 +38,8 @@ class Trajectory:
         asked for; not where an output only rests, or jumps between samples.
     inner_steps : int
         Steps that CVODES or IDAS took in all runs, 0 without them.
+    hold : {"hold", "linear", "band-limited"}
+        What the inputs did between samples.
     """
 
     name: str
@@ -50,6 +52,7 @@ class Trajectory:
     states: tuple[str, ...] = ()
     settled: bool = True
     inner_steps: int = 0
+    hold: str = "linear"
 
     def __getitem__(self, name: str) -> Array:
         """Output by name."""

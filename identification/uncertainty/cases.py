@@ -45,7 +45,7 @@ def case_of(
     rng = np.random.default_rng(seed)
     names = [s.name for s in graph.of_type(Source)]
     commands = {n: amplitude * multisine(samples, rng) for n in names}
-    clean = simulate(graph, time, commands).outputs
+    clean = simulate(graph, time, commands, x0="rest", hold="linear").outputs
     levels = {
         s.name: noise * float(np.sqrt(np.mean(clean[s.name] ** 2))) or 1e-12
         for s in graph.of_type(Sensor)

@@ -78,7 +78,9 @@ class Case:
     @cached_property
     def clean(self) -> dict[str, FloatArray]:
         """Readings without noise, SI."""
-        return simulate(self.graph, self.time, self.commands, accuracy=1e-6).outputs
+        return simulate(
+            self.graph, self.time, self.commands, accuracy=1e-6, x0="rest", hold="linear"
+        ).outputs
 
     @property
     def truth(self) -> dict[str, float]:

@@ -132,7 +132,7 @@ def stack_study(
     truth |= {
         f"h_{i}_C_nl": 0.03 * (1 - 0.6 * i / operators) * STIFFNESS for i in range(1, operators + 1)
     }
-    seen = simulate(made, t, {"V_in": drive}, truth, accuracy=1e-6)
+    seen = simulate(made, t, {"V_in": drive}, truth, accuracy=1e-6, x0="rest", hold="linear")
     r = Recording(
         "virtual",
         t,
@@ -177,7 +177,7 @@ def small_record(samples: int) -> Recording:
     rng = np.random.default_rng(0)
     t = 0.01 * np.arange(samples)
     force = 10.0 * np.convolve(rng.standard_normal(samples), np.ones(4) / 2, "same")
-    x = np.asarray(simulate(spring(), t, {"F": force})["x"])
+    x = np.asarray(simulate(spring(), t, {"F": force}, x0="rest", hold="linear")["x"])
     x = x + 1e-3 * float(x.std()) * rng.standard_normal(samples)
     return Recording.from_arrays("small", {"F[N]": force, "x[m]": x}, fs=100.0)
 

@@ -60,7 +60,11 @@ def duffing_record(samples: int, seed: int = 0, accuracy: float = 1e-8) -> Recor
     force = 20 * np.convolve(rng.standard_normal(samples), np.ones(12) / 6, "same")
     force -= force[0]
     t = np.arange(samples) / RATE
-    x = np.asarray(simulate(duffing(), t, {"F": force}, TRUTH, accuracy=accuracy)["x"])
+    x = np.asarray(
+        simulate(duffing(), t, {"F": force}, TRUTH, accuracy=accuracy, x0="rest", hold="linear")[
+            "x"
+        ]
+    )
     x = x + NOISE * rng.standard_normal(samples)
     return Recording.from_arrays("duffing", {"F[N]": force, "x[m]": x}, fs=RATE)
 

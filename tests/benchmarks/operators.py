@@ -135,8 +135,8 @@ def _stack() -> None:
     t = np.arange(RECORD) / RATE
     voltage = 50.0 - 50.0 * np.cos(4.0 * np.pi * t)
     compiled = compile_model(paired("bond_graph", Ang.stack_2hz()))
-    simulate(compiled, t, {"V_in": voltage})
-    seconds = best(lambda: simulate(compiled, t, {"V_in": voltage}), 3)
+    simulate(compiled, t, {"V_in": voltage}, x0="rest", hold="linear")
+    seconds = best(lambda: simulate(compiled, t, {"V_in": voltage}, x0="rest", hold="linear"), 3)
     print(f"bond graph stack with Ang's 12 operators, {RECORD} samples: {seconds:.3f} s")
 
 

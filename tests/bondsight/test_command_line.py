@@ -518,8 +518,8 @@ def test_a_finished_diagnosis_keeps_the_contract(
 ) -> None:
     from bondgraph.laws import Coulomb
     from bondgraph.signals.recording import Recording
-    from bondgraph.simulation.simulate import simulate
     from identification.diagnosis.catalogue import CATALOGUE
+    from tests.settled import simulate
 
     few = [e for e in CATALOGUE if e.name in ("coulomb_friction", "delay", "quadratic_drag")]
     monkeypatch.setattr("identification.diagnosis.search.candidates.CATALOGUE", tuple(few))

@@ -16,10 +16,11 @@ import pytest
 
 from actuators.models.catalogue import MODELS
 from actuators.models.opening import load_model
-from bondgraph import BondGraph, UnknownName, UnusableInput, simulate
+from bondgraph import BondGraph, UnknownName, UnusableInput
 from bondgraph.export.formats import FORMATS, export
 from bondgraph.export.notations import NOTATIONS, equations
 from bondsight.cli.export import add_export_command
+from tests.settled import simulate
 from tests.spring import spring
 
 LINEAR, MEMORY = "stack_with_payload", "stack_ang"

@@ -11,12 +11,12 @@ import numpy as np
 import pytest
 
 from actuators.models.opening import load_model
-from bondgraph.simulation.simulate import simulate
 from bondgraph.support.arrays import FloatArray as Array
 from bondsight.cli.main import main
 from bondsight.cli.progress import Bar
 from identification.estimation import FitStatus
 from identification.estimation.archive import open_fit
+from tests.settled import simulate
 
 TRUTH = {"m": 0.5, "d": 2.0, "k": 200.0}
 NOISE = 2e-4

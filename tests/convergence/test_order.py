@@ -13,7 +13,7 @@ from bondgraph import BondGraph
 from bondgraph.laws import PiecewiseLinear, Polynomial, QuadraticDrag
 from bondgraph.simulation.exact_run import run_record
 from bondgraph.simulation.lure import Compiled, compile_model
-from bondgraph.simulation.simulate import simulate
+from tests.settled import simulate
 from tests.spring import spring
 
 

@@ -79,8 +79,9 @@ def rest(
     found = rests(program, u, p[None], memory=memory, time=time)[0]
     if np.isnan(found).any():
         raise BondsightError(
-            f"{program.name}: no rest under the first inputs is found to start from; give the "
-            f"initial state x0 ({', '.join(program.states)})"
+            f"{program.name}: no rest {'under these' if u.any() else 'with all'} inputs "
+            f"{'' if u.any() else 'at zero '}is found to start from; give the initial state x0 "
+            f"({', '.join(program.states)}), or x0='rest' for that under the first inputs"
         )
     n_x = len(program.states)
     return found[:n_x], found[n_x:]

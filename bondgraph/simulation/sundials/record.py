@@ -75,7 +75,7 @@ def simulate_sundials(
     *,
     x0: object = None,
     relaxed: bool = False,
-    hold: str = "linear",
+    hold: str | None = None,
     accuracy: float = 1e-4,
     observed: Sequence[str] = (),
     memory: Memories | None = None,
@@ -96,6 +96,7 @@ def simulate_sundials(
         It gave up, or the outputs do not settle.
     """
     asked = pose(graph, even_grid(graph.name, time), commands, parameters, observed)
+    hold = asked.between(hold)
     _require_smooth(graph, asked.program, integrator)
     begin = begun(asked, x0, memory, relaxed)
     tolerance = max(FINER * accuracy, TIGHTEST)
@@ -111,7 +112,7 @@ def simulate_sundials(
             return Trajectory(
                 graph.name, np.asarray(time, float), asked.outputs(y), {}, n_sub,
                 end.x[: len(asked.program.states)], program.memory_by_law(end.m),
-                asked.program.states, inner_steps=steps,
+                asked.program.states, inner_steps=steps, hold=hold,
             )  # fmt: skip
         last, n_sub = watched, 2 * n_sub
     raise BondsightError(

@@ -115,7 +115,9 @@ def verify(
         if s.name not in commands:
             level = float((others or {}).get(s.name, 0.0))
             commands[s.name] = np.full(driven.time.size, level)
-    clean = simulate(graph, driven.time, commands, values, hold=signal.between, accuracy=ACCURACY)
+    clean = simulate(
+        graph, driven.time, commands, values, hold=signal.between, accuracy=ACCURACY, x0="rest"
+    )
     exact = {n: clean[n][run_in:] for n in noise}
     truth = {r.name: float((values or {}).get(r.name, r.value)) for r in expected.rows}
     size = np.array([r.reference if reference else r.sd for r in expected.rows])

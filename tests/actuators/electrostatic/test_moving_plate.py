@@ -16,12 +16,13 @@ from actuators.electrostatic.moving_plate import (
     pull_in_voltage,
 )
 from actuators.materials.ceramics import VACUUM_PERMITTIVITY
-from bondgraph import BondsightError, UnusableInput, simulate
+from bondgraph import BondsightError, UnusableInput
 from bondgraph.analysis.linear import eigenvalues
 from bondgraph.energy.bond_power import observables
 from bondgraph.energy.ledger import ledger
 from bondgraph.energy.stores import energy_problems
 from bondgraph.equations.derivation import system
+from tests.settled import simulate
 
 SIZES: dict[str, Any] = {
     "stiffness": 1.0, "gap": 2e-6, "area": 1.6e-7, "permittivity": VACUUM_PERMITTIVITY,

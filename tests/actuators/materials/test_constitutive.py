@@ -31,7 +31,8 @@ from actuators.materials.voigt import (
     stress_rotation,
     stress_to_voigt,
 )
-from bondgraph import UnknownName, UnusableInput, derive, simulate
+from bondgraph import UnknownName, UnusableInput, derive
+from tests.settled import simulate
 
 EPS = 8.8541878128e-12
 # PZT-5H as tabulated by its manufacturer in the 1960s and in textbooks since

@@ -19,20 +19,9 @@ from actuators.materials.temperature import (
     thermal_expansion,
 )
 from actuators.stack.creep import LogarithmicCreep, chain_elements, fit_kelvin_voigt
-from bondgraph import (
-    BondGraph,
-    C,
-    Dq,
-    One,
-    R,
-    Se,
-    UnknownName,
-    UnusableInput,
-    Zero,
-    derive,
-    simulate,
-)
+from bondgraph import BondGraph, C, Dq, One, R, Se, UnknownName, UnusableInput, Zero, derive
 from bondgraph.hysteresis import KelvinVoigtCreep
+from tests.settled import simulate
 
 DAY = 86400.0
 STACK = StackConstants.from_free(65e6, 1.5e-6, 3.52)

@@ -35,13 +35,14 @@ from actuators.stack.field import (
     stack_field_voltage,
 )
 from actuators.stack.lumped import stack_lumped
-from bondgraph import BondGraph, Dq, GraphError, One, Se, Sf, UnusableInput, simulate
+from bondgraph import BondGraph, Dq, GraphError, One, Se, Sf, UnusableInput
 from bondgraph.energy.bond_power import observables
 from bondgraph.energy.ledger import ledger
 from bondgraph.energy.stores import energy_problems, positivity, store_energy
 from bondgraph.equations.derivation import system
 from bondgraph.graph.modulation import port_variables
 from tests.counted import calls
+from tests.settled import simulate
 
 FORMS: Any = "degh"
 Q, X = port_variables("q", 2)

@@ -18,10 +18,11 @@ from actuators.stack.charge_drive import (
 )
 from actuators.stack.conversions import Polarised, polarisation_operator
 from actuators.stack.loop_width import loop_of
-from bondgraph import BondGraph, C, GraphError, derive, simulate
+from bondgraph import BondGraph, C, GraphError, derive
 from bondgraph.hysteresis import Ang, MaxwellResistiveCapacitor
 from bondgraph.laws import Hysteretic, StopSum
 from bondgraph.support.errors import UnusableInput
+from tests.settled import simulate
 
 LENGTH, RATIO = 18e-3, 0.0327
 MAXWELL = Hysteretic(MaxwellResistiveCapacitor.stack_2hz())

@@ -21,7 +21,6 @@ from actuators.stack.conversions import (
     pure_from_lumped,
     pure_from_polarisation,
 )
-from bondgraph import simulate
 from bondgraph.hysteresis import (
     AlJanaideh,
     Ang,
@@ -34,6 +33,7 @@ from bondgraph.hysteresis import (
 from bondgraph.laws import Hysteretic
 from bondgraph.support.errors import UnknownName
 from bondgraph.support.ops import NUMPY
+from tests.settled import simulate
 
 TIME = np.arange(2001) * 5e-4
 VOLT = 50.0 - 50.0 * np.cos(4.0 * np.pi * TIME)

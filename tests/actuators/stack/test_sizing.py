@@ -32,9 +32,10 @@ from actuators.stack.sizing import (
     stack_mass,
 )
 from actuators.stack.sizing_sheet import engineering, sizing_sheet
-from bondgraph import UnknownName, UnusableInput, derive, simulate
+from bondgraph import UnknownName, UnusableInput, derive
 from bondgraph.signals.quantity import quantity
 from bondsight.cli.sizing import add_sizing_command, sheet
+from tests.settled import simulate
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,7 @@ import pytest
 
 from actuators.stack.hysteresis import stack_al_janaideh, stack_ang, stack_hysteresis
 from actuators.stack.scaling import scaled
-from bondgraph import GraphError, derive, simulate
+from bondgraph import GraphError, derive
 from bondgraph.hysteresis import (
     AlJanaideh,
     Ang,
@@ -18,6 +18,7 @@ from bondgraph.hysteresis import (
     MaxwellResistiveCapacitor,
     PrandtlIshlinskii,
 )
+from tests.settled import simulate
 
 RNG = np.random.default_rng(5)
 WALK = np.cumsum(RNG.normal(size=4000))

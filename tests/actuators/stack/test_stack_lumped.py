@@ -10,9 +10,10 @@ import sympy as sp
 
 from actuators import stack_lumped
 from actuators.models.catalogue import MODELS
-from bondgraph import BondGraph, C, DerivativeCausality, Df, GraphError, One, Se, derive, simulate
+from bondgraph import BondGraph, C, DerivativeCausality, Df, GraphError, One, Se, derive
 from bondgraph.hysteresis import MaxwellResistiveCapacitor, inverse_of_identity_plus
 from bondgraph.laws import Hysteretic
+from tests.settled import simulate
 from tests.symbols import same
 
 Cs, T, k, m, b, Re = sp.symbols("C T k m b R_e", positive=True)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from actuators.stack.switching_disc import COERCIVE, SATURATION, switching_disc
-from bondgraph.simulation.simulate import simulate
+from tests.settled import simulate
 
 H, A = 0.8e-3, 60e-6
 T = np.linspace(0.0, 2.0, 401)

@@ -31,7 +31,6 @@ from actuators.thesis.constants import breakaways_as_printed, slip_points, thres
 from actuators.thesis.models import stack_bond_graph_ang, stack_lumped_maxwell
 from actuators.thesis.refits import bond_graph_operator, lumped_operator, refit_lumped
 from actuators.thesis.steady import sine, steady_loop, triangle
-from bondgraph import simulate
 from bondgraph.hysteresis import (
     AlJanaideh,
     Ang,
@@ -41,6 +40,7 @@ from bondgraph.hysteresis import (
     PrandtlIshlinskii,
 )
 from bondgraph.support.errors import UnknownName
+from tests.settled import simulate
 
 
 def test_tables() -> None:

@@ -9,7 +9,8 @@ import pytest
 
 from actuators import ultrasonic as us
 from actuators.ultrasonic.driver import build_up_time
-from bondgraph import UnusableInput, derive, simulate
+from bondgraph import UnusableInput, derive
+from tests.settled import simulate
 
 SHEET = us.M661
 

@@ -11,7 +11,8 @@ import pytest
 from actuators import ultrasonic as us
 from actuators.ultrasonic.sampled_loop import closed_loop_matrix, open_loop_response
 from actuators.ultrasonic.stage import MOVED_MASS
-from bondgraph import UnusableInput, simulate
+from bondgraph import UnusableInput
+from tests.settled import simulate
 
 TAU = MOVED_MASS / us.M661.damping
 

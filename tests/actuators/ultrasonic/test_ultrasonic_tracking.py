@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from actuators import ultrasonic as us
-from bondgraph import UnusableInput, simulate
+from bondgraph import UnusableInput
+from tests.settled import simulate
 
 COLD = us.Heating(resistance=0.0)
 

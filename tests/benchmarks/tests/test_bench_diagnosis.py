@@ -7,11 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bondgraph.simulation.simulate import simulate
 from identification.diagnosis.catalogue import CATALOGUE
 from identification.diagnosis.search.candidates import DiagnosisOptions
 from tests.benchmarks import diagnosis as bench_diagnosis
 from tests.benchmarks.diagnosis import Case, Cost, cases, chain, exponent, record
+from tests.settled import simulate
 
 
 @pytest.mark.parametrize(("masses", "sensors"), [(2, 1), (4, 3), (8, 3)])

@@ -43,9 +43,10 @@ def test_blocks_equal_steps(n: int, stride: int) -> None:
 def test_a_chain_of_forty_states_runs_in_blocks_and_right() -> None:
     from scipy.integrate import solve_ivp
 
-    from bondgraph import Df, simulate
+    from bondgraph import Df
     from bondgraph.equations.codegen import program
     from tests.benchmarks.chain import chain
+    from tests.settled import simulate
 
     graph = chain(20).with_branch("v_20", [Df("end")])
     t = np.linspace(0.0, 2.0, 201)

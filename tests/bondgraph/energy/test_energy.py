@@ -10,7 +10,8 @@ import sympy as sp
 from scipy.integrate import solve_ivp
 
 from actuators.stack.bond_graph import stack_bond_graph
-from bondgraph import BondGraph, C, GraphError, I, One, R, Se, Trajectory, UnusableInput, simulate
+from bondgraph import BondGraph, C, GraphError, I, One, R, Se, Trajectory, UnusableInput
+from tests.settled import simulate
 from bondgraph.energy.accounts import Ledger
 from bondgraph.energy.bond_power import motion, observables
 from bondgraph.energy.ledger import ledger

@@ -18,10 +18,10 @@ from bondgraph.graph.elements import Parameter
 from bondgraph.graph.modulation import effort, flow
 from bondgraph.laws import Coulomb, FrictionAlongWay, Polynomial, Rectifier
 from bondgraph.laws.rounding import Resolution
-from bondgraph.simulation.simulate import simulate
 from bondgraph.support.errors import BondsightError
 from bondgraph.support.ops import CASADI, NUMPY
 from tests.bondgraph.readings_bench import FORCE, TIME, spring
+from tests.settled import simulate
 
 
 def read(values: dict[str, float] | None = None, **channel: Any) -> np.ndarray:

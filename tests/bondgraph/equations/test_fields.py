@@ -9,13 +9,14 @@ import pytest
 import sympy as sp
 from scipy.integrate import solve_ivp
 
-from bondgraph import TF, BondGraph, C, Df, Dq, GraphError, I, One, R, Se, Sf, Zero, simulate
+from bondgraph import TF, BondGraph, C, Df, Dq, GraphError, I, One, R, Se, Sf, Zero
 from bondgraph.energy.bond_power import observables
 from bondgraph.energy.ledger import ledger
 from bondgraph.equations.derivation import system
 from bondgraph.equations.state_space import AlgebraicLoop
 from bondgraph.graph.elements import MTF, CField, IField, RField
 from bondgraph.graph.modulation import displacement, port_variables
+from tests.settled import simulate
 
 q1, q2, q3 = port_variables("q", 3)
 p1, p2 = port_variables("p", 2)

@@ -15,8 +15,8 @@ from bondgraph.equations.state_space import NotLinearUpToLaws
 from bondgraph.export.graph_json.read_graph import from_json
 from bondgraph.export.graph_json.write_graph import to_json
 from bondgraph.laws import Coulomb, Law, Polynomial
-from bondgraph.simulation.simulate import simulate
 from bondgraph.support.errors import BondsightError
+from tests.settled import simulate
 
 CUBIC = Polynomial(orders=(3,), size=1.0)
 

@@ -31,9 +31,10 @@ from bondgraph.graph.elements import Sensor
 from bondgraph.graph.modulation import effort, flow
 from bondgraph.laws import Law, Polynomial
 from bondgraph.signals.recorded_rates import slopes, with_rates
-from bondgraph.simulation.simulate import simulate, simulate_general
+from bondgraph.simulation.simulate import simulate_general
 from bondgraph.simulation.start import fine_inputs
 from bondgraph.support.errors import BondsightError, GraphError
+from tests.settled import simulate
 
 UNITS = {"value": "m/s", "rate": "m/s^2", "integral": "m"}
 OMEGA = 9.0

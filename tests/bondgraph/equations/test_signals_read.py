@@ -18,8 +18,8 @@ from bondgraph.graph.composing.hierarchy import use
 from bondgraph.graph.elements import symbol
 from bondgraph.graph.modulation import TIME, displacement, effort, external, flow, momentum
 from bondgraph.laws import Polynomial
-from bondgraph.simulation.simulate import simulate
 from bondgraph.support.errors import BondsightError
+from tests.settled import simulate
 
 CUBIC = Polynomial(orders=(3,), size=1.0)
 

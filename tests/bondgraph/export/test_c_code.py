@@ -15,7 +15,6 @@ from bondgraph.equations.codegen import program
 from bondgraph.equations.program import Program
 from bondgraph.export.c_code import c_code
 from bondgraph.laws import Hysteretic, Law, QuadraticDrag
-from bondgraph.simulation.simulate import simulate
 from tests.bondgraph.export.printed_models import (
     GRAPHS,
     TIME,
@@ -30,6 +29,7 @@ from tests.bondgraph.export.printed_models import (
     random_point,
 )
 from tests.bondgraph.hysteresis.examples import PI
+from tests.settled import simulate
 
 GCC = shutil.which("gcc")
 pytestmark = pytest.mark.skipif(GCC is None, reason="no gcc")

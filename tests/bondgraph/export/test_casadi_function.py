@@ -14,26 +14,14 @@ from scipy.integrate import cumulative_simpson
 
 from actuators.stack.bond_graph import stack_bond_graph
 from actuators.stack.hysteresis import stack_ang
-from bondgraph import (
-    BondGraph,
-    C,
-    De,
-    Df,
-    I,
-    One,
-    R,
-    Se,
-    UnknownName,
-    UnusableInput,
-    Zero,
-    simulate,
-)
+from bondgraph import BondGraph, C, De, Df, I, One, R, Se, UnknownName, UnusableInput, Zero
 from bondgraph.equations.codegen import program
 from bondgraph.export.casadi_function import CasadiModel, casadi_functions, load
 from bondgraph.hysteresis import MaxwellResistiveCapacitor
 from bondgraph.laws import Hysteretic, Polynomial
 from bondgraph.support.ops import FloatArray
 from tests.bondgraph.export.loop_program import cubic_loop
+from tests.settled import simulate
 
 TIGHT = {"abstol": 1e-16, "reltol": 1e-10}
 CARRIED = (["x", "m", "z_guess"], ["x_next", "m_next", "z"])

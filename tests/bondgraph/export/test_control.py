@@ -13,12 +13,13 @@ import pytest
 
 from actuators.stack.bond_graph import stack_bond_graph
 from actuators.stack.hysteresis import stack_ang, stack_hysteresis
-from bondgraph import BondGraph, UnknownName, UnusableInput, simulate
+from bondgraph import BondGraph, UnknownName, UnusableInput
 from bondgraph.equations.codegen import program
 from bondgraph.export.control import control_module, to_control, to_nonlinear_control
 from bondgraph.export.linear import linear_model
 from bondgraph.laws import Coulomb, Polynomial
 from tests.bondgraph.export.loop_program import cubic_loop
+from tests.settled import simulate
 from tests.spring import spring
 
 

@@ -19,7 +19,7 @@ from scipy.integrate import solve_ivp
 
 from actuators.stack.bond_graph import stack_bond_graph
 from actuators.stack.hysteresis import stack_ang
-from bondgraph import BondGraph, C, Df, Dq, I, One, R, Se, simulate
+from bondgraph import BondGraph, C, Df, Dq, I, One, R, Se
 from bondgraph.equations.codegen import program
 from bondgraph.equations.program import Program
 from bondgraph.export.fmu import fmu2_cosimulation, fmu3_model_exchange
@@ -28,6 +28,7 @@ from bondgraph.laws import Coulomb, Hysteretic, Polynomial, Sliding
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import UnknownName, UnusableInput
 from bondgraph.support.native import compiler
+from tests.settled import simulate
 
 fmpy = pytest.importorskip("fmpy")
 validation = pytest.importorskip("fmpy.validation")

@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 import bondgraph.laws as all_laws
 from actuators.models.catalogue import MODELS
 from actuators.models.opening import load_model
-from bondgraph import BondGraph, simulate
+from bondgraph import BondGraph
 from bondgraph.export.graph_json import read_graph as graph_json
 from bondgraph.export.graph_json.element_forms import ELEMENTS, LAWS, NAMED
 from bondgraph.export.graph_json.read_graph import from_json
@@ -82,6 +82,7 @@ from bondgraph.support.errors import UnusableInput
 from bondgraph.support.typed_reader import Rules, hints_of
 from tests.bondgraph.hysteresis.examples import EXAMPLES
 from tests.counted import calls
+from tests.settled import simulate
 
 VALIDATOR = jsonschema.Draft202012Validator(graph_schema())
 LAW_EXAMPLES: dict[str, Law] = {

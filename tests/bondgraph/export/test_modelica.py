@@ -21,7 +21,7 @@ import pytest
 import sympy as sp
 
 from actuators.models.catalogue import MODELS
-from bondgraph import TF, BondGraph, C, De, Df, Dq, I, One, R, Se, Zero, simulate
+from bondgraph import TF, BondGraph, C, De, Df, Dq, I, One, R, Se, Zero
 from bondgraph.equations.codegen import program
 from bondgraph.equations.program import Program, ProgramStep
 from bondgraph.export.modelica import modelica
@@ -43,6 +43,7 @@ from bondgraph.laws import (
 )
 from bondgraph.support.errors import BondsightError, UnusableInput
 from tests.bondgraph.hysteresis.examples import EXAMPLES, TIMED
+from tests.settled import simulate
 
 SEED = 20240611
 

@@ -21,7 +21,6 @@ from bondgraph.equations.program import Program, ProgramStep
 from bondgraph.export.numpy_module import numpy_module
 from bondgraph.export.sympy_python import to_python
 from bondgraph.laws import Coulomb, Hysteretic, Law, QuadraticDrag
-from bondgraph.simulation.simulate import simulate
 from bondgraph.support.errors import BondsightError
 from tests.bondgraph.export.printed_models import (
     GRAPHS,
@@ -39,6 +38,7 @@ from tests.bondgraph.export.printed_models import (
     random_point,
 )
 from tests.bondgraph.hysteresis.examples import EXAMPLES, PI
+from tests.settled import simulate
 from tests.spring import spring
 
 ALONE = """

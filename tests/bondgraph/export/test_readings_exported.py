@@ -10,7 +10,7 @@ import jsonschema
 import numpy as np
 import pytest
 
-from bondgraph import BondGraph, simulate
+from bondgraph import BondGraph
 from bondgraph.equations.codegen import program
 from bondgraph.export.control import to_control, to_nonlinear_control
 from bondgraph.export.fmu import fmu2_cosimulation, fmu3_model_exchange
@@ -21,6 +21,7 @@ from bondgraph.support.errors import UnusableInput
 from tests.bondgraph.export import test_c_code, test_fmu, test_modelica, test_numpy_module
 from tests.bondgraph.export.test_modelica import division as division
 from tests.bondgraph.readings_bench import FORCE, TIME, bench, power, shaken, spring
+from tests.settled import simulate
 
 GRAPHS = {
     "bench": bench(),

@@ -11,9 +11,10 @@ from scipy import signal
 from actuators.models.catalogue import MODELS
 from actuators.stack.bond_graph import stack_bond_graph
 from actuators.stack.hysteresis import stack_ang, stack_hysteresis
-from bondgraph import BondGraph, C, De, One, R, Se, UnusableInput, Zero, simulate
+from bondgraph import BondGraph, C, De, One, R, Se, UnusableInput, Zero
 from bondgraph.equations.codegen import program
 from bondgraph.export.linear import linear_model
+from tests.settled import simulate
 
 
 @pytest.mark.parametrize("name", ["stack_with_payload", "resonator", "mass_with_viscous_friction"])

@@ -6,25 +6,13 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from bondgraph import (
-    BondGraph,
-    De,
-    Df,
-    Dq,
-    GraphError,
-    R,
-    Se,
-    Sf,
-    UnknownName,
-    Zero,
-    derive,
-    simulate,
-)
+from bondgraph import BondGraph, De, Df, Dq, GraphError, R, Se, Sf, UnknownName, Zero, derive
 from bondgraph.graph.composing.components import COMPONENTS, mass_spring_damper, rc_section
 from bondgraph.graph.composing.hierarchy import ports_of, use
 from bondgraph.graph.composing.library import ComponentLibrary
 from bondgraph.graph.domain_check import domain_problems
 from bondgraph.graph.unit_notes import unit_notes
+from tests.settled import simulate
 
 
 @pytest.mark.parametrize("name", list(COMPONENTS))

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy import signal
 
-from bondgraph import BondGraph, C, Dq, I, One, R, Se, Sf, simulate
+from bondgraph import BondGraph, C, Dq, I, One, R, Se, Sf
 from bondgraph.export.graph_json.read_graph import from_json
 from bondgraph.export.graph_json.write_graph import to_json
 from bondgraph.graph.composing.instruments import (
@@ -23,6 +23,7 @@ from bondgraph.graph.composing.instruments import (
 )
 from bondgraph.signals.wrapping import unwrapped, wrap_period
 from bondgraph.support.errors import GraphError
+from tests.settled import simulate
 
 T = np.linspace(0.0, 2.0, 2001)
 

@@ -5,12 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from bondgraph import BondGraph, De, Df, I, One, R, Se, Sf, Zero, simulate
+from bondgraph import BondGraph, De, Df, I, One, R, Se, Sf, Zero
 from bondgraph.graph.composing.components import COMPONENTS
 from bondgraph.graph.composing.diffusion import warburg_ladder
 from bondgraph.graph.composing.hierarchy import ports_of, use
 from bondgraph.graph.composing.modulated_components import MODULATED
 from bondgraph.graph.elements import C
+from tests.settled import simulate
 
 
 def test_the_ladder_is_the_root_over_its_band() -> None:

@@ -24,9 +24,9 @@ from bondgraph.laws import (
     Polynomial,
     Radiation,
 )
-from bondgraph.simulation.simulate import simulate
 from bondgraph.support.errors import GraphError
 from identification.diagnosis.screening.latent_input import probed_graph
+from tests.settled import simulate
 
 ALONG = FrictionAlongWay("q_k", 0.4, 0.02, 0.1)
 RADIATES = Radiation(2.0, 0.05, coefficient="d")

@@ -23,7 +23,6 @@ from bondgraph import (
     UnknownName,
     Zero,
     derive,
-    simulate,
 )
 from bondgraph.graph.composing.components import rc_section
 from bondgraph.graph.composing.hierarchy import use
@@ -35,6 +34,7 @@ from bondgraph.graph.composing.simplification import (
 )
 from bondgraph.graph.elements import MSe
 from bondgraph.graph.modulation import displacement, effort, flow
+from tests.settled import simulate
 
 
 def circuit() -> BondGraph:

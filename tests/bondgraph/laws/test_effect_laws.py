@@ -33,9 +33,9 @@ from bondgraph.laws import (
 )
 from bondgraph.simulation.exact_run import run_record
 from bondgraph.simulation.lure import Compiled, compile_model
-from bondgraph.simulation.simulate import simulate
 from bondgraph.support.ops import NUMPY
 from tests.bondgraph.laws.back_ends import back_ends_agree
+from tests.settled import simulate
 from tests.spring import spring
 
 SPRINGS: dict[str, Law] = {

@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from bondgraph import BondGraph, C, Df, Dq, I, One, R, Se, simulate
+from bondgraph import BondGraph, C, Df, Dq, I, One, R, Se
 from bondgraph.hysteresis import MaxwellResistiveCapacitor
 from bondgraph.laws import Law, LuGre, Sliding
+from tests.settled import simulate
 
 T = np.arange(1500) * 5e-3
 FORCE = 3.0 * np.sin(1.3 * T) + 1.5 * np.sin(3.1 * T)

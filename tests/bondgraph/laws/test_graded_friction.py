@@ -32,9 +32,9 @@ from bondgraph.laws import (
 from bondgraph.laws.watching import Gauge
 from bondgraph.simulation.exact_run import run_record
 from bondgraph.simulation.lure import compile_model
-from bondgraph.simulation.simulate import simulate
 from bondgraph.support.errors import GraphError, UnusableInput
 from bondgraph.support.ops import CASADI, NUMPY, SYMPY
+from tests.settled import simulate
 from tests.spring import spring
 
 DIRECTED: dict[str, Law] = {

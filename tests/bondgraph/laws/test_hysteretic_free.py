@@ -16,11 +16,11 @@ from bondgraph.laws import Hysteretic
 from bondgraph.signals.recording import Recording
 from bondgraph.simulation.exact_run import run_record
 from bondgraph.simulation.lure import compile_model
-from bondgraph.simulation.simulate import simulate
 from bondgraph.support.errors import UnknownName
 from bondgraph.support.ops import NUMPY
 from identification.estimation import NO_NUISANCES, Study, Vary, estimate
 from tests.bondgraph.hysteresis.examples import EXAMPLES, PI
+from tests.settled import simulate
 
 STEP, N = 0.02, 300
 ANG_BEND = ("dead_zone.thresholds[1]", "dead_zone.weights[1]")

@@ -8,9 +8,9 @@ import pytest
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import C, Dq, I, One, R, Se
 from bondgraph.laws import Ageing, Law, Odometer, Onset, Periodic, Push, TimedSlope, Tone
-from bondgraph.simulation.simulate import simulate
 from bondgraph.support.ops import NUMPY
 from tests.bondgraph.laws.back_ends import back_ends_agree
+from tests.settled import simulate
 
 LAWS: tuple[Law, ...] = (
     Tone(3.0, 0.5),

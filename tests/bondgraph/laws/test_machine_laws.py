@@ -9,8 +9,8 @@ from scipy.integrate import solve_ivp
 from bondgraph import BondGraph, C, De, I, One, R, Se, Sf, Zero
 from bondgraph.graph.elements import Df
 from bondgraph.laws import Magnet, Radiation, SaturatingInductance
-from bondgraph.simulation.simulate import simulate
 from bondgraph.support.ops import NUMPY
+from tests.settled import simulate
 
 
 def test_a_black_body_warms_up_as_stefan_and_boltzmann_say() -> None:

@@ -10,10 +10,11 @@ import pytest
 import sympy as sp
 from scipy.interpolate import PchipInterpolator
 
-from bondgraph import BondGraph, C, Dq, I, One, R, Se, UnknownName, UnusableInput, simulate
+from bondgraph import BondGraph, C, Dq, I, One, R, Se, UnknownName, UnusableInput
 from bondgraph.graph.drives import Drive
 from bondgraph.laws.table import TableLaw
 from bondgraph.support.ops import CASADI, NUMPY, SYMPY
+from tests.settled import simulate
 
 KNOTS = (-2.0, -0.7, 0.1, 1.0, 1.4, 3.0)
 ROUGH = (0.4, -1.0, -1.0, 0.3, 2.0, 1.8)

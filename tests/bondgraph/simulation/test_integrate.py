@@ -82,7 +82,7 @@ def test_against_an_independent_integrator() -> None:
     t = np.linspace(0.0, 5.0, 2001)
     torque = np.sin(2 * t)
     x0 = np.array([0.1, 0.4])
-    found = simulate(g, t, {"T": torque}, x0=x0, accuracy=1e-6)
+    found = simulate(g, t, {"T": torque}, x0=x0, hold="linear", accuracy=1e-6)
     right = reference(g, t, lambda at: float(np.sin(2 * at)), x0)
     w = right[:, program(g).states.index("p_J")] / 1.0
     assert found["w"] == pytest.approx(w, abs=2e-5 * np.abs(w).max())
@@ -138,7 +138,8 @@ def test_a_nonlinear_loop_is_solved_inside_the_step() -> None:
         loop >> Df("i")
     cubic = "a_3_d"
     t = np.linspace(0.0, 3.0, 301)
-    found = simulate(g, t, {"V": np.sin(3 * t)}, {cubic: 0.8}, x0=np.zeros(1), accuracy=1e-7)
+    drive = {"V": np.sin(3 * t)}
+    found = simulate(g, t, drive, {cubic: 0.8}, x0=np.zeros(1), hold="linear", accuracy=1e-7)
     made = program(g)
     p = np.array(made.nominal)
     p[made.parameters.index(cubic)] = 0.8
@@ -187,8 +188,6 @@ def test_bad_input_is_one_line() -> None:
         simulate(g, t, {"T": t * np.nan}, x0=np.zeros(2))
     with pytest.raises(BondsightError, match="no input 'U'"):
         simulate(g, t, {"U": t}, x0=np.zeros(2))
-    with pytest.raises(UnusableInput, match="linear between samples"):
-        simulate(g, t, {"T": t}, x0=np.zeros(2), hold="hold")
 
 
 def test_states_by_name_mean_the_same_on_both_integrators() -> None:
@@ -224,7 +223,7 @@ def test_a_loop_without_states_runs() -> None:
         loop >> Df("i")
     t = np.linspace(0, 1, 11)
     for run in (simulate, simulate_general):
-        i = run(g, t, {"V": t}, {"a_3_N": 1.0})["i"]
+        i = run(g, t, {"V": t}, {"a_3_N": 1.0}, hold="linear")["i"]
         assert 2 * i + i**3 == pytest.approx(t, abs=1e-9)
 
 
@@ -235,7 +234,7 @@ def test_dead_time_is_simulated() -> None:
         Se("F") >> body >> R("r", 2.0)
         body >> Df("v", delay="T")
     t = np.linspace(0, 1, 101)
-    v = simulate(g, t, {"F": np.sin(3 * t)})["v"]
+    v = simulate(g, t, {"F": np.sin(3 * t)}, hold="linear")["v"]
     later = np.where(t < 0.25, 0.0, np.sin(3 * (t - 0.25)) / 2)
     assert v[35:] == pytest.approx(later[35:], abs=1e-6)
     with pytest.raises(UnusableInput, match="v has a dead time"):

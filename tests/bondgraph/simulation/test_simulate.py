@@ -75,7 +75,8 @@ def test_quasi_static_loop_is_rate_independent() -> None:
     for period, n in ((1.0, 400), (4.0, 400), (1.0, 1600)):
         phase = np.arange(2 * n + 1) / n
         volt = 50 - 50 * np.cos(2 * np.pi * phase)
-        run = simulate(graph, phase * period, {"V_in": volt, "F_e": 0 * volt}, accuracy=1e-6)
+        drive = {"V_in": volt, "F_e": 0 * volt}
+        run = simulate(graph, phase * period, drive, hold="linear", accuracy=1e-6)
         loops.append(run["x"][n :: n // 400])
     span = np.ptp(loops[0])
     # the lead (7.5 us) and the damping are the only clocks: 5e-5 of a period of 1 s
@@ -92,8 +93,9 @@ def test_turning_points_suffice() -> None:
         loop >> C("H", law=Hysteretic(operator))
     corners = np.array([0.0, 80.0, 20.0, 60.0, 5.0, 100.0, 0.0])
     fine = np.interp(np.linspace(0, 6, 601), np.arange(7), corners)
-    rough = simulate(g, np.arange(7.0), {"V": corners}, observed=("q_H",), accuracy=1e-9)
-    dense = simulate(g, np.linspace(0, 6, 601), {"V": fine}, observed=("q_H",), accuracy=1e-9)
+    options: dict[str, Any] = {"observed": ("q_H",), "hold": "linear", "accuracy": 1e-9}
+    rough = simulate(g, np.arange(7.0), {"V": corners}, **options)
+    dense = simulate(g, np.linspace(0, 6, 601), {"V": fine}, **options)
     np.testing.assert_allclose(rough["q_H"], dense["q_H"][::100], rtol=1e-12, atol=1e-17)
 
 
@@ -193,7 +195,7 @@ def test_holds() -> None:
 
 
 def test_starts_at_rest_under_the_first_input() -> None:
-    run = simulate(resonator(), np.arange(50) * 1e-4, {"u": np.full(50, 0.4)})
+    run = simulate(resonator(), np.arange(50) * 1e-4, {"u": np.full(50, 0.4)}, x0="rest")
     np.testing.assert_allclose(run["y"], 0.5, rtol=1e-9)
 
 
@@ -252,6 +254,6 @@ def test_rest_under_a_flow_that_only_charges() -> None:
         node >> C("C_2", stiffness=3e5, law=Hysteretic(MaxwellResistiveCapacitor((1e5,), (1.0,))))
         node >> Dq("q")
     t = 1e-4 * np.arange(50)
-    run = simulate(g, t, {"i": np.full(t.size, 1e-3)})
+    run = simulate(g, t, {"i": np.full(t.size, 1e-3)}, x0="rest")
     assert run["q"][0] == pytest.approx(0.0, abs=1e-12)
     assert run["q"][-1] == pytest.approx(1e-3 * t[-1], rel=1e-9)

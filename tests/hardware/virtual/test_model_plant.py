@@ -11,12 +11,12 @@ from bondgraph import BondGraph, C, Dq, I, One, R, Se
 from bondgraph.graph.elements import Sensor
 from bondgraph.hysteresis import PrandtlIshlinskii
 from bondgraph.laws import Hysteretic, Polynomial
-from bondgraph.simulation.simulate import simulate
 from bondgraph.support.errors import UnknownName, UnusableInput
 from hardware.simulators.plant_contract import Plant, Rewindable
 from hardware.simulators.rig import Rig
 from hardware.virtual import ModelPlant
 from tests.bondgraph.readings_bench import bench, shaken
+from tests.settled import simulate
 from tests.spring import spring
 
 STEP = 1e-4

@@ -7,7 +7,6 @@ import pytest
 
 from bondgraph import Se
 from bondgraph.signals.recording import Recording
-from bondgraph.simulation.simulate import simulate
 from identification.diagnosis.catalogue.outside.external_disturbance import while_it_lasts
 from identification.diagnosis.diagnose import diagnose
 from identification.diagnosis.search.candidates import DiagnosisOptions
@@ -20,6 +19,7 @@ from tests.identification.diagnosis.three_masses import (
     N,
     chain,
 )
+from tests.settled import simulate
 
 BEGIN, END, FORCE = 3.1, 4.4, 3.0
 

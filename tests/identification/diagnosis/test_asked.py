@@ -11,7 +11,6 @@ import pytest
 from bondgraph import BondGraph, C, Da, Df, Dq, I, One, R, Sf, Zero
 from bondgraph.laws import Polynomial
 from bondgraph.signals.recording import Recording, Split
-from bondgraph.simulation.simulate import simulate
 from bondgraph.support.errors import UnusableInput
 from identification.diagnosis.diagnose import Diagnosis, diagnose
 from identification.diagnosis.search.asked import asked_of
@@ -24,6 +23,7 @@ from identification.study.priors import LogNormal
 from identification.study.residual import windows
 from identification.study.specification import Nuisances, Vary
 from identification.study.study import ESTIMATED, Study
+from tests.settled import simulate
 from tests.spring import spring
 
 N, DT, NOISE = 1500, 0.005, 2e-6

@@ -9,10 +9,10 @@ from bondgraph import BondGraph
 from bondgraph.graph.elements import Parameter
 from bondgraph.laws import Coulomb, EndStop, Law, Polynomial
 from bondgraph.signals.recording import Recording
-from bondgraph.simulation.simulate import simulate
 from bondgraph.support.errors import BondsightError
 from identification.diagnosis.diagnose import Diagnosis, diagnose
 from identification.diagnosis.search.candidates import DiagnosisOptions
+from tests.settled import simulate
 from tests.spring import spring
 
 N, DT, NOISE = 1200, 0.01, 2e-5

@@ -10,7 +10,6 @@ import pytest
 
 from bondgraph.laws import Polynomial
 from bondgraph.signals.split import interleaved
-from bondgraph.simulation.simulate import simulate
 from identification.diagnosis.catalogue import Insertion, by_name
 from identification.diagnosis.screening.observation import scene
 from identification.diagnosis.search import candidates
@@ -21,6 +20,7 @@ from identification.diagnosis.search.nominal import nominal_fit
 from identification.estimation import brief
 from identification.estimation.single_record import Fit, fit
 from identification.study.problem import Data, Problem
+from tests.settled import simulate
 from tests.spring import spring
 
 N, DT, NOISE = 1200, 0.005, 2e-6

@@ -14,7 +14,6 @@ import pytest
 from bondgraph import TF, BondGraph, C, De, Df, Dq, I, One, R, Se, Zero
 from bondgraph.laws import Polynomial
 from bondgraph.signals.recording import Split
-from bondgraph.simulation.simulate import simulate
 from identification.diagnosis.localisation import blind_relations as blind_relations_module
 from identification.diagnosis.localisation.blind_relations import (
     blind_relations,
@@ -49,6 +48,7 @@ from tests.identification.diagnosis.three_masses import (
     fitted,
     relations,
 )
+from tests.settled import simulate
 
 
 @pytest.mark.parametrize(

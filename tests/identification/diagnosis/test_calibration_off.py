@@ -8,10 +8,10 @@ import pytest
 from bondgraph import BondGraph, C, De, One, R, Sf, Zero
 from bondgraph.laws import Law, Polynomial
 from bondgraph.signals.recording import Recording
-from bondgraph.simulation.simulate import simulate
 from identification.diagnosis.diagnose import Diagnosis, diagnose
 from identification.diagnosis.search.candidates import DiagnosisOptions
 from identification.estimation import Known, Nuisances, Study
+from tests.settled import simulate
 from tests.spring import spring
 
 pytestmark = pytest.mark.slow

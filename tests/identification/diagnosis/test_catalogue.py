@@ -12,7 +12,6 @@ from actuators.models.catalogue import stack_with_payload
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import C, Df, Dq, I, One, R, Se, Sensor
 from bondgraph.signals.recording import Split
-from bondgraph.simulation.simulate import simulate
 from bondgraph.support.errors import UnknownName
 from identification.diagnosis.catalogue import CATALOGUE, UNNAMED, Effect, by_name
 from identification.diagnosis.catalogue.places import mechanical_resistors, other_resistors
@@ -21,6 +20,7 @@ from identification.diagnosis.screening.port_history import FittedModel, PortHis
 from identification.estimation.single_record import fit
 from identification.study.problem import Data, Problem, drives
 from tests.proof.trial.vocabulary import FAMILIES
+from tests.settled import simulate
 
 VOCABULARY = {
     "memory": ("hysteresis", "creep"),

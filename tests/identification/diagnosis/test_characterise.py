@@ -11,13 +11,13 @@ from scipy.signal import cont2discrete, lfilter
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.hysteresis import play_record
 from bondgraph.laws import Coulomb
-from bondgraph.simulation.simulate import simulate
 from bondgraph.support.arrays import Array
 from identification.diagnosis.catalogue.memory.creep import lagged
 from identification.diagnosis.explanation.characterisation import Character, characterise
 from identification.diagnosis.explanation.latent_signal import latent
 from identification.diagnosis.explanation.loops import cycles, loops
 from identification.diagnosis.screening.port_history import PortHistory
+from tests.settled import simulate
 from tests.spring import spring
 
 DT = 5e-3

@@ -12,10 +12,10 @@ from bondgraph import BondGraph
 from bondgraph.laws import Coulomb, Law, Polynomial
 from bondgraph.signals.recording import Recording
 from bondgraph.signals.split import interleaved, kept_back
-from bondgraph.simulation.simulate import simulate
 from identification.diagnosis.diagnose import Diagnosis, diagnose
 from identification.diagnosis.search.candidates import DiagnosisOptions
 from identification.diagnosis.verdict import verdict
+from tests.settled import simulate
 from tests.spring import spring
 
 pytestmark = pytest.mark.slow

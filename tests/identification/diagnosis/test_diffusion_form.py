@@ -9,10 +9,10 @@ from bondgraph import BondGraph, C, De, One, R, Sf, Zero
 from bondgraph.graph.composing.components import COMPONENTS
 from bondgraph.graph.composing.hierarchy import use
 from bondgraph.signals.recording import Recording
-from bondgraph.simulation.simulate import simulate
 from identification.diagnosis.catalogue import CATALOGUE
 from identification.diagnosis.diagnose import diagnose
 from identification.diagnosis.search.candidates import DiagnosisOptions
+from tests.settled import simulate
 
 N, DT, NOISE = 1500, 0.5, 1e-4
 

@@ -13,13 +13,13 @@ import pytest
 from bondgraph import BondGraph
 from bondgraph.laws import Polynomial
 from bondgraph.signals.recording import Recording
-from bondgraph.simulation.simulate import simulate
 from bondsight.cli.main import main
 from identification.diagnosis.diagnose import Diagnosis, diagnose
 from identification.diagnosis.evidence.predicted import Predicted, predicted
 from identification.diagnosis.search.candidates import DiagnosisOptions
 from identification.diagnosis.verdict import in_words, verdict
 from identification.study.study import Study
+from tests.settled import simulate
 from tests.spring import spring
 
 N, DT, NOISE, PUSH = 1500, 0.005, 2e-6, 0.03

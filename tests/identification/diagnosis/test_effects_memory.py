@@ -11,7 +11,7 @@ from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import GY, TF, C, Df, Dq, Element, I, One, R, Se, Valued, Zero
 from bondgraph.laws import Law
 from bondgraph.signals.recording import Split
-from bondgraph.simulation.simulate import exact_form, simulate
+from bondgraph.simulation.simulate import exact_form
 from bondgraph.support.arrays import Array
 from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
 from identification.diagnosis.catalogue.memory.creep import Creep, lagged
@@ -34,6 +34,7 @@ from identification.diagnosis.screening.port_response import Probes, probes
 from identification.estimation.single_record import Fit, fit
 from identification.study.problem import Data, Problem
 from identification.study.residual import evaluate, start_point
+from tests.settled import simulate
 
 N, DT = 400, 2e-3
 EFFECTS: tuple[Effect, ...] = (

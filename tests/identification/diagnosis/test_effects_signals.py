@@ -11,7 +11,7 @@ import pytest
 from bondgraph import BondGraph
 from bondgraph.graph.elements import C, Df, Dq, I, One, R, Se, Source
 from bondgraph.signals.recording import Split
-from bondgraph.simulation.simulate import exact_form, simulate
+from bondgraph.simulation.simulate import exact_form
 from identification.diagnosis.catalogue.drive.dead_zone import DeadZoneEffect
 from identification.diagnosis.catalogue.drive.low_pass import LowPass
 from identification.diagnosis.catalogue.drive.saturation import SaturationEffect
@@ -37,6 +37,7 @@ from identification.diagnosis.screening.port_history import FittedModel, PortHis
 from identification.estimation.single_record import Fit, fit
 from identification.study.problem import Data, Problem
 from identification.study.residual import evaluate, start_point
+from tests.settled import simulate
 
 N, DT = 600, 1e-3
 STEP = 2e-5

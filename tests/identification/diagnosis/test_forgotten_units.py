@@ -11,10 +11,10 @@ from bondgraph import BondGraph, C, Da, Df, Dq, I, One, R, Reading, Se, Zero
 from bondgraph.graph.elements import Sensor
 from bondgraph.graph.modulation import effort
 from bondgraph.signals.recording import Recording
-from bondgraph.simulation.simulate import simulate
 from identification.diagnosis.diagnose import Diagnosis, diagnose
 from identification.diagnosis.screening.mixups import _conversions, forgotten
 from identification.diagnosis.search.candidates import DiagnosisOptions
+from tests.settled import simulate
 from tests.spring import spring
 
 N, DT, G = 700, 0.01, 9.80665

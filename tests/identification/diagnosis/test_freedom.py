@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from bondgraph.signals.recording import Split
-from bondgraph.simulation.simulate import simulate
 from identification.diagnosis.screening.tangent_space import freedom
 from identification.estimation.single_record import fit
 from identification.study.problem import Data, Problem
 from identification.study.residual import Point, evaluate
+from tests.settled import simulate
 from tests.spring import spring
 
 N = 300

@@ -18,7 +18,7 @@ from bondgraph.laws import (
     MaxwellSlip,
 )
 from bondgraph.signals.recording import Recording
-from bondgraph.simulation.simulate import exact_form, simulate
+from bondgraph.simulation.simulate import exact_form
 from identification.diagnosis.catalogue import Insertion, by_name
 from identification.diagnosis.catalogue.words import described
 from identification.diagnosis.diagnose import diagnose
@@ -28,6 +28,7 @@ from identification.diagnosis.search.one_step import best_form, scored
 from identification.estimation.single_record import fit
 from identification.study.problem import Problem
 from tests.identification.diagnosis.effect_plants import mechanical, response, scene
+from tests.settled import simulate
 
 SIMPLE = ("coulomb_friction", "stribeck_friction", "presliding_friction")
 FRICTION = Mapping[str, Mapping[str, float]]

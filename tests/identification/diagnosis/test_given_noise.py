@@ -11,13 +11,13 @@ import pytest
 from bondgraph import BondGraph
 from bondgraph.laws import Coulomb
 from bondgraph.signals.recording import Recording
-from bondgraph.simulation.simulate import simulate
 from bondgraph.support.errors import UnusableInput
 from bondsight.cli.main import main
 from identification.diagnosis.diagnose import Diagnosis, diagnose
 from identification.diagnosis.search.candidates import DiagnosisOptions
 from identification.diagnosis.search.material import given_noise
 from identification.diagnosis.verdict import verdict
+from tests.settled import simulate
 from tests.spring import spring
 
 N, NOISE = 900, 2e-5

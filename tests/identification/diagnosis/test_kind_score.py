@@ -13,7 +13,6 @@ from bondgraph import GY, MGY, BondGraph, C, Df, Dq, I, One, R, Se
 from bondgraph.graph.modulation import displacement, flow
 from bondgraph.laws import Coulomb, Polynomial
 from bondgraph.signals.split import interleaved
-from bondgraph.simulation.simulate import simulate
 from bondgraph.support.arrays import Array
 from identification.diagnosis.catalogue import CATALOGUE, UNNAMED, by_name
 from identification.diagnosis.catalogue.effect import Signature
@@ -38,6 +37,7 @@ from identification.diagnosis.screening.score_test import Screened, screen, trai
 from identification.diagnosis.search.nominal import nominal_fit
 from identification.estimation.single_record import Fit, fit
 from identification.study.problem import Data, Problem
+from tests.settled import simulate
 from tests.spring import spring
 
 N, DT, NOISE = 900, 0.01, 1e-5

@@ -9,7 +9,6 @@ import pytest
 
 from bondgraph.laws import Polynomial
 from bondgraph.signals.split import interleaved
-from bondgraph.simulation.simulate import simulate
 from identification.diagnosis.catalogue import by_name
 from identification.diagnosis.screening.observation import scene
 from identification.diagnosis.search.base import base_of
@@ -18,6 +17,7 @@ from identification.diagnosis.search.candidates import attempt, go_on
 from identification.diagnosis.search.nominal import nominal_fit
 from identification.estimation.single_record import start_cost
 from identification.study.problem import Data
+from tests.settled import simulate
 from tests.spring import spring
 
 N, DT, NOISE = 1200, 0.005, 2e-6

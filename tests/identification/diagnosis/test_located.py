@@ -7,13 +7,13 @@ from typing import Any
 import numpy as np
 
 from bondgraph.signals.recording import Recording
-from bondgraph.simulation.simulate import simulate
 from identification.diagnosis.diagnose import diagnose
 from identification.diagnosis.localisation.blind_relations import BlindRelation
 from identification.diagnosis.localisation.places_without_name import located
 from identification.diagnosis.search import looks
 from identification.diagnosis.search.candidates import DiagnosisOptions
 from identification.diagnosis.verdict import verdict
+from tests.settled import simulate
 from tests.spring import spring
 
 

@@ -12,7 +12,6 @@ from hypothesis import strategies as st
 from bondgraph import BondGraph, Df
 from bondgraph.signals.recording import Recording
 from bondgraph.signals.split import interleaved
-from bondgraph.simulation.simulate import simulate
 from identification.diagnosis.diagnose import diagnose
 from identification.diagnosis.search import material as module
 from identification.diagnosis.search.asked import Asked
@@ -20,6 +19,7 @@ from identification.diagnosis.search.candidates import DiagnosisOptions
 from identification.diagnosis.search.nominal import deepest, held_to_residual, nominal_fit
 from identification.estimation.single_record import Fit, fit
 from identification.study.problem import Data, Problem
+from tests.settled import simulate
 from tests.spring import spring
 
 N, DT = 900, 0.01

@@ -8,7 +8,6 @@ import pytest
 from bondgraph import BondGraph, C, De, Df, I, One, R, Se, Sf, Zero
 from bondgraph.laws import Law, Radiation, SaturatingInductance
 from bondgraph.signals.recording import Recording
-from bondgraph.simulation.simulate import simulate
 from identification.diagnosis.catalogue.effect import Hint
 from identification.diagnosis.catalogue.flow.nonlinear_resistance import NonlinearResistanceEffect
 from identification.diagnosis.catalogue.restoring.nonlinear_stiffness import NonlinearStiffness
@@ -18,6 +17,7 @@ from identification.diagnosis.search.candidates import DiagnosisOptions
 from identification.estimation.estimate import estimate
 from identification.study.study import Study
 from tests.identification.diagnosis.effect_plants import response, scene
+from tests.settled import simulate
 from tests.spring import spring
 
 

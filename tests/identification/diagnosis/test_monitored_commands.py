@@ -10,9 +10,9 @@ from bondgraph.graph.composing.instruments import monitor
 from bondgraph.graph.drives import Drive
 from bondgraph.laws import Coulomb, Saturation
 from bondgraph.signals.recording import Recording
-from bondgraph.simulation.simulate import simulate
 from identification.diagnosis.diagnose import diagnose
 from identification.diagnosis.search.candidates import DiagnosisOptions
+from tests.settled import simulate
 
 N, DT = 1200, 4e-3
 T = np.asarray(DT * np.arange(N), np.float64)

@@ -11,7 +11,6 @@ from bondgraph import BondGraph
 from bondgraph.laws import Coulomb, Polynomial
 from bondgraph.signals.drive_limits import DriveLimits
 from bondgraph.signals.recording import Split
-from bondgraph.simulation.simulate import simulate
 from bondgraph.support.errors import UnusableInput
 from identification.diagnosis.explanation.candidate_inputs import candidate_inputs
 from identification.diagnosis.explanation.next_experiment import next_experiments
@@ -19,6 +18,7 @@ from identification.estimation.levenberg_marquardt import minimise
 from identification.estimation.single_record import Fit, fit
 from identification.study.joint import stack_of
 from identification.study.problem import Data, Problem
+from tests.settled import simulate
 from tests.spring import spring
 
 N, DT, NOISE = 1500, 0.01, 1e-3

@@ -11,13 +11,13 @@ import pytest
 from bondgraph import BondGraph, C, Df, Dq, I, One, R, Se, Zero
 from bondgraph.laws import Coulomb
 from bondgraph.signals.split import interleaved
-from bondgraph.simulation.simulate import simulate
 from identification.diagnosis.localisation.regions import regions
 from identification.diagnosis.screening.observation import scene
 from identification.diagnosis.search.nominal import hold_margin, integrates, nominal_fit
 from identification.estimation.levenberg_marquardt import FitStatus
 from identification.estimation.single_record import Fit, fit
 from identification.study.problem import Data
+from tests.settled import simulate
 
 N, DT, NOISE = 1500, 0.02, 1e-4
 

@@ -11,7 +11,6 @@ import numpy as np
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.laws import Stribeck
 from bondgraph.signals.split import interleaved
-from bondgraph.simulation.simulate import simulate
 from identification.diagnosis.catalogue import Insertion, by_name
 from identification.diagnosis.screening.observation import scene
 from identification.diagnosis.search.candidates import (
@@ -26,6 +25,7 @@ from identification.diagnosis.search.one_step import BEHIND, _finished, _idle
 from identification.estimation.single_record import fit
 from identification.estimation.sub_steps import settled_fit
 from identification.study.problem import Data, Problem
+from tests.settled import simulate
 from tests.spring import spring
 
 N, DT, NOISE = 1500, 0.005, 2e-6

@@ -8,8 +8,8 @@ import pytest
 from bondgraph import BondGraph, C, Da, Df, Dq, I, One, R, Se
 from bondgraph.graph.elements import Sensor
 from bondgraph.signals.recording import Recording
-from bondgraph.simulation.simulate import simulate
 from identification.diagnosis.diagnose import Diagnosis, diagnose
+from tests.settled import simulate
 from tests.spring import spring
 
 pytestmark = pytest.mark.slow

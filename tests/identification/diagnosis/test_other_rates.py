@@ -9,13 +9,13 @@ import pytest
 
 from bondgraph.laws import Law, Polynomial
 from bondgraph.signals.recording import Recording
-from bondgraph.simulation.simulate import simulate
 from identification.diagnosis.diagnose import diagnose
 from identification.diagnosis.search.asked import asked_of
 from identification.diagnosis.search.candidates import DiagnosisOptions
 from identification.diagnosis.search.material import material_of
 from identification.study.problem import Problem
 from identification.study.residual import evaluate, start_point
+from tests.settled import simulate
 from tests.spring import spring
 
 OPTIONS = DiagnosisOptions(jobs=1, effects=1, keep=4, more=2)

@@ -16,7 +16,6 @@ from bondgraph.graph.elements import Sensor, Source
 from bondgraph.graph.modulation import displacement, effort
 from bondgraph.laws import Polynomial
 from bondgraph.signals.recording import Split
-from bondgraph.simulation.simulate import simulate
 from bondgraph.support.ops import NUMPY
 from identification.diagnosis.catalogue import by_name
 from identification.diagnosis.catalogue.effect import Hint
@@ -27,6 +26,7 @@ from identification.diagnosis.search.base import Base, base_of
 from identification.estimation.single_record import fit
 from identification.study.problem import Data, Problem
 from identification.study.residual import evaluate, start_point
+from tests.settled import simulate
 
 Array = Any
 N, DT = 500, 0.01

@@ -6,11 +6,11 @@ import numpy as np
 
 from bondgraph import BondGraph, C, Da, I, One, R, Sf, Zero
 from bondgraph.signals.recording import Recording
-from bondgraph.simulation.simulate import simulate
 from identification.diagnosis.diagnose import diagnose
 from identification.diagnosis.search.candidates import DiagnosisOptions
 from identification.estimation.estimate import estimate
 from identification.study.study import Study
+from tests.settled import simulate
 
 N, FS, FINE = 1200, 200.0, 8
 OPTIONS = DiagnosisOptions(jobs=1, keep=3, more=1, effects=1)

@@ -13,7 +13,6 @@ from bondgraph.export.graph_json.read_graph import from_json
 from bondgraph.export.graph_json.write_graph import to_json
 from bondgraph.laws import Coulomb, GrowingDamping, LawSum, Polynomial
 from bondgraph.signals.recording import Recording
-from bondgraph.simulation.simulate import simulate
 from identification.diagnosis.catalogue import CATALOGUE, by_name
 from identification.diagnosis.diagnose import Diagnosis, diagnose
 from identification.diagnosis.evidence.hypotheses import Thresholds
@@ -24,6 +23,7 @@ from identification.diagnosis.search.base import base_of
 from identification.diagnosis.search.candidates import DiagnosisOptions, fitted_insertions
 from identification.diagnosis.search.refining import refined
 from identification.diagnosis.verdict import retold, sentence, verdict
+from tests.settled import simulate
 from tests.spring import spring
 
 KEPT = ("nonlinear_stiffness", "bilinear_stiffness", "quadratic_drag", "coulomb_friction")

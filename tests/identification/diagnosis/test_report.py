@@ -23,7 +23,6 @@ from bondgraph.drawing.shading import fill
 from bondgraph.graph.modulation import displacement
 from bondgraph.laws import Coulomb, QuadraticDrag
 from bondgraph.signals.recording import Recording, Split
-from bondgraph.simulation.simulate import simulate
 from bondgraph.support.errors import UnusableInput
 from identification.diagnosis.catalogue import CATALOGUE
 from identification.diagnosis.diagnose import Diagnosis, diagnose
@@ -42,6 +41,7 @@ from identification.diagnosis.verdict.reading import parse_verdict
 from identification.diagnosis.verdict.text import retold
 from identification.report.numbers import axis_scale, percent, prefixed, quantity, short
 from tests.patience import HANGS
+from tests.settled import simulate
 from tests.spring import spring
 
 N = 400

@@ -11,7 +11,7 @@ import pytest
 from bondgraph import BondGraph, C, One, R, Zero
 from bondgraph.laws import BoucWenMemory, LawSum, Polynomial, StopSum
 from bondgraph.signals.recording import Recording, Split
-from bondgraph.simulation.simulate import exact_form, simulate
+from bondgraph.simulation.simulate import exact_form
 from identification.diagnosis.catalogue import CATALOGUE, Insertion, by_name
 from identification.diagnosis.diagnose import diagnose
 from identification.diagnosis.evidence.answer import Decision
@@ -36,6 +36,7 @@ from identification.diagnosis.search.one_step import (
 )
 from identification.estimation.single_record import fit
 from identification.study.problem import Data, Problem
+from tests.settled import simulate
 from tests.spring import spring
 
 N, DT = 900, 0.02

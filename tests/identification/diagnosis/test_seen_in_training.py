@@ -8,7 +8,6 @@ import pytest
 from bondgraph.laws import Coulomb, EndStop
 from bondgraph.signals.recording import Recording
 from bondgraph.signals.split import interleaved, stretches
-from bondgraph.simulation.simulate import simulate
 from identification.diagnosis.diagnose import Diagnosis, diagnose
 from identification.diagnosis.search.candidates import DiagnosisOptions
 from identification.diagnosis.search.nominal import split_that_shows
@@ -16,6 +15,7 @@ from identification.estimation.levenberg_marquardt import FitStatus
 from identification.estimation.single_record import Fit
 from identification.study.problem import Data, Problem
 from identification.study.residual import Point
+from tests.settled import simulate
 from tests.spring import spring
 
 N, DT, NOISE = 3000, 0.01, 2e-5

@@ -12,7 +12,6 @@ import pytest
 
 from bondgraph.laws import Coulomb
 from bondgraph.signals.recording import Recording, Split
-from bondgraph.simulation.simulate import simulate
 from identification.diagnosis.diagnose import Diagnosis, diagnose
 from identification.diagnosis.evidence.answer import Decision
 from identification.diagnosis.evidence.remaining import Remaining
@@ -22,6 +21,7 @@ from identification.diagnosis.search.candidates import DiagnosisOptions
 from identification.diagnosis.verdict.document import verdict, write_verdict
 from identification.diagnosis.verdict.reading import parse_verdict
 from identification.diagnosis.verdict.text import retold, sentence
+from tests.settled import simulate
 from tests.spring import spring
 
 N = 450

@@ -11,9 +11,9 @@ from bondgraph import BondGraph, C, De, Dq, I, One, R, Se, Sf, Zero
 from bondgraph.laws.table import TableLaw
 from bondgraph.signals.fractional_delay import delayed
 from bondgraph.signals.recording import Recording
-from bondgraph.simulation.simulate import simulate
 from bondgraph.support.arrays import FloatArray as Array
 from identification.estimation import Estimation, Study, Vary
+from tests.settled import simulate
 from tests.spring import spring as shared_spring
 
 TRUTH = {"m": 0.5, "d": 2.0, "k": 200.0}

@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 from bondgraph.signals.recording import Recording, Split
-from bondgraph.simulation.simulate import simulate
 from bondgraph.support.archive import read_archive, write_archive
 from bondgraph.support.errors import UnusableInput
 from identification.estimation import (
@@ -24,6 +23,7 @@ from identification.estimation import (
     estimate,
 )
 from identification.estimation.archive import SCHEMA, open_fit, save_fit
+from tests.settled import simulate
 from tests.spring import spring
 
 N, DT = 900, 0.01

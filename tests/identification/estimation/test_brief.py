@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from bondgraph.signals.split import interleaved
-from bondgraph.simulation.simulate import simulate
 from identification.estimation.brief import BRIEF, brief, carried
 from identification.estimation.single_record import fit
 from identification.study.problem import Data, Problem
 from identification.study.residual import Point, evaluate, offset_scale, start_point
+from tests.settled import simulate
 from tests.spring import spring
 
 DT, NOISE = 0.01, 1e-4

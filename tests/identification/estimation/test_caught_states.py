@@ -10,11 +10,11 @@ import pytest
 from bondgraph import BondGraph, C, Dq, I, One, R, Se, Zero
 from bondgraph.laws import Backlash
 from bondgraph.signals.split import interleaved
-from bondgraph.simulation.simulate import simulate
 from identification.estimation.levenberg_marquardt import FitStatus
 from identification.estimation.single_record import Fit, fit
 from identification.study.problem import Data, Problem
 from identification.study.residual import Point, start_point
+from tests.settled import simulate
 
 N, DT, NOISE = 1500, 2e-3, 1e-5
 

@@ -13,7 +13,6 @@ from bondgraph.equations.codegen import program
 from bondgraph.equations.program import Program
 from bondgraph.laws import Coulomb, Polynomial, StopSum
 from bondgraph.signals.recording import Recording
-from bondgraph.simulation.simulate import simulate
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import UnusableInput
 from identification.estimation import Study, Vary, estimate
@@ -32,6 +31,7 @@ from tests.identification.estimation.plants import (
     spring,
     study,
 )
+from tests.settled import simulate
 
 
 def moved_by(a: Estimation, b: Estimation) -> Array:

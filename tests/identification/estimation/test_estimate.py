@@ -12,7 +12,6 @@ from scipy.interpolate import CubicSpline
 from bondgraph import BondGraph
 from bondgraph.laws import Polynomial
 from bondgraph.signals.recording import Recording, Split
-from bondgraph.simulation.simulate import simulate
 from identification.estimation import (
     NO_NUISANCES,
     Estimation,
@@ -33,6 +32,7 @@ from tests.identification.estimation.plants import (
     spring,
     study,
 )
+from tests.settled import simulate
 
 FAR = 3.3
 """Standard errors that one of some dozen estimates may miss the truth by."""

@@ -12,12 +12,12 @@ from bondgraph.graph.drives import Drive
 from bondgraph.graph.elements import Parameter
 from bondgraph.signals.fractional_delay import delayed
 from bondgraph.signals.recording import Split
-from bondgraph.simulation.simulate import simulate
 from identification.estimation.levenberg_marquardt import FitStatus
 from identification.estimation.single_record import best, fit
 from identification.study.joint import NUISANCE_LAG
 from identification.study.problem import Data, Problem
 from identification.study.residual import Point, evaluate, slots, start_point
+from tests.settled import simulate
 from tests.spring import spring
 
 N, DT, NOISE = 1500, 0.01, 2e-4

@@ -13,7 +13,6 @@ from bondgraph import BondGraph, C, Dq, I, One, R, Se
 from bondgraph.graph.elements import Parameter
 from bondgraph.laws.stop_sum import StopSum
 from bondgraph.signals.recording import Recording, Split
-from bondgraph.simulation.simulate import simulate
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import UnusableInput
 from identification.estimation import (
@@ -30,6 +29,7 @@ from identification.estimation.methods.periodic_lines import Lines, lines_of
 from identification.estimation.methods.steady_response import settled_course, steady_evaluation
 from identification.experiments.design import multisine
 from identification.study.residual import Point, slots
+from tests.settled import simulate
 
 
 def recorded(

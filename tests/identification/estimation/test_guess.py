@@ -15,11 +15,11 @@ from bondgraph import BondGraph, C, Dq, I, One, R, Se, Zero
 from bondgraph.laws.friction import Coulomb
 from bondgraph.laws.stop_sum import StopSum
 from bondgraph.signals.recording import Recording, Split
-from bondgraph.simulation.simulate import simulate
 from identification.estimation import Study, Vary, estimate
 from identification.estimation.guess import Guess, explained_guess, guess
 from identification.estimation.guessing.measured import measured_response
 from identification.experiments.design import multisine
+from tests.settled import simulate
 from tests.spring import spring
 
 Array = NDArray[Any]

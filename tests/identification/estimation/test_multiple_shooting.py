@@ -8,7 +8,6 @@ import pytest
 from bondgraph.graph.drives import Drive
 from bondgraph.graph.elements import Parameter
 from bondgraph.signals.recording import Recording
-from bondgraph.simulation.simulate import simulate
 from bondgraph.support.errors import UnusableInput
 from identification.estimation import NO_NUISANCES, FitStatus, Nuisances, Study, Vary, estimate
 from tests.identification.estimation.plants import (
@@ -22,6 +21,7 @@ from tests.identification.estimation.plants import (
     spring,
     study,
 )
+from tests.settled import simulate
 
 
 def test_same_answer_as_single_shooting() -> None:

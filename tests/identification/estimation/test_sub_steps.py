@@ -13,7 +13,6 @@ from bondgraph.graph.elements import Parameter
 from bondgraph.laws import Coulomb, Polynomial
 from bondgraph.signals.recording import Split
 from bondgraph.signals.split import interleaved
-from bondgraph.simulation.simulate import simulate
 from bondgraph.simulation.start import HOLDS
 from identification.estimation import sub_steps
 from identification.estimation.single_record import Fit, fit
@@ -30,6 +29,7 @@ from identification.estimation.sub_steps import (
 )
 from identification.study.problem import Data, Problem
 from identification.study.residual import Point, evaluate, start_point
+from tests.settled import simulate
 from tests.spring import spring
 
 N, DT, MANY = 1200, 0.02, 16

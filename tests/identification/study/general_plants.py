@@ -11,9 +11,9 @@ from bondgraph.equations.derivation import system
 from bondgraph.graph.elements import MTF, CField, RField
 from bondgraph.graph.modulation import displacement, port_variables
 from bondgraph.signals.recording import Recording
-from bondgraph.simulation.simulate import simulate
 from identification.experiments.design import multisine
 from identification.study.engine import GeneralEngine
+from tests.settled import simulate
 
 
 def general(graph: BondGraph) -> GeneralEngine:

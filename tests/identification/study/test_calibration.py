@@ -13,11 +13,11 @@ from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import C, Df, Dq, I, MSe, One, R, Se
 from bondgraph.laws import Rectifier
 from bondgraph.signals.recording import Recording
-from bondgraph.simulation.simulate import simulate
 from bondgraph.support.errors import UnknownName, UnusableInput
 from identification.estimation import Known, Nuisances, Study, Vary, estimate, guess
 from identification.estimation.archive import open_fit, save_fit
 from identification.uncertainty.fitted import from_estimation
+from tests.settled import simulate
 
 N, DT = 3000, 1e-3
 

@@ -7,7 +7,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from bondgraph import BondGraph, C, Dq, I, One, R, Reading, Se, Zero, simulate
+from bondgraph import BondGraph, C, Dq, I, One, R, Reading, Se, Zero
 from bondgraph.graph.drives import Drive
 from bondgraph.graph.modulation import effort
 from bondgraph.signals.recording import Recording
@@ -16,6 +16,7 @@ from identification.estimation import Study, estimate
 from identification.study.joint import JointPoint
 from tests.bondgraph.readings_bench import bench, power, shaken
 from tests.identification.study.test_joint import jacobian, residuals, somewhere
+from tests.settled import simulate
 
 T = np.asarray(1e-3 * np.arange(2000), np.float64)
 FORCE = 3.0 * np.sin(2 * np.pi * (0.5 + 5.0 * T) * T) + np.repeat(

@@ -15,11 +15,11 @@ from bondgraph.graph.elements import C, Df, Dq, I, One, Parameter, R, Se
 from bondgraph.signals.fractional_delay import delayed_within
 from bondgraph.signals.recording import Split
 from bondgraph.signals.varying_delay import warped_within
-from bondgraph.simulation.simulate import simulate
 from bondgraph.support.errors import UnusableInput
 from identification.estimation.single_record import fit
 from identification.study.problem import Data, Problem
 from identification.study.residual import Point, evaluate, slots, start_point
+from tests.settled import simulate
 
 N, DT = 2000, 1e-3
 CLOCK = Parameter("clock_x", 0.0, positive=False, lower=-0.01, upper=0.01)

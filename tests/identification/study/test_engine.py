@@ -13,7 +13,6 @@ from bondgraph.equations.derivation import system
 from bondgraph.graph.elements import MTF
 from bondgraph.graph.modulation import displacement
 from bondgraph.signals.recording import Recording
-from bondgraph.simulation.simulate import simulate
 from identification.estimation import FitStatus, Study, estimate
 from identification.estimation.levenberg_marquardt import minimise
 from identification.estimation.single_record import fit
@@ -21,6 +20,7 @@ from identification.study.engine import ExactEngine, GeneralEngine, engine_of
 from identification.study.joint import JointPoint, JointProblem, stack_of
 from identification.validation import judge
 from tests.identification.estimation.plants import TRUTH, misses, record, spring, study
+from tests.settled import simulate
 
 
 def general(graph: BondGraph) -> GeneralEngine:

@@ -13,11 +13,11 @@ from bondgraph import BondGraph
 from bondgraph.graph.elements import Dq, I, One, Parameter, R, Se
 from bondgraph.laws import Law
 from bondgraph.signals.recording import Split
-from bondgraph.simulation.simulate import simulate
 from bondgraph.support.ops import Ops
 from identification.estimation.single_record import fit
 from identification.study.problem import Data, Problem
 from identification.study.residual import evaluate, start_point, time_memories, windows
+from tests.settled import simulate
 
 N, DT = 1200, 1e-3
 

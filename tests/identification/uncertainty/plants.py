@@ -6,10 +6,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from bondgraph import TF, BondGraph, C, Dq, I, One, R, Se, simulate
+from bondgraph import TF, BondGraph, C, Dq, I, One, R, Se
 from bondgraph.signals.recording import Recording, Split
 from bondgraph.support.arrays import FloatArray
 from identification.estimation import Estimation, Nuisances, Study, Vary, estimate
+from tests.settled import simulate
 
 N, DT, NOISE = 600, 0.01, 2e-4
 TRUTH = {"m": 0.5, "d": 2.0, "k": 200.0}

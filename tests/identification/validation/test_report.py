@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 from bondgraph.signals.recording import Recording
-from bondgraph.simulation.simulate import simulate
 from bondgraph.support.errors import UnusableInput
 from identification.estimation import Estimation, Study, estimate
 from identification.estimation.single_record import fit
@@ -18,6 +17,7 @@ from identification.estimation.starts import many_starts
 from identification.validation import compare, judge
 from identification.validation.figures import waterfall_figure
 from identification.validation.report import page, write_report
+from tests.settled import simulate
 from tests.spring import spring
 
 N, DT, NOISE = 1500, 0.01, 2e-4

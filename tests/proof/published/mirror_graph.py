@@ -81,7 +81,14 @@ def free_run(
     time = np.arange(twice.shape[1]) / (lines.rate * oversampling)
     commands = dict(zip((*INPUTS, "v1", "v2", "v3"), twice, strict=True))
     commands |= {f"F{o + 1}": np.zeros(time.size) for o in range(3)}
-    made = simulate(graph_of(model, p, model.drive(data)), time, commands, accuracy=accuracy)
+    made = simulate(
+        graph_of(model, p, model.drive(data)),
+        time,
+        commands,
+        accuracy=accuracy,
+        x0="rest",
+        hold="linear",
+    )
     y = MICRO * np.stack([made[n][fine.instants :] for n in OUTPUTS])
     made_lines: ComplexArray = fine.on_lines(y) * np.exp(-lines.s * a.late_out[:, None])
     return made_lines

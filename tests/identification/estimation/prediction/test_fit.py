@@ -10,7 +10,6 @@ import pytest
 
 from bondgraph import BondGraph, C, Dq, I, One, R, Se
 from bondgraph.laws import Coulomb, Polynomial, StopSum
-from bondgraph.simulation.simulate import simulate
 from bondgraph.support.arrays import Array
 from identification.estimation import Estimation, FitStatus, Vary, estimate
 from identification.estimation.prediction.fit import FilterFit, fit_filter
@@ -29,6 +28,7 @@ from tests.identification.estimation.prediction.plants import (
     spring,
     study_of,
 )
+from tests.settled import simulate
 
 DT, N, SIGMA, NOISE = 0.02, 600, 0.3, 5e-4
 TRUTH = {"m": MASS, "d": DAMPING, "k": STIFFNESS}

@@ -9,7 +9,6 @@ from scipy.stats import multivariate_normal
 
 from bondgraph import BondGraph, C, De, I, One, R, Se, Zero
 from bondgraph.laws import Coulomb, Polynomial, QuadraticDrag, StopSum
-from bondgraph.simulation.simulate import simulate
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import BondsightError
 from identification.estimation.prediction.exact_plant import ExactPlant
@@ -28,6 +27,7 @@ from tests.identification.estimation.prediction.plants import (
     study_of,
     transducer,
 )
+from tests.settled import simulate
 
 DT = 0.02
 

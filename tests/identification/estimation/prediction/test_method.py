@@ -8,7 +8,6 @@ import pytest
 from bondgraph import BondGraph, Df, Dq, I, One, Parameter, R, Recording, Se, UnusableInput
 from bondgraph.graph.drives import Drive
 from bondgraph.signals.recording import Split
-from bondgraph.simulation.simulate import simulate
 from identification.estimation import Normal, Nuisances, Study, Vary, estimate
 from identification.estimation.levenberg_marquardt import FitStatus
 from identification.estimation.methods import FitOptions, FitTask
@@ -22,6 +21,7 @@ from tests.identification.estimation.prediction.plants import (
     random_force,
     spring,
 )
+from tests.settled import simulate
 
 DT, N, SIGMA, NOISE = 0.02, 600, 0.3, 5e-4
 BARE = Nuisances(offsets=False, lags=False)

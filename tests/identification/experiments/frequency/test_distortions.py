@@ -7,10 +7,10 @@ import pytest
 
 from bondgraph.laws import Polynomial
 from bondgraph.signals.recording import Recording
-from bondgraph.simulation.simulate import simulate
 from bondgraph.support.errors import UnknownName, UnusableInput
 from identification.experiments.design.multisine import multisine
 from identification.experiments.frequency import distortions
+from tests.settled import simulate
 from tests.spring import spring
 
 RATE, N = 200.0, 1000

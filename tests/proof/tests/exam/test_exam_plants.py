@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bondgraph import simulate
 from bondgraph.graph.elements import TwoPort, Valued
 from bondgraph.support.arrays import FloatArray as Array
 from tests.proof.tests.excited import excited, moved
@@ -18,6 +17,7 @@ from tests.proof.trial.generator.laws_exam import EXAM_LAWS
 from tests.proof.trial.generator.native import Row, run
 from tests.proof.trial.generator.parameters import EXAM_PLANTS
 from tests.proof.trial.models import EXAM_MODELS, blind_model
+from tests.settled import simulate
 
 
 @pytest.mark.parametrize("plant", EXAM_PLANTS)

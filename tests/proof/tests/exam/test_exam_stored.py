@@ -13,7 +13,6 @@ from scipy.stats import binom
 
 from bondgraph.laws import Coulomb
 from bondgraph.signals.recording import Recording
-from bondgraph.simulation.simulate import simulate
 from identification.diagnosis.diagnose import diagnose
 from identification.diagnosis.evidence.answer import RIGHT
 from identification.diagnosis.evidence.decision import decide
@@ -25,6 +24,7 @@ from tests.proof.exam.certifying import GATES, GRID, UNTOLD, certify_lines, repl
 from tests.proof.exam.said import exam_answer_of
 from tests.proof.exam.stored import evidence_of, recorded
 from tests.proof.exam.truths import ConcealedEffect, ExamTruth
+from tests.settled import simulate
 from tests.spring import spring
 
 

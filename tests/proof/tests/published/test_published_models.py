@@ -10,7 +10,7 @@ from scipy import signal
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
-from bondgraph import BondGraph, simulate
+from bondgraph import BondGraph
 from bondgraph.simulation.first_order_hold import blocks
 from bondgraph.simulation.lure import compile_model
 from bondgraph.support.ops import CASADI, NUMPY
@@ -21,6 +21,7 @@ from tests.proof.published.models.diode_clamp import DiodeClamp
 from tests.proof.published.models.positioning_axis import positioning_axis
 from tests.proof.published.models.silverbox import RANGE, silverbox
 from tests.proof.published.models.wiener_hammerstein import wiener_hammerstein
+from tests.settled import simulate
 
 GRAPHS = [wiener_hammerstein, silverbox, bouc_wen, coupled_drives, positioning_axis, band_brake]
 DIODE = (9e3, 7.0, 0.6, 0.048)

@@ -13,7 +13,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bondgraph import simulate
 from bondgraph.graph.elements import Sensor
 from bondgraph.signals.recording import Recording
 from bondgraph.signals.split import whole
@@ -36,6 +35,7 @@ from tests.proof.real.preparing import (
 from tests.proof.real.registry import REAL_CASES, chosen_cases
 from tests.proof.real.running import run_cases
 from tests.proof.real.steering_mirror import BAND, PERIOD, below_resonance
+from tests.settled import simulate
 
 UNSEEN = {
     "steering_mirror", "pnzt_creep", "mr_damper", "pendulum", "rack_and_pinion",

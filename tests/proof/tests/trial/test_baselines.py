@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from bondgraph.signals.split import interleaved
-from bondgraph.simulation.simulate import simulate
 from identification.diagnosis.catalogue import CATALOGUE, UNNAMED
 from identification.diagnosis.diagnose import Diagnosis
 from identification.diagnosis.screening.observation import scene
@@ -22,6 +21,7 @@ from tests.proof.trial.black_box import black_box
 from tests.proof.trial.columns import Columns, columns_of
 from tests.proof.trial.models import blind_model
 from tests.proof.trial.sparse import OPTIMISERS, sparse_terms
+from tests.settled import simulate
 
 
 def squares(left: Any, train: Any) -> tuple[float, float]:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from bondgraph import simulate
 from bondgraph.graph.elements import TwoPort, Valued
 from bondgraph.support.arrays import FloatArray as Array
 from tests.proof.tests.excited import excited, moved
@@ -14,6 +13,7 @@ from tests.proof.trial.generator.laws_withheld import WITHHELD_LAWS
 from tests.proof.trial.generator.native import Row, run
 from tests.proof.trial.generator.parameters import ALL_PLANTS, SHAKEN_PLANTS, WITHHELD_PLANTS
 from tests.proof.trial.models import LATER_MODELS, blind_model
+from tests.settled import simulate
 
 PLANTS = (*SHAKEN_PLANTS, *WITHHELD_PLANTS)
 

@@ -6,12 +6,13 @@ import numpy as np
 import pytest
 from scipy.signal import StateSpace, lsim
 
-from bondgraph import UnknownName, UnusableInput, simulate
+from bondgraph import UnknownName, UnusableInput
 from bondgraph.graph.drives import Drive
 from bondgraph.graph.elements import Source, TwoPort, Valued
 from bondgraph.support.arrays import FloatArray as Array
 from tests.proof.trial.generator.parameters import PLANTS
 from tests.proof.trial.models import MODELS, blind_model
+from tests.settled import simulate
 
 
 def chain(p: dict[str, float]) -> tuple[Array, Array, Array, Array]:
