@@ -2,4 +2,5 @@
 
 from bondgraph.support.lazy import attach
 
+__version__ = "0.1.0"
 __getattr__, __dir__, __all__ = attach(__name__)

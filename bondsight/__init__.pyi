@@ -38,3 +38,5 @@ from identification.study.study import Study as Study
 from identification.uncertainty.profiles import profiles as profiles
 from identification.uncertainty.structural import identifiability as identifiability
 from identification.validation.judge import judge as judge
+
+__version__: str

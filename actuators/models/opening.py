@@ -45,7 +45,8 @@ def load_model(text: str, *, loaded: bool = False) -> BondGraph:
     else:
         error = unknown_name("model", text, "the catalogue", MODELS)
         raise UnusableInput(
-            f"{error}; or give package.module:factory, a .json file, or a .py file with model()"
+            f"{error}; bondsight models lists them; or give package.module:factory, a .json "
+            "file, or a .py file with model()"
         )
     graph = _call(factory, text)
     if not isinstance(graph, BondGraph):

@@ -66,7 +66,7 @@ def add_acquire_command(verbs: Any) -> None:
         help="longest silence of the sensor, beyond the length of a block (default 2)",
     )  # fmt: skip
     p.add_argument("--name", default="take", help="of the recording and its files")
-    p.add_argument("--out", type=Path, default=OUT)
+    p.add_argument("--out", type=Path, default=OUT, help="folder (default: %(default)s)")
     p.add_argument("--live", type=Path, default=None, metavar="PNG", help="picture of the progress")
     p.add_argument("--quiet", action="store_true", help="no view of the progress")
     p.add_argument(

@@ -15,7 +15,11 @@ MODEL = "catalogue name, package.module:factory, .json or .py file"
 
 def add_map(p: argparse.ArgumentParser) -> None:
     """Add ``--map``, names for the columns of a recording."""
-    p.add_argument("--map", action="append", default=[], metavar="NAME=COLUMN", dest="maps")
+    p.add_argument(
+        "--map", action="append", default=[], metavar="NAME=COLUMN", dest="maps",
+        help="the column of a channel of the model, and its unit if the header has none: "
+        "x=displacement[um]; may be repeated",
+    )  # fmt: skip
 
 
 def add_several(
@@ -34,6 +38,11 @@ def mapping_of(maps: Sequence[str]) -> dict[str, str]:
             raise UnusableInput(f"--map {m} is not NAME=COLUMN; write --map x=displacement_um")
         found[name] = column
     return found
+
+
+def add_seed(p: argparse.ArgumentParser) -> None:
+    """Add ``--seed``."""
+    p.add_argument("--seed", type=nonnegative, default=0, help="of what is drawn (default: 0)")
 
 
 def add_jobs(p: argparse.ArgumentParser) -> None:

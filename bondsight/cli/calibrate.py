@@ -39,7 +39,7 @@ def add_calibrate_command(verbs: Any) -> None:
         help="force: what is left out after every step of the voltage (default 0.2)",
     )  # fmt: skip
     p.add_argument("--name", default="calibration", help="of the journal and the figure")
-    p.add_argument("--out", type=Path, default=OUT)
+    p.add_argument("--out", type=Path, default=OUT, help="folder (default: %(default)s)")
     p.set_defaults(run=_calibrate)
 
 

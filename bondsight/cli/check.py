@@ -6,11 +6,13 @@ import argparse
 import sys
 from typing import Any
 
+from bondsight.cli.arguments import MODEL
+
 
 def add_check_command(verbs: Any) -> None:
     """Add ``check`` to the sub-parsers of ``bondsight``."""
     p = verbs.add_parser("check", help="say everything that is wrong with a model")
-    p.add_argument("model")
+    p.add_argument("model", help=MODEL)
     p.set_defaults(run=_check)
 
 

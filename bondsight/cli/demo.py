@@ -21,7 +21,7 @@ def add_demo_command(verbs: Any) -> None:
     )
     p.add_argument("--first", type=nonnegative, default=1, help="first seed of --seeds")
     p.add_argument("--effect", default=None, help="conceal this effect instead of drawing one")
-    p.add_argument("--out", type=Path, default=OUT / "demo")
+    p.add_argument("--out", type=Path, default=OUT / "demo", help="folder (default: %(default)s)")
     add_jobs(p)
     p.set_defaults(run=_demo)
 

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from bondgraph.support.errors import UnusableInput, unknown_name
-from bondsight.cli.arguments import OUT, add_jobs, add_map, mapping_of, nonnegative, positive
+from bondsight.cli.arguments import MODEL, OUT, add_jobs, add_map, add_seed, mapping_of, positive
 from bondsight.cli.output import writable
 
 if TYPE_CHECKING:
@@ -26,9 +26,7 @@ def add_diagnose_command(verbs: Any) -> None:
         help="a .csv, .npz or .mat file, or a known recording; several of one system are used "
         "together",
     )  # fmt: skip
-    p.add_argument(
-        "--model", required=True, help="catalogue name, package.module:factory or file.py"
-    )
+    p.add_argument("--model", required=True, help=MODEL)
     add_map(p)
     p.add_argument(
         "--without", action="append", default=[], metavar="EFFECT",
@@ -38,9 +36,11 @@ def add_diagnose_command(verbs: Any) -> None:
         "--effects", type=positive, default=None, metavar="N",
         help="look for at most N effects, one after the other",
     )  # fmt: skip
-    p.add_argument("--out", type=Path, default=OUT, help="folder for the results")
+    p.add_argument("--out", type=Path, default=OUT, help="folder (default: %(default)s)")
     p.add_argument("--json", action="store_true", help="print the verdict as JSON")
-    p.add_argument("--hold", choices=("hold", "linear", "band-limited"), default=None)
+    p.add_argument("--hold", choices=("hold", "linear", "band-limited"), default=None,
+                   help="commands between samples: hold as of a converter, linear, band-limited "
+                   "(default: what fits best)")  # fmt: skip
     p.add_argument(
         "--noise", action="append", default=[], metavar="SENSOR=VALUE",
         help="standard deviation of a sensor's noise, SI, where it is known; may be repeated",
@@ -51,7 +51,8 @@ def add_diagnose_command(verbs: Any) -> None:
         "may be repeated",
     )  # fmt: skip
     add_jobs(p)
-    p.add_argument("--seed", type=nonnegative, default=0)
+    add_seed(p)
+    p.add_argument("--quiet", action="store_true", help="no bar")
     p.set_defaults(run=lambda options: diagnose_files(options)[0])
 
 
@@ -67,11 +68,13 @@ def diagnose_files(options: argparse.Namespace, graph: BondGraph | None = None) 
     """
     from actuators.models.opening import load_model, model_name
     from bondgraph.causality.assignment import assign_causality
+    from bondgraph.signals.recording import Recording
     from bondsight.cli.progress import Bar
     from identification.diagnosis.diagnose import characterised, diagnose
     from identification.diagnosis.report import write_report
     from identification.diagnosis.search.candidates import DiagnosisOptions
     from identification.diagnosis.verdict import in_words, verdict, write_verdict
+    from identification.study.driven import require_driven
     from identification.study.study import ESTIMATED, Study
 
     settings: dict[str, Any] = {"jobs": options.jobs, "without": known_effects(options.without)}
@@ -81,6 +84,8 @@ def diagnose_files(options: argparse.Namespace, graph: BondGraph | None = None) 
     graph.require_sound()
     assign_causality(graph)  # a conflict is refused before any file is read
     found, split, said = load_all(options.recordings, options.maps, graph)
+    for line in require_driven(graph, [found] if isinstance(found, Recording) else found):
+        print(f"note: {line}", file=sys.stderr)
     writable(options.out)
     moved, noise = tuple(options.process_noise), noise_of(options.noise)
     if moved:
@@ -88,7 +93,7 @@ def diagnose_files(options: argparse.Namespace, graph: BondGraph | None = None) 
             graph, found, hold=options.hold or ESTIMATED, noise=noise or "white",
             process_noise=moved,
         )  # fmt: skip
-    with Bar(quiet=not sys.stderr.isatty()) as bar:
+    with Bar(quiet=getattr(options, "quiet", False) or not sys.stderr.isatty()) as bar:
         result = diagnose(
             study if moved else graph, None if moved else found, split,
             model=model_name(options.model, graph), hold=options.hold,

@@ -6,13 +6,14 @@ import argparse
 from pathlib import Path
 from typing import Any
 
+from bondsight.cli.arguments import MODEL
 from bondsight.cli.output import writable
 
 
 def add_draw_command(verbs: Any) -> None:
     """Add ``draw`` to the sub-parsers of ``bondsight``."""
     p = verbs.add_parser("draw", help="draw a model with its causal strokes as SVG")
-    p.add_argument("model")
+    p.add_argument("model", help=MODEL)
     p.add_argument("--out", type=Path, default=None, help="file (default: MODEL.svg)")
     p.set_defaults(run=_draw)
 

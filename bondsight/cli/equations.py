@@ -6,6 +6,7 @@ import argparse
 from typing import Any
 
 from bondgraph.export.notations import NOTATIONS
+from bondsight.cli.arguments import MODEL
 
 
 def add_equations_command(verbs: Any) -> None:
@@ -13,8 +14,9 @@ def add_equations_command(verbs: Any) -> None:
     p = verbs.add_parser(
         "equations", help="print the equations of a model, with its external force"
     )
-    p.add_argument("model")
-    p.add_argument("--format", choices=NOTATIONS, default="ordered")
+    p.add_argument("model", help=MODEL)
+    p.add_argument("--format", choices=NOTATIONS, default="ordered",
+                   help="notation (default: %(default)s)")  # fmt: skip
     p.set_defaults(run=_equations)
 
 

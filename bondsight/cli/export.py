@@ -17,7 +17,8 @@ def add_export_command(verbs: Any) -> None:
     """Add ``export`` to the sub-parsers of ``bondsight``."""
     p = verbs.add_parser("export", help="write a model for another tool")
     p.add_argument("model", nargs="?", help=MODEL)
-    p.add_argument("--format", choices=tuple(FORMATS), default=None)
+    p.add_argument("--format", choices=tuple(FORMATS), default=None,
+                   help="for which tool; --list says what each is")  # fmt: skip
     p.add_argument("--out", type=Path, default=None, metavar="PATH", help="file (C: folder)")
     p.add_argument("--list", action="store_true", help="list the formats")
     p.set_defaults(run=_run)

@@ -8,7 +8,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from bondsight.cli.arguments import OUT, add_jobs, nonnegative
+from bondsight.cli.arguments import OUT, add_jobs, add_seed, nonnegative
 from bondsight.cli.fit_options import add_study_options, study_from
 
 if TYPE_CHECKING:
@@ -23,15 +23,20 @@ def add_fit_command(verbs: Any) -> None:
     """Add the command to the sub-parsers of ``bondsight``."""
     p = verbs.add_parser("fit", help="fit a model to recordings, with uncertainty and judgement")
     add_study_options(p)
-    p.add_argument("--method", default="single_shooting", help="see README; default: %(default)s")
-    p.add_argument("--optimiser", choices=("gauss_newton", "ipopt"), default=None)
+    p.add_argument("--method", default="single_shooting",
+                   help="single_shooting (the default), multiple_shooting, collocation, "
+                   "prediction_error, frequency_domain")  # fmt: skip
+    p.add_argument("--optimiser", choices=("gauss_newton", "ipopt"), default=None,
+                   help="default: the first that the method runs with")  # fmt: skip
     p.add_argument("--guess", action="store_true", help="take start values from the data")
     p.add_argument("--starts", type=nonnegative, default=0, help="fit from that many starts")
     p.add_argument("--profiles", action="store_true", help="profile every free parameter")
-    p.add_argument("--iterations", type=nonnegative, default=60)
-    p.add_argument("--seed", type=nonnegative, default=0)
+    p.add_argument("--iterations", type=nonnegative, default=60,
+                   help="at most so many (default: %(default)s)")  # fmt: skip
+    add_seed(p)
     add_jobs(p)
-    p.add_argument("--out", type=Path, default=OUT / "fit", help="folder")
+    p.add_argument("--out", type=Path, default=OUT / "fit", help="folder (default: %(default)s)")
+    p.add_argument("--quiet", action="store_true", help="no bar")
     p.add_argument("--json", action="store_true", help="print the result as JSON")
     p.set_defaults(run=_fit)
 
@@ -60,8 +65,8 @@ def _fit(options: argparse.Namespace) -> int:
     except LinAlgError:
         before = ()  # the fit says which start values have no equations
     for finding in before:
-        print(f"bondsight: {finding}", file=sys.stderr)
-    with Bar(quiet=not sys.stderr.isatty()) as bar:
+        print(f"bondsight: warning: {finding}", file=sys.stderr)
+    with Bar(quiet=options.quiet or not sys.stderr.isatty()) as bar:
         found, starts = _run(options, study, bar)
         archive, values = options.out / "fit.npz", options.out / "fit.json"
         save_fit(found, archive, command=command)  # before anything else can be stopped

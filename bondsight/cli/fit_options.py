@@ -22,10 +22,13 @@ def add_study_options(p: argparse.ArgumentParser) -> None:
     p.add_argument("recordings", nargs="+", metavar="RECORDING", help="files or known recordings")
     p.add_argument("--model", required=True, help=MODEL)
     add_map(p)
-    add_several(p, "--free", "NAME", None, "default: all not fixed")
-    p.add_argument("--fix", action="append", default=[], metavar="NAME=VALUE", help="SI")
-    p.add_argument("--start", action="append", default=[], metavar="NAME=VALUE", help="SI")
-    p.add_argument("--bound", action="append", default=[], metavar="NAME=LOW:HIGH", help="SI")
+    add_several(p, "--free", "NAME", None, "parameters that are fitted (default: all not fixed)")
+    p.add_argument("--fix", action="append", default=[], metavar="NAME=VALUE",
+                   help="hold a parameter at a value, SI")  # fmt: skip
+    p.add_argument("--start", action="append", default=[], metavar="NAME=VALUE",
+                   help="begin there, SI")  # fmt: skip
+    p.add_argument("--bound", action="append", default=[], metavar="NAME=LOW:HIGH",
+                   help="keep it between, SI; one may be left empty")  # fmt: skip
     p.add_argument(
         "--prior",
         action="append",
@@ -34,8 +37,11 @@ def add_study_options(p: argparse.ArgumentParser) -> None:
         help="two thirds of the weight within FACTOR of MEDIAN",
     )
     add_several(p, "--own", "NAME", [], "parameters with a value in every recording")
-    p.add_argument("--hold", choices=("hold", "linear", "band-limited", "estimate"), default=None)
-    p.add_argument("--noise", choices=("white", "coloured"), default="white")
+    p.add_argument("--hold", choices=("hold", "linear", "band-limited", "estimate"), default=None,
+                   help="commands between samples: hold as of a converter, linear (the default), "
+                   "band-limited, or what fits best")  # fmt: skip
+    p.add_argument("--noise", choices=("white", "coloured"), default="white",
+                   help="of the readings (default: %(default)s)")  # fmt: skip
     p.add_argument("--rest", action="store_true", help="every recording begins at rest")
     p.add_argument("--clock", type=float, default=0.0, metavar="PPM", help="largest clock error")
     p.add_argument(

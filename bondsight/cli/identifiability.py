@@ -21,7 +21,8 @@ def add_identifiability_command(verbs: Any) -> None:
     add_map(p)
     add_several(p, "--free", "NAME", None, "parameters (default: all not fixed)")
     p.add_argument("--profiles", action="store_true", help="also profile every parameter")
-    p.add_argument("--noise", choices=("white", "coloured"), default="white")
+    p.add_argument("--noise", choices=("white", "coloured"), default="white",
+                   help="of the readings (default: %(default)s)")  # fmt: skip
     p.add_argument("--out", type=Path, default=None, help="folder for figures")
     add_jobs(p)
     p.set_defaults(run=_identifiability)

@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from typing import Final, NoReturn
 
 from bondgraph.support.errors import BondsightError
+from bondsight import __version__
 from bondsight.cli.acquire import add_acquire_command
 from bondsight.cli.bench import add_bench_command
 from bondsight.cli.calibrate import add_calibrate_command
@@ -25,21 +26,40 @@ from bondsight.cli.explain import add_explain_command
 from bondsight.cli.export import add_export_command
 from bondsight.cli.fit import add_fit_command
 from bondsight.cli.identifiability import add_identifiability_command
+from bondsight.cli.models import add_models_command
 from bondsight.cli.recordings import add_recordings_command
 from bondsight.cli.regulate import add_regulate_command
 from bondsight.cli.sizing import add_sizing_command
 from bondsight.cli.stack import add_stack_command
 from bondsight.cli.thesis import add_thesis_command
 from bondsight.cli.ultrasonic import add_ultrasonic_command
+from bondsight.cli.verb_group import VerbGroup
 
-COMMANDS: Final = (
-    add_diagnose_command, add_demo_command, add_check_command, add_equations_command,
-    add_draw_command, add_bench_command, add_acquire_command, add_regulate_command,
-    add_calibrate_command, add_explain_command, add_effects_command, add_export_command,
-    add_thesis_command, add_compensate_command, add_stack_command, add_ultrasonic_command,
-    add_sizing_command, add_fit_command, add_identifiability_command, add_recordings_command,
-)  # fmt: skip
-"""In the order of the help."""
+GROUPS: Final = {
+    "Find what a model leaves out": (
+        add_diagnose_command, add_explain_command, add_effects_command, add_demo_command,
+    ),
+    "Write and read a model": (
+        add_models_command, add_check_command, add_equations_command, add_draw_command,
+        add_export_command,
+    ),
+    "Fit it to recordings": (
+        add_fit_command, add_identifiability_command, add_recordings_command,
+    ),
+    "Measure": (
+        add_acquire_command, add_regulate_command, add_calibrate_command, add_bench_command,
+    ),
+    "Piezo actuators": (
+        add_sizing_command, add_compensate_command, add_stack_command, add_ultrasonic_command,
+        add_thesis_command,
+    ),
+}  # fmt: skip
+"""What a person wants -> its verbs, in the order of the help."""
+COMPLETION: Final = """\
+completion of words: pip install 'bondsight[completion]', then
+  bash, zsh: eval "$(register-python-argcomplete bondsight)"
+  fish:      register-python-argcomplete --shell fish bondsight | source
+a MODEL is a name of bondsight models, a file.py with model(), a .json file, or package:function"""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -50,6 +70,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
             stream.reconfigure(errors="replace")  # a sign that the terminal lacks ends nothing
     try:
         parser = _parser(*words[:1])
+        if "_ARGCOMPLETE" in os.environ:  # the shell asks for words
+            import argcomplete
+
+            argcomplete.autocomplete(parser)
         options = parser.parse_args(words)
         if not hasattr(options, "run"):
             parser.print_help()
@@ -85,13 +109,24 @@ class _OneLine(argparse.ArgumentParser):
 def _parser(called: str = "") -> argparse.ArgumentParser:
     parser = _OneLine(
         prog="bondsight",
+        usage="bondsight [-h] [--version] COMMAND ...",
         description="Find the physics that a model leaves out, from a recording.",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        add_help=False,
     )
-    verbs = parser.add_subparsers(title="commands", metavar="COMMAND")
-
-    for add in COMMANDS:
-        add(verbs)
+    parser.add_argument("-h", "--help", action="help", help="bondsight COMMAND --help says more")
+    parser.add_argument("--version", action="version", version=f"bondsight {__version__}")
+    verbs = VerbGroup(
+        parser.add_subparsers(prog="bondsight", metavar="COMMAND", help=argparse.SUPPRESS)
+    )
+    said = []
+    for title, adders in GROUPS.items():
+        for add in adders:
+            add(verbs)
+        said.append(verbs.listed(title))
     add_developer_commands(verbs, called)
+    said.append(verbs.listed("Evidence (in a checkout)"))
+    parser.epilog = "\n\n".join([*said, COMPLETION])
     return parser
 
 

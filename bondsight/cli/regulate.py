@@ -42,7 +42,7 @@ def add_regulate_command(verbs: Any) -> None:
     )  # fmt: skip
     p.add_argument("--seed", type=int, default=5, help="of the virtual bench")
     p.add_argument("--name", default="loop", help="of the recording and its files")
-    p.add_argument("--out", type=Path, default=OUT)
+    p.add_argument("--out", type=Path, default=OUT, help="folder (default: %(default)s)")
     p.add_argument("--quiet", action="store_true", help="no view of the progress")
     p.set_defaults(run=_regulate)
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from bondgraph.simulation.start import HOLDS
 from bondgraph.support.arrays import Array
-from bondgraph.support.errors import UnusableInput, unknown_name
+from bondgraph.support.errors import BondsightError, UnusableInput, unknown_name
 from identification.estimation.cautions import (
     cautions,
     coarse_steps,
@@ -98,11 +98,18 @@ def estimate(
         with calm():
             made = _settled(study, chosen, options, start)
             result = _finished(study, chosen, optimiser, *made)
-    except np.linalg.LinAlgError as error:
+    except BondsightError:
+        raise
+    except (np.linalg.LinAlgError, ValueError) as error:
+        # a library stumbles where numbers are not finite; what makes them so is said
+        from identification.uncertainty.preflight import require_motion
+
+        require_motion(study)
         declared = {n: p.value for n, p in study.graph.parameters.items()}
         zero = [n for n, v in {**declared, **study.starts}.items() if v == 0]
         raise UnusableInput(
-            f"{study.graph.name}: its equations are not finite at the start values ({error}); "
+            f"{study.graph.name}: its equations are not finite at the start values "
+            f"({' '.join(str(error).split())[:120]}); "
             f"check {', '.join(zero) + ' = 0' if zero else 'values, units and bounds'}"
         ) from error
     say("done", 1.0)

@@ -70,7 +70,7 @@ def require_motion(study: Study) -> None:
     """
     sensors = [s.name for s in study.graph.of_type(Sensor)]
     readings = [(r.name, n, r[n]) for r in study.recordings for n in sensors if n in r.channels]
-    if all(float(v.max() - v.min()) == 0.0 for _, _, v in readings):
+    if readings and all(float(v.max() - v.min()) == 0.0 for _, _, v in readings):
         record, sensor, _ = readings[0]
         raise UnusableInput(
             f"{record}: {sensor} is constant: nothing can be fitted; excite the system and check "

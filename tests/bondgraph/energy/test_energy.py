@@ -11,7 +11,6 @@ from scipy.integrate import solve_ivp
 
 from actuators.stack.bond_graph import stack_bond_graph
 from bondgraph import BondGraph, C, GraphError, I, One, R, Se, Trajectory, UnusableInput
-from tests.settled import simulate
 from bondgraph.energy.accounts import Ledger
 from bondgraph.energy.bond_power import motion, observables
 from bondgraph.energy.ledger import ledger
@@ -23,6 +22,7 @@ from bondgraph.laws import Coulomb, Hysteretic, Polynomial, Sliding, StopSum, Ta
 from tests.bondgraph.energy.energy_models import coupled, crank, plate, rlc
 from tests.bondgraph.energy.power_balance import power_balance
 from tests.properties.test_random_graphs import random_graph
+from tests.settled import simulate
 
 SLIPS = MaxwellResistiveCapacitor((1.3e9, 0.6e9), (0.4e3, 1.1e3))
 

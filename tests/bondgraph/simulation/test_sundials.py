@@ -24,7 +24,6 @@ from bondgraph import (
     Se,
     UnknownName,
     UnusableInput,
-    simulate,
 )
 from bondgraph.equations.codegen import law_functions, program
 from bondgraph.graph.drives import Drive
@@ -39,6 +38,7 @@ from bondgraph.simulation.sundials.stepper import Stepper
 from tests.benchmarks.integrators import contact
 from tests.bondgraph.hysteresis.examples import CREEP, LINEAR
 from tests.bondgraph.laws.test_laws import EVERY, numbers
+from tests.settled import simulate
 
 BOTH = pytest.mark.parametrize("integrator", ["cvodes", "idas"])
 TIME = np.arange(101) * 1e-4

@@ -11,13 +11,13 @@ import pytest
 from bondgraph.laws import Coulomb
 from bondgraph.signals.recording import Recording
 from bondgraph.signals.split import stretches
-from bondgraph.simulation.simulate import simulate
 from bondgraph.support.errors import UnusableInput
 from identification.diagnosis.diagnose import Diagnosis, diagnose
 from identification.diagnosis.search.asked import asked_of
 from identification.diagnosis.search.candidates import DiagnosisOptions
 from identification.estimation.estimate import estimate
 from identification.study.study import Study
+from tests.settled import simulate
 from tests.spring import spring
 
 T = np.asarray(0.01 * np.arange(1200), np.float64)

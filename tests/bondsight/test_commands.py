@@ -1,0 +1,80 @@
+"""The help on one screen, every option with its word, models by name, completion of words."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import subprocess
+import sys
+from collections.abc import Iterator
+from importlib.util import find_spec
+from pathlib import Path
+
+import pytest
+
+import bondsight
+from actuators.models.catalogue import MODELS
+from bondsight.cli.main import _parser, main
+
+ROOT = Path(bondsight.__file__).resolve().parents[1]
+ELSEWHERE = {"compensate", "blind", "conformance", "coverage", "published", "real"}
+
+
+def verbs() -> dict[str, argparse.ArgumentParser]:
+    (found,) = (a for a in _parser()._actions if isinstance(a, argparse._SubParsersAction))
+    return dict(found.choices)
+
+
+def test_every_verb_stands_once_on_one_screen() -> None:
+    lines = _parser().format_help().splitlines()
+    assert len(lines) <= 50
+    assert max(map(len, lines)) <= 100
+    listed = [line.split()[0] for line in lines if line.startswith("  ")]
+    for verb in verbs():
+        assert listed.count(verb) == 1
+
+
+def unexplained() -> Iterator[str]:
+    for verb, parser in verbs().items():
+        for a in parser._actions:
+            if verb not in ELSEWHERE and not a.help:
+                yield f"{verb} {a.dest}"
+
+
+def test_every_option_says_what_it_is() -> None:
+    assert list(unexplained()) == []
+    assert all(p.description for p in verbs().values())
+
+
+def test_the_version_is_said(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as stop:
+        main(["--version"])
+    assert stop.value.code == 0
+    assert capsys.readouterr().out == f"bondsight {bondsight.__version__}\n"
+
+
+def test_models_are_listed_and_described(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["models"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert [line.split()[0] for line in lines] == list(MODELS)
+    assert all(len(line.split()) > 2 for line in lines)
+    assert main(["models", "thermal_lag"]) == 0
+    text = capsys.readouterr().out
+    for word in ("inputs: u [", "readings: y [", "parameters:", "elements: "):
+        assert word in text
+    assert main(["models", "thermal_lack"]) == 2
+    assert "Did you mean 'thermal_lag'" in capsys.readouterr().err
+
+
+@pytest.mark.skipif(find_spec("argcomplete") is None, reason="needs argcomplete")
+def test_a_shell_completes_words(tmp_path: Path) -> None:
+    line, answer = "bondsight diagnose --mo", tmp_path / "words"
+    asked = {
+        "_ARGCOMPLETE": "1", "_ARGCOMPLETE_STDOUT_FILENAME": str(answer), "COMP_LINE": line,
+        "COMP_POINT": str(len(line)), "_ARGCOMPLETE_IFS": "\n",
+    }  # fmt: skip
+    path = os.pathsep.join([str(ROOT), *sys.path])
+    env = os.environ | asked | {"PYTHONPATH": path}
+    subprocess.run([sys.executable, "-m", "bondsight"], env=env,
+                   check=True, cwd=tmp_path)  # fmt: skip
+    assert answer.read_text().split() == ["--model"]

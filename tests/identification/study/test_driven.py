@@ -1,0 +1,78 @@
+"""Dead inputs are named before anything is fitted; a fit of nothing ends in one line."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from bondgraph import BondGraph, Df, Dq, I, One, R, Recording, Se, UnusableInput
+from bondsight.cli.main import main
+from identification.estimation import Study, estimate
+from identification.study.driven import require_driven
+
+T = np.arange(400) * 1e-2
+MODEL = """
+from bondgraph import BondGraph, Df, Dq, I, One, R, Se
+
+def model():
+    with BondGraph("cart") as g:
+        body = One("body")
+        Se("F", unit="N") >> body >> I("m", 0.5, unit="kg")
+        body >> R("d", 1.0, unit="N*s/m")
+        body >> Dq("x", unit="m")
+    return g
+"""
+
+
+def cart() -> BondGraph:
+    with BondGraph("cart") as g:
+        body = One("body")
+        Se("F", unit="N") >> body >> I("m", 0.5, unit="kg")
+        body >> R("d", 1.0, unit="N*s/m")
+        body >> Dq("x", unit="m")
+    return g
+
+
+def record(force: object, x: object) -> Recording:
+    whole = {"F[N]": force + 0 * T, "x[m]": x + 0 * T}  # type: ignore[operator]
+    return Recording.from_arrays("run", whole, fs=100.0)
+
+
+def test_a_dead_input_is_refused_a_constant_one_said() -> None:
+    with pytest.raises(UnusableInput, match=r"input F is 0 in all 400 samples while x moves"):
+        require_driven(cart(), [record(0.0, np.sin(3 * T))])
+    (line,) = require_driven(cart(), [record(3.0, np.sin(3 * T))])
+    assert line.startswith("input F is 3 in all 400 samples")
+    assert require_driven(cart(), [record(0.0, 0.0), record(np.sin(T), np.sin(T))]) == ()
+
+
+def test_noise_on_a_resting_sensor_is_no_motion() -> None:
+    noise = np.random.default_rng(0).normal(size=T.size)
+    assert require_driven(cart(), [record(0.0, noise)]) == ()
+
+
+def test_diagnose_ends_before_a_fit(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    model, run = tmp_path / "cart.py", tmp_path / "run.csv"
+    model.write_text(MODEL)
+    rows = "".join(f"{t:.2f},0,{np.sin(3 * t):.6f}\n" for t in T)
+    run.write_text("t[s],F[N],x[m]\n" + rows)
+    out = tmp_path / "out"
+    assert main(["diagnose", str(run), "--model", str(model), "--out", str(out)]) == 2
+    printed = capsys.readouterr()
+    assert printed.err.startswith("bondsight: run: input F is 0")
+    assert printed.err.count("\n") == 1
+    assert not out.exists()
+
+
+def test_a_fit_of_a_constant_reading_is_refused_in_one_line() -> None:
+    """What `simulate` made of a step from the rest under it: nothing to fit, nothing left over."""
+    with BondGraph("cart") as g:
+        body = One("body")
+        Se("F", unit="N") >> body >> I("m", 0.5, unit="kg")
+        body >> R("d", 1.0, unit="N*s/m")
+        body >> Df("v", unit="m/s")
+    flat = Recording.from_arrays("run", {"F[N]": np.ones(100), "v[m/s]": np.ones(100)}, fs=1e3)
+    with pytest.raises(UnusableInput, match="v is constant: nothing can be fitted"):
+        estimate(Study(g, flat))
