@@ -156,16 +156,19 @@ class Recording:
         *,
         fs: float | None = None,
         name: str | None = None,
+        rows: tuple[int | None, int | None] = (None, None),
+        resample: float | None = None,
     ) -> Recording:
         """Read a file of measurements and convert it to SI.
 
         Parameters
         ----------
         path : path
-            The file. CSV: one header line, separators `,` `;` or tab; decimal commas are
-            understood if the separator is not a comma. NPZ, MAT (all versions), HDF5: one array
-            per channel; TDMS: one channel each; Parquet: one column each. Arrays in groups are
-            called `group/x`, fields of MATLAB structures `data.x`. A file that `save` wrote is
+            The file. CSV: one header line, and whatever an instrument writes above it; separators
+            `,` `;` or tab; decimal commas are understood if the separator is not a comma. Units
+            may stand in a line of their own, stamps as ISO 8601 dates. NPZ, MAT (all versions),
+            HDF5: one array per channel; TDMS: one channel each; Parquet: one column each. Arrays in
+            groups are called `group/x`, fields of MATLAB structures `data.x`. A file that `save` wrote is
             opened; MAT 7.3, HDF5, TDMS and Parquet need ``pip install 'bondsight[files]'``.
         map : mapping of str to str, optional
             Channel name -> column header, or its name without the unit, optionally with a unit:
@@ -176,6 +179,10 @@ class Recording:
             Sampling rate, Hz; then a time column is ignored.
         name : str, optional
             Name of the recording; the file name without its ending if not given.
+        rows : tuple of (int or None, int or None)
+            First and last row that are kept, by the numbers that errors use.
+        resample : float, optional
+            Samples a second of an even grid, Hz, for stamps that are uneven.
 
         Returns
         -------
@@ -196,11 +203,18 @@ class Recording:
                 raise UnusableInput(
                     f"{file.name}: a saved recording has its own time; leave the sampling rate out"
                 )
+            if rows != (None, None) or resample is not None:
+                raise UnusableInput(
+                    f"{file.name}: a saved recording has no rows to choose nor stamps to resample; "
+                    "open it and use slice"
+                )
             saved = cls.open(file)
             named = replace(saved, name=name) if name else saved
             return named.select(map) if map is not None else named
         table = read_table(file, map, fs)
-        even = make_even(table, file.name, fs)
+        if rows != (None, None):
+            table = table.kept(*rows, file.name)
+        even = make_even(table, file.name, fs, resample)
         return cls(
             name or file.stem, even.time, even.channels, even.units,
             file.name, sha256_of(file), {"notes": even.notes},

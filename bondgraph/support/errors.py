@@ -69,6 +69,11 @@ def nearest(name: str, known: Iterable[str], count: int = 3) -> tuple[str, ...]:
         )
         for k in names
     }
+    for k in names:  # a part of a longer name: stribek for stribeck_friction
+        for part in k.split("_"):
+            alike = difflib.SequenceMatcher(None, name.lower(), part.lower()).ratio()
+            if len(part) > 3 and alike >= 0.8:
+                score[k] = max(score[k], 0.9 * alike)
     close = [k for k in names if score[k] >= 0.6]
     return tuple(sorted(close, key=lambda k: -score[k])[:count])
 

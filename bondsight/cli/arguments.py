@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 from bondgraph.support.errors import UnusableInput
 
@@ -20,6 +21,43 @@ def add_map(p: argparse.ArgumentParser) -> None:
         help="the column of a channel of the model, and its unit if the header has none: "
         "x=displacement[um]; may be repeated",
     )  # fmt: skip
+
+
+def add_reading(p: argparse.ArgumentParser) -> None:
+    """Add ``--map``, ``--fs``, ``--rows`` and ``--resample``: how files are read."""
+    add_map(p)
+    p.add_argument("--fs", type=positive_number, default=None, metavar="HZ",
+                   help="sampling rate of files; a time column is ignored then")  # fmt: skip
+    p.add_argument("--rows", type=span, default=(None, None), metavar="FIRST:LAST",
+                   help="rows of files that are kept, as errors number them")  # fmt: skip
+    p.add_argument("--resample", type=positive_number, default=None, metavar="HZ",
+                   help="put files with uneven stamps on an even grid")  # fmt: skip
+
+
+def reading_of(options: argparse.Namespace) -> dict[str, Any]:
+    """Return what the options of `add_reading` say beside the map, where they were asked."""
+    given = {n: getattr(options, n, None) for n in ("fs", "rows", "resample")}
+    return {n: v for n, v in given.items() if v not in (None, (None, None))}
+
+
+def positive_number(text: str) -> float:
+    """Return a positive number, such as samples a second."""
+    try:
+        value = float(text)
+    except ValueError:
+        value = 0.0
+    if not 0.0 < value < float("inf"):
+        raise argparse.ArgumentTypeError(f"{text!r} is no positive number, such as 1000")
+    return value
+
+
+def span(text: str) -> tuple[int | None, int | None]:
+    """Return the first and the last row of ``FIRST:LAST``; one may be left out."""
+    first, sign, last = text.partition(":")
+    ends = first.strip(), last.strip()
+    if not sign or not any(ends) or not all(e.isdigit() for e in ends if e):
+        raise argparse.ArgumentTypeError(f"{text!r} is not FIRST:LAST, such as 707:1501 or 20:")
+    return int(ends[0]) if ends[0] else None, int(ends[1]) if ends[1] else None
 
 
 def add_several(

@@ -10,8 +10,18 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from bondgraph.support.errors import UnusableInput, unknown_name
-from bondsight.cli.arguments import MODEL, OUT, add_jobs, add_map, add_seed, mapping_of, positive
-from bondsight.cli.output import writable
+from bondsight.cli.arguments import (
+    MODEL,
+    OUT,
+    add_jobs,
+    add_reading,
+    add_seed,
+    mapping_of,
+    positive,
+    positive_number,
+    reading_of,
+)
+from bondsight.cli.output import INTERRUPTED, writable
 
 if TYPE_CHECKING:
     from bondgraph.graph.bond_graph import BondGraph
@@ -27,7 +37,7 @@ def add_diagnose_command(verbs: Any) -> None:
         "together",
     )  # fmt: skip
     p.add_argument("--model", required=True, help=MODEL)
-    add_map(p)
+    add_reading(p)
     p.add_argument(
         "--without", action="append", default=[], metavar="EFFECT",
         help="an effect that may not be named; may be repeated",
@@ -51,6 +61,10 @@ def add_diagnose_command(verbs: Any) -> None:
         "may be repeated",
     )  # fmt: skip
     add_jobs(p)
+    p.add_argument(
+        "--time", type=positive_number, default=None, metavar="SECONDS",
+        help="end the search after so long and write what was named by then, as Ctrl-C does",
+    )  # fmt: skip
     add_seed(p)
     p.add_argument("--quiet", action="store_true", help="no bar")
     p.set_defaults(run=lambda options: diagnose_files(options)[0])
@@ -69,8 +83,8 @@ def diagnose_files(options: argparse.Namespace, graph: BondGraph | None = None) 
     from actuators.models.opening import load_model, model_name
     from bondgraph.causality.assignment import assign_causality
     from bondgraph.signals.recording import Recording
-    from bondsight.cli.progress import Bar
-    from identification.diagnosis.diagnose import characterised, diagnose
+    from bondsight.cli.progress import Bar, Deadline
+    from identification.diagnosis.diagnose import STOPPED, characterised, diagnose
     from identification.diagnosis.report import write_report
     from identification.diagnosis.search.candidates import DiagnosisOptions
     from identification.diagnosis.verdict import in_words, verdict, write_verdict
@@ -83,7 +97,7 @@ def diagnose_files(options: argparse.Namespace, graph: BondGraph | None = None) 
     graph = load_model(options.model) if graph is None else graph
     graph.require_sound()
     assign_causality(graph)  # a conflict is refused before any file is read
-    found, split, said = load_all(options.recordings, options.maps, graph)
+    found, split, said = load_all(options.recordings, options.maps, graph, **reading_of(options))
     for line in require_driven(graph, [found] if isinstance(found, Recording) else found):
         print(f"note: {line}", file=sys.stderr)
     writable(options.out)
@@ -93,12 +107,13 @@ def diagnose_files(options: argparse.Namespace, graph: BondGraph | None = None) 
             graph, found, hold=options.hold or ESTIMATED, noise=noise or "white",
             process_noise=moved,
         )  # fmt: skip
+    limit = getattr(options, "time", None)
     with Bar(quiet=getattr(options, "quiet", False) or not sys.stderr.isatty()) as bar:
         result = diagnose(
             study if moved else graph, None if moved else found, split,
             model=model_name(options.model, graph), hold=options.hold,
-            options=DiagnosisOptions(**settings), progress=bar, seed=options.seed,
-            noise=noise,
+            options=DiagnosisOptions(**settings), progress=Deadline(bar, limit),
+            seed=options.seed, noise=noise,
         )  # fmt: skip
     path = write_verdict(result, options.out)
     report = write_report(characterised(result), options.out)
@@ -107,6 +122,9 @@ def diagnose_files(options: argparse.Namespace, graph: BondGraph | None = None) 
     else:
         print(in_words(result, said))
         print(f"verdict: {path}\nreport:  {report}")
+    if STOPPED in result.notes:
+        print(f"bondsight: {STOPPED}", file=sys.stderr)
+        return INTERRUPTED if limit is None else 0, result
     return 0, result
 
 
@@ -153,7 +171,7 @@ def known_effects(names: Sequence[str]) -> tuple[str, ...]:
 
 
 def load_all(
-    texts: Sequence[str], maps: Sequence[str], graph: BondGraph
+    texts: Sequence[str], maps: Sequence[str], graph: BondGraph, **reading: Any
 ) -> tuple[Recording | list[Recording], Split | None, tuple[str, ...]]:
     """Read one or several recordings and match their channels to the model.
 
@@ -163,7 +181,7 @@ def load_all(
     """
     from identification.datasets.opening import open_recording
 
-    loaded = [open_recording(text, graph, mapping_of(maps)) for text in texts]
+    loaded = [open_recording(text, graph, mapping_of(maps), **reading) for text in texts]
     said = tuple(dict.fromkeys(s for _, _, sentences in loaded for s in sentences))
     if len(loaded) == 1:
         return loaded[0][0], loaded[0][1], said

@@ -10,13 +10,12 @@ from typing import TYPE_CHECKING, Any
 
 from bondsight.cli.arguments import OUT, add_jobs, add_seed, nonnegative
 from bondsight.cli.fit_options import add_study_options, study_from
+from bondsight.cli.output import INTERRUPTED, writable
 
 if TYPE_CHECKING:
     from bondsight.cli.progress import Bar
     from identification.estimation import Estimation, Study
     from identification.estimation.starts import Starts
-
-INTERRUPTED = 130
 
 
 def add_fit_command(verbs: Any) -> None:
@@ -45,7 +44,6 @@ def _fit(options: argparse.Namespace) -> int:
     from numpy.linalg import LinAlgError
 
     from actuators.models.opening import load_model
-    from bondsight.cli.output import writable
     from bondsight.cli.progress import Bar
     from identification.estimation import FitStatus
     from identification.estimation.archive import save_fit

@@ -8,7 +8,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from bondgraph.support.errors import UnusableInput, unknown_name
-from bondsight.cli.arguments import MODEL, add_map, add_several, mapping_of
+from bondsight.cli.arguments import MODEL, add_reading, add_several, mapping_of, reading_of
 
 if TYPE_CHECKING:
     from bondgraph.graph.bond_graph import BondGraph
@@ -21,7 +21,7 @@ def add_study_options(p: argparse.ArgumentParser) -> None:
     """Add what says which numbers vary, and what the measuring chain may add."""
     p.add_argument("recordings", nargs="+", metavar="RECORDING", help="files or known recordings")
     p.add_argument("--model", required=True, help=MODEL)
-    add_map(p)
+    add_reading(p)
     add_several(p, "--free", "NAME", None, "parameters that are fitted (default: all not fixed)")
     p.add_argument("--fix", action="append", default=[], metavar="NAME=VALUE",
                    help="hold a parameter at a value, SI")  # fmt: skip
@@ -78,9 +78,10 @@ def study_from(options: argparse.Namespace, graph: BondGraph) -> tuple[Study, tu
     from identification.study.study import Study
 
     maps = mapping_of(options.maps)
-    opened = [open_recording(text, graph, maps) for text in options.recordings]
+    more = reading_of(options)
+    opened = [open_recording(text, graph, maps, **more) for text in options.recordings]
     splits = [split for _, split, _ in opened]
-    judged = [open_recording(text, graph, maps)[0] for text in options.validate]
+    judged = [open_recording(text, graph, maps, **more)[0] for text in options.validate]
     study = Study(
         graph,
         [record for record, _, _ in opened],

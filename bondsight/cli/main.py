@@ -27,6 +27,7 @@ from bondsight.cli.export import add_export_command
 from bondsight.cli.fit import add_fit_command
 from bondsight.cli.identifiability import add_identifiability_command
 from bondsight.cli.models import add_models_command
+from bondsight.cli.output import INTERRUPTED
 from bondsight.cli.recordings import add_recordings_command
 from bondsight.cli.regulate import add_regulate_command
 from bondsight.cli.sizing import add_sizing_command
@@ -95,7 +96,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         said = ["stopped; files already named above are complete"]
         whole = "; ".join([*said, *getattr(error, "__notes__", ())])
         print(f"bondsight: {' '.join(whole.split())}", file=sys.stderr)
-        return 130
+        return INTERRUPTED
 
 
 class _OneLine(argparse.ArgumentParser):

@@ -7,6 +7,9 @@ from pathlib import Path
 
 from bondgraph.support.errors import BondsightError
 
+INTERRUPTED = 130
+"""Exit code after Ctrl-C."""
+
 
 def writable(folder: Path) -> None:
     """Refuse a folder that cannot be written before the work is done, not after."""

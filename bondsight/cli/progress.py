@@ -3,8 +3,28 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Callable
+from time import monotonic
 
 from tqdm import tqdm
+
+SEARCHED = 0.9
+"""Fraction of a diagnosis from which on it only writes up what it has."""
+
+
+class Deadline:
+    """Progress that ends a search by KeyboardInterrupt once its seconds are over."""
+
+    def __init__(self, shown: Callable[[str, float], None], seconds: float | None) -> None:
+        self._shown, self._end = shown, None if seconds is None else monotonic() + seconds
+
+    def __call__(self, text: str, fraction: float) -> None:
+        """Show, and end if it is time."""
+        self._shown(text, fraction)
+        if self._end is not None and monotonic() > self._end and fraction < SEARCHED:
+            stop = KeyboardInterrupt()
+            stop.add_note("the time was over before anything was named, so nothing was written")
+            raise stop
 
 
 class Bar:

@@ -178,6 +178,10 @@ class Diagnosis:
         return presentation.written(self, folder)
 
 
+STOPPED = "stopped before the search had ended: what else is missing was not looked for"
+"""Note of a diagnosis that Ctrl-C ended, or its time."""
+
+
 def diagnose(
     graph: BondGraph | Study,
     recording: Given | Sequence[Given] | None = None,
@@ -216,7 +220,8 @@ def diagnose(
         Effects that were named on another division of the same recording: the search goes on
         beside them.
     progress : callable, optional
-        Called with a text and a fraction between 0 and 1.
+        Called with a text and a fraction between 0 and 1. KeyboardInterrupt, from there or from
+        the keyboard, ends the search with the effects that were named before.
 
     Raises
     ------
@@ -280,12 +285,14 @@ def _diagnosed(
         base = made.base
         same = base.fit.problem.data.n == data.n
         nominal = base.fit if same else deeper(nominal, base.fit.values) or nominal
-    finer = _on_finer_stretches(result, material, options, say, made.decisions)
-    if finer is not None:
-        return finer
+    if not made.stopped:
+        finer = _on_finer_stretches(result, material, options, say, made.decisions)
+        if finer is not None:
+            return finer
     say("fitting the repaired model on all training samples", 0.95)
     decisions = unthinned(made.decisions, template, options.holds)
-    decisions = refined(decisions, options, result.limits)
+    if not made.stopped:
+        decisions = refined(decisions, options, result.limits)
     declared, nominal = judged_on(declared, unseen), judged_on(nominal, unseen)
     decisions = tuple(_shown(d, unseen, data.n) for d in decisions)
     kind = _kind(made.decisions, declared, nominal)
@@ -297,7 +304,7 @@ def _diagnosed(
         result, kind=kind, scene=made.scene, steps=decisions, trials=decisions[0].trials,
         ranking=made.ranking, regions=regions(base.fit, made.scene), structure=classes,
         relations=made.relations, experiments=_experiments(decisions),
-        notes=asked.notes + notes_of(
+        notes=asked.notes + (STOPPED,) * made.stopped + notes_of(
             material, nominal, _last(decisions, kind) or nominal, options.holds, known
         ),
     )  # fmt: skip
@@ -345,12 +352,12 @@ def _on_finer_stretches(
     finer, asked = split_that_shows(last.fit, result.limits.noise), result.asked
     if finer is None or asked is None:
         return None
-    with suppress(BondsightError):
+    with suppress(BondsightError, KeyboardInterrupt):
         again = diagnose(
             asked.study or asked.graph, None if asked.study else asked.recordings, finer,
             model=result.model, options=options, limits=result.limits, hold=asked.hold,
             noise=material.given, seed=result.seed, known=named,
-            progress=lambda text, part: say(text, 0.9 + 0.1 * part),
+            progress=lambda text, part: say(text, 0.8 + 0.099 * part),
         )  # fmt: skip
         if again.kind == "missing_physics" and len(again.findings) >= len(named):
             return again

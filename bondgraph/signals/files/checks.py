@@ -65,9 +65,10 @@ def check_finite(values: FloatArray, what: str, place: Callable[[int], str]) -> 
         heads = np.concatenate(([0], stops))
         tails = np.concatenate((starts, [values.size]))
         best = int(np.argmax(tails - heads))
+        first_kept, last_kept = place(int(heads[best])), place(int(tails[best]) - 1)
+        rows = ":".join(p.rpartition(" ")[2] for p in (first_kept, last_kept))
         clean = (
-            f", or keep the longest part without any, {place(int(heads[best]))} to "
-            f"{place(int(tails[best]) - 1)}"
+            f", or keep (--rows {rows}) the longest part without any, {first_kept} to {last_kept}"
         )
     raise UnusableInput(
         f"{what}: {bad.size} of {values.size} values are NaN, infinite or empty, the first in "

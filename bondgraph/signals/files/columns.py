@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from bisect import bisect_left, bisect_right
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -34,12 +35,41 @@ class ColumnPlan:
 
 @dataclass(frozen=True, slots=True)
 class ColumnTable:
-    """Columns as read, before units, with the place of every sample for messages."""
+    """Columns as read, before units, with the place of every sample for messages.
+
+    A place ends with its number, such as ``row 12``.
+    """
 
     plan: ColumnPlan
     columns: dict[str, FloatArray]
     place: Callable[[int], str]
     notes: tuple[str, ...] = ()
+
+    def kept(self, first: int | None, last: int | None, where: str) -> ColumnTable:
+        """Return the rows with numbers from `first` to `last`, both among them.
+
+        Raises
+        ------
+        UnusableInput
+            None is left.
+        """
+        n = next(iter(self.columns.values())).size
+
+        def number(i: int) -> int:
+            return int(self.place(i).rpartition(" ")[2])
+
+        begin = 0 if first is None else bisect_left(range(n), first, key=number)
+        end = n if last is None else bisect_right(range(n), last, key=number)
+        if begin >= end:
+            raise UnusableInput(
+                f"{where}: no row from {first} to {last}; there are {self.place(0)} to "
+                f"{self.place(n - 1)}"
+            )
+        columns = {h: v[begin:end] for h, v in self.columns.items()}
+        note = f"{self.place(begin)} to {self.place(end - 1)} only"
+        return replace(
+            self, columns=columns, place=lambda i: self.place(begin + i), notes=(*self.notes, note)
+        )
 
 
 def is_time(header: str) -> bool:
@@ -59,8 +89,8 @@ def _unit_of(header: str, where: str) -> Unit:
     base, unit = split_header(header)
     if unit is None:
         raise UnusableInput(
-            f"{where}, column {header!r}: no unit; name it like '{base}[um]' ('1' for a pure "
-            f"number) or choose columns and units with a map (x={base}[um])"
+            f"{where}, column {header!r}: no unit; write it behind the name, such as "
+            f"'{base}[N]' ('1' for a pure number), or say it with --map {base}={base}[N]"
         )
     if unit == "C" and "temp" in base.lower():
         raise UnusableInput(f"{where}, column {header!r}: C means coulomb; write degC or K")
@@ -137,8 +167,8 @@ def choose(
     fitting = [r for r in rates if all(h.startswith(r[:-5]) for h in chosen)]
     if not fitting:
         raise UnusableInput(
-            f"{where}: no time column; add a column 't_s' or 'fs_hz', or give the sampling rate "
-            f"(columns: {', '.join(named)})"
+            f"{where}: no time column; add a column 't_s' or 'fs_hz', or give the sampling rate, "
+            f"--fs (columns: {', '.join(named)})"
         )
     return ColumnPlan(channels, None, max(fitting, key=len))
 

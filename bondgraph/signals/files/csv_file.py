@@ -5,12 +5,15 @@ from __future__ import annotations
 import csv
 from array import array
 from collections.abc import Mapping
+from datetime import UTC, datetime
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from bondgraph.signals.files.columns import ColumnPlan, ColumnTable, choose
+from bondgraph.signals.units import read_unit
 from bondgraph.support.errors import UnusableInput
 
 
@@ -39,23 +42,77 @@ def _numeric(text: str) -> bool:
     return True
 
 
+LONGEST_PREAMBLE = 200
+"""Lines in which the names of the columns are looked for."""
+
+
+def _delimiter(line: str) -> str:
+    return max("\t;,", key=line.count) if any(d in line for d in "\t;") else ","
+
+
+def _cells(line: str, delimiter: str) -> list[str]:
+    return [c.strip() for c in next(csv.reader([line], delimiter=delimiter), [])]
+
+
+def _header_line(lines: list[str]) -> int:
+    """Return the line of the column names: the first without a number that numbers stand below.
+
+    What instruments write above it is passed over. The first line that is no comment, where none
+    is found.
+    """
+    told = [i for i, s in enumerate(lines) if s.strip() and not s.lstrip().startswith("#")]
+    for at, i in enumerate(told):
+        delimiter = _delimiter(lines[i])
+        names = _cells(lines[i], delimiter)
+        if any(map(_numeric, names)):
+            continue
+        units = _units_below(lines[i:], len(names), delimiter)
+        below = told[at + 2 if units else at + 1 :][:1]
+        if below and _are_numbers(_cells(lines[below[0]], delimiter), len(names)):
+            return i
+    return told[0] if told else len(lines)
+
+
+def _units_below(lines: list[str], width: int, delimiter: str) -> list[str]:
+    """Return the units of the columns, if the line below their names holds just these."""
+    below = next((s for s in lines[1:] if s.strip()), "")
+    cells = [c.removeprefix("(").removesuffix(")") for c in _cells(below, delimiter)]
+    cells = [c.removeprefix("[").removesuffix("]") for c in cells]
+    told = len(cells) == width and all(c == "" or read_unit(c) for c in cells)
+    return cells if told and not any(map(_numeric, cells)) and any(cells) else []
+
+
+def _are_numbers(cells: list[str], width: int) -> bool:
+    told = [c for c in cells if c]
+    return len(cells) == width and bool(told) and all(_numeric(c) or _stamp(c) for c in told)
+
+
+def _stamp(text: str) -> datetime | None:
+    """Return a date with its time as ISO 8601 writes it; None if it is none."""
+    try:
+        found = datetime.fromisoformat(text.strip())
+    except ValueError:
+        return None
+    return found if found.tzinfo else found.replace(tzinfo=UTC)
+
+
 def read_csv(file: Path, map: Mapping[str, str] | None, fs: float | None) -> ColumnTable:
     """Read the needed columns of a text table."""
     encoding, where = _sniff(file), file.name
     try:
         with open(file, encoding=encoding, errors="replace", newline="") as stream:
-            first, skipped = "", 0
-            for line in stream:
-                if line.strip() and not line.lstrip().startswith("#"):
-                    first = line
-                    break
-                skipped += 1
-            delimiter = max("\t;,", key=first.count) if any(d in first for d in "\t;") else ","
+            lines = list(islice(stream, LONGEST_PREAMBLE))
+            skipped = _header_line(lines)
+            delimiter = _delimiter(lines[skipped] if skipped < len(lines) else "")
             stream.seek(0)
             for _ in range(skipped):
                 stream.readline()
             rows = csv.reader(stream, delimiter=delimiter)
             headers = [h.strip() for h in next(rows, [])]
+            if units := _units_below(lines[skipped:], len(headers), delimiter):
+                headers = [f"{h}[{u}]" if u else h for h, u in zip(headers, units, strict=True)]
+                while not any(next(rows)):
+                    pass
             if not any(headers):
                 raise UnusableInput(f"{where}: there is no header line; name the columns in line 1")
             if all(_numeric(h) for h in headers if h):
@@ -79,6 +136,9 @@ def _read_rows(
     data = [array("d") for _ in wanted]
     lines = array("q")
     marks: set[str] = set()
+    clock = plan.time[0] if plan.time else None
+    scale = plan.time[1].scale if plan.time else 1.0
+    begin: datetime | None = None
     width = len(headers)
     for row in rows:
         line = skipped + rows.line_num
@@ -96,6 +156,10 @@ def _read_rows(
         lines.append(line)
         for store, i, header in zip(data, index, wanted, strict=True):
             cell = row[i]
+            if header == clock and not _numeric(cell) and (at := _stamp(cell)) is not None:
+                begin = begin or at
+                store.append((at - begin).total_seconds() / scale)
+                continue
             if delimiter != ",":
                 marks.update(m for m in ".," if m in cell)
                 if len(marks) > 1:
@@ -115,6 +179,8 @@ def _read_rows(
         raise UnusableInput(f"{where}: there is a header but no row of numbers; export it again")
     columns = {h: np.frombuffer(d, dtype=np.float64) for h, d in zip(wanted, data, strict=True)}
     notes = ["decimal commas were read as decimal points"] if "," in marks else []
+    if begin is not None:
+        notes.append(f"time counts from {begin.isoformat()}")
     if "" in headers:
         notes.append("columns without a name were left out")
     return ColumnTable(plan, columns, lambda i: f"row {lines[i]}", tuple(notes))

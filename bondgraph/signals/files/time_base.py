@@ -25,8 +25,8 @@ class Even:
     notes: tuple[str, ...]
 
 
-def make_even(table: ColumnTable, where: str, fs: float | None) -> Even:
-    """Check values, make the time even, convert to SI."""
+def make_even(table: ColumnTable, where: str, fs: float | None, onto: float | None = None) -> Even:
+    """Check values, make the time even (at `onto` samples a second), convert to SI."""
     plan, notes = table.plan, list(table.notes)
     for header, values in table.columns.items():
         check_finite(values, f"{where}, column {header!r}", table.place)
@@ -37,11 +37,13 @@ def make_even(table: ColumnTable, where: str, fs: float | None) -> Even:
     if plan.time is not None:
         stamps = plan.time[1].to_si(table.columns[plan.time[0]])
         column = f"{where}, column {plan.time[0]!r}"
-        time, note = even_time(stamps, column, table.place)
+        time, note = even_time(stamps, column, table.place, onto)
         if note:
             channels = {k: np.interp(time, stamps, v) for k, v in channels.items()}
             notes.append(note)
     else:
+        if onto is not None:
+            raise UnusableInput(f"{where}: there are no time stamps to resample by; leave it out")
         rate = fs
         if rate is None and plan.rate is not None:
             rates = table.columns[plan.rate]
@@ -54,8 +56,13 @@ def make_even(table: ColumnTable, where: str, fs: float | None) -> Even:
     return Even(time, channels, units, tuple(notes))
 
 
-def even_time(t: FloatArray, where: str, place: Callable[[int], str]) -> tuple[FloatArray, str]:
-    """Return the time, put on an even grid if mildly uneven, and a note if that was done."""
+def even_time(
+    t: FloatArray, where: str, place: Callable[[int], str], onto: float | None = None
+) -> tuple[FloatArray, str]:
+    """Return the time, put on an even grid if mildly uneven, and a note if that was done.
+
+    With `onto`, samples a second, it is put on that grid however uneven it is.
+    """
     if t.size < 2:
         return t, ""
     steps = np.diff(t)
@@ -64,8 +71,8 @@ def even_time(t: FloatArray, where: str, place: Callable[[int], str]) -> tuple[F
         i = int(wrong[0]) + 1
         if np.ptp(t) == 0.0:
             raise UnusableInput(
-                f"{where}: all {t.size} time stamps are {t[0]:.9g} s; give the sampling rate, or a "
-                "column that counts the time"
+                f"{where}: all {t.size} time stamps are {t[0]:.9g} s; give the sampling rate, "
+                "--fs, or a column that counts the time"
             )
         what = "repeats the one before" if steps[i - 1] == 0.0 else "is earlier than the one before"
         raise UnusableInput(
@@ -74,6 +81,17 @@ def even_time(t: FloatArray, where: str, place: Callable[[int], str]) -> tuple[F
         )
     mean = (t[-1] - t[0]) / (t.size - 1)
     typical = float(np.median(steps))
+    if onto is not None:
+        if not 0.5 / typical <= onto < np.inf:
+            raise UnusableInput(
+                f"{where}: resampling onto {onto:.6g} Hz would fold what {1 / typical:.6g} samples "
+                "a second hold; give half of it or more"
+            )
+        note = (
+            f"resampled by linear interpolation onto {onto:.9g} Hz; the widest step was "
+            f"{steps.max():.6g} s, the usual {typical:.6g} s"
+        )
+        return t[0] + np.arange(int((t[-1] - t[0]) * onto * (1 + 1e-12)) + 1) / onto, note
     worst = int(np.argmax(np.abs(steps - typical)))
     jitter = float(abs(steps[worst] - typical) / typical)
     if jitter <= _EVEN:
@@ -86,6 +104,7 @@ def even_time(t: FloatArray, where: str, place: Callable[[int], str]) -> tuple[F
         return np.linspace(t[0], t[-1], t.size), note
     raise UnusableInput(
         f"{where}, {place(worst + 1)}: uneven time, a step of {steps[worst]:.6g} s where "
-        f"{typical:.6g} s is usual; resample evenly, cut out the gap, or give the sampling rate if "
-        f"the stamps are only rounded"
+        f"{typical:.6g} s is usual; resample evenly (--resample {1 / typical:.6g}), "
+        f"keep the rows on one side of a gap (--rows FIRST:LAST), or give the sampling rate (--fs) "
+        f"if the stamps are only rounded"
     )

@@ -44,6 +44,15 @@ class SelectionStage:
     scene: FittedModel
     ranking: tuple[Screened, ...]
     relations: tuple[BlindRelation, ...] = ()
+    stopped: bool = False
+
+
+class Halted(KeyboardInterrupt):
+    """The search was stopped (Ctrl-C, or its time was over) with `decisions` made before."""
+
+    def __init__(self, decisions: Sequence[Decision]) -> None:
+        super().__init__()
+        self.decisions = list(decisions)
 
 
 def steps(
@@ -59,19 +68,27 @@ def steps(
 
     `given` are readings whose noise the user has stated; the others' may turn out to be lower.
     `known` effects were named on another division of the record: the search goes on beside them.
+    A search that is stopped gives the steps that were finished; without any, it raises.
     """
     done = Looks((*options.catalogue, UNNAMED), base.fit.problem.with_chain, options.jobs)
     task = SearchTask(done, options, limits, classes, say, tuple(given))
-    decisions = _resumed(base, known, task)
-    if not decisions:
-        base, first = _first(base, task)
-        decisions = _forward(base, task, max(1, options.effects), found=first)
-    again = _revisited(base, decisions, task)
-    if again is not None and again[-1].remaining is not None:
-        decisions = again
+    stopped, decisions = False, []
+    try:
+        decisions = _resumed(base, known, task)
+        if not decisions:
+            base, first = _first(base, task)
+            decisions = _forward(base, task, max(1, options.effects), found=first)
+        again = _revisited(base, decisions, task)
+        if again is not None and again[-1].remaining is not None:
+            decisions = again
+    except KeyboardInterrupt as stop:
+        decisions = decisions or (stop.decisions if isinstance(stop, Halted) else [])
+        if not decisions:
+            raise
+        stopped = True
     seen, ranked = done.of(base.fit)
     told = _held_to_noise(_together(decisions, limits), limits)
-    return SelectionStage(told, base, seen, tuple(ranked), done.blind)
+    return SelectionStage(told, base, seen, tuple(ranked), done.blind, stopped)
 
 
 def _first(base: Base, task: SearchTask) -> tuple[Base, Searched]:
@@ -120,7 +137,10 @@ def _forward(
     places = named
     for number in range(begin, begin + count):
         here = found if found is not None and number == begin else None
-        decision = decided(here or searched(base, task, number, places), task)
+        try:
+            decision = decided(here or searched(base, task, number, places), task)
+        except KeyboardInterrupt:
+            raise Halted(decisions) from None
         decisions.append(decision)
         more = decision.kind == "missing_physics" or _promising(decision, number, task.options)
         if decision.chosen is None or not more or number + 1 == begin + count:

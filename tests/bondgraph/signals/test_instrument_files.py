@@ -1,0 +1,124 @@
+"""What instruments write: preambles, units in a line of their own, dates, gaps, missing values."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from bondgraph import Recording, UnusableInput
+from bondgraph.support.errors import nearest
+from bondsight.cli.main import main
+
+LABVIEW = (
+    "LabVIEW Measurement\nWriter_Version\t2\nSeparator\tTab\n***End_of_Header***\n\n"
+    "Channels\t2\nSamples\t3\t3\n***End_of_Header***\n"
+    "t[s]\tF[N]\tx[um]\tComment\n0,000\t1,5\t2\n0,001\t2,5\t3\n0,002\t3,5\t4\n"
+)
+SCOPE = (
+    "Device: rig 3\nModel,TBS1052B\nRecord Length,3\nSample Interval,0.001\n\n"
+    "Time,Force,Place\n(ms),(N),(um)\n\n0,1,2\n1,2,3\n2,3,4\n"
+)
+DATES = (
+    "t_s,x[um]\n2024-03-01T12:00:00.000,1\n2024-03-01T12:00:00.010,2\n2024-03-01T12:00:00.020,3\n"
+)
+
+
+def write(tmp_path: Path, text: str) -> Path:
+    path = tmp_path / "run.csv"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def test_what_stands_above_the_names_is_passed_over(tmp_path: Path) -> None:
+    r = Recording.read(write(tmp_path, LABVIEW), map={"F": "F", "x": "x"})
+    assert r["F"].tolist() == [1.5, 2.5, 3.5]
+    assert r.dt == pytest.approx(1e-3)
+
+
+def test_units_may_stand_below_the_names(tmp_path: Path) -> None:
+    r = Recording.read(write(tmp_path, SCOPE))
+    assert r.units == {"Force": "N", "Place": "m"}
+    assert r["Place"] == pytest.approx([2e-6, 3e-6, 4e-6])
+    assert r.dt == pytest.approx(1e-3)
+
+
+def test_errors_below_a_preamble_still_count_its_lines(tmp_path: Path) -> None:
+    with pytest.raises(UnusableInput, match="row 10.*'a' is not a number"):
+        Recording.read(write(tmp_path, SCOPE.replace("1,2,3", "1,a,3")))
+
+
+def test_a_wrong_cell_makes_no_names_of_its_row(tmp_path: Path) -> None:
+    with pytest.raises(UnusableInput, match="row 2.*'one' is not a number"):
+        Recording.read(
+            write(tmp_path, "t_s,x[um]\nnought,one\n0.1,2\n0.2,3\n"), map={"x": "x"}, fs=10
+        )
+
+
+def test_dates_are_seconds_since_the_first(tmp_path: Path) -> None:
+    r = Recording.read(write(tmp_path, DATES))
+    assert r.time == pytest.approx([0.0, 0.01, 0.02], abs=1e-12)
+    assert "time counts from 2024-03-01T12:00:00+00:00" in r.notes
+
+
+def test_rows_are_those_that_errors_number(tmp_path: Path) -> None:
+    text = "t_s,x[um]\n" + "".join(f"{i / 10},{'nan' if i == 2 else i}\n" for i in range(8))
+    path = write(tmp_path, text)
+    with pytest.raises(UnusableInput, match=r"--rows 5:9.*row 5 to row 9"):
+        Recording.read(path)
+    r = Recording.read(path, rows=(5, 9))
+    assert 1e6 * r["x"] == pytest.approx([3, 4, 5, 6, 7])
+    assert Recording.read(path, rows=(7, None)).n == 3
+    with pytest.raises(UnusableInput, match="no row from 20 to 30; there are row 2 to row 9"):
+        Recording.read(path, rows=(20, 30))
+
+
+def test_uneven_stamps_are_put_on_a_grid_that_is_asked_for(tmp_path: Path) -> None:
+    t = np.array([0.0, 0.1, 0.2, 0.5, 0.6, 0.7])
+    path = write(tmp_path, "t_s,x[m]\n" + "".join(f"{a:.1f},{3 * a:.1f}\n" for a in t))
+    with pytest.raises(UnusableInput, match=r"--resample 10.*--rows.*--fs"):
+        Recording.read(path)
+    r = Recording.read(path, resample=10.0)
+    assert r["x"] == pytest.approx(3 * np.arange(8) / 10)
+    with pytest.raises(UnusableInput, match="fold"):
+        Recording.read(path, resample=1.0)
+
+
+MODEL = """
+from bondgraph import BondGraph, Dq, I, One, Se
+
+def model():
+    with BondGraph("cart") as g:
+        body = One("body")
+        Se("F", unit="N") >> body >> I("m", 0.5, unit="kg")
+        body >> Dq("x", unit="m")
+    return g
+"""
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["--map", "zz=F"], "no source or sensor 'zz'"),
+        (["--fs", "fast"], "'fast' is no positive number"),
+        (["--rows", "7"], "not FIRST:LAST"),
+        (["--without", "stribek"], "stribeck_friction"),
+    ],
+)
+def test_bad_words_are_answered(
+    words: list[str], said: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path, model = write(tmp_path, "t_s,F[N],x[m]\n0,1,2\n1,2,3\n"), tmp_path / "m.py"
+    model.write_text(MODEL)
+    try:
+        code = main(["diagnose", str(path), "--model", str(model), *words])
+    except SystemExit as stop:
+        code = int(str(stop.code))
+    assert code == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert said in line
+
+
+def test_a_part_of_a_long_name_is_recognised() -> None:
+    assert nearest("stribek", ["backlash", "stribeck_friction"]) == ("stribeck_friction",)
