@@ -167,9 +167,10 @@ class Recording:
             The file. CSV: one header line, and whatever an instrument writes above it; separators
             `,` `;` or tab; decimal commas are understood if the separator is not a comma. Units
             may stand in a line of their own, stamps as ISO 8601 dates. NPZ, MAT (all versions),
-            HDF5: one array per channel; TDMS: one channel each; Parquet: one column each. Arrays in
-            groups are called `group/x`, fields of MATLAB structures `data.x`. A file that `save` wrote is
-            opened; MAT 7.3, HDF5, TDMS and Parquet need ``pip install 'bondsight[files]'``.
+            HDF5: one array per channel; TDMS: one channel each; Parquet: one column each. Arrays
+            in groups are called `group/x`, fields of MATLAB structures `data.x`. A file that `save`
+            wrote is opened; MAT 7.3, HDF5, TDMS and Parquet need
+            ``pip install 'bondsight[files]'``.
         map : mapping of str to str, optional
             Channel name -> column header, or its name without the unit, optionally with a unit:
             `{"x": "displacement_um"}`, `"displacement"`, `"displacement[um]"`. The key `t` names
