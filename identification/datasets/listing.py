@@ -43,13 +43,9 @@ def details(name: str, found: Protocol | None = None) -> str:
     ]
     if found is None:
         group = " + ".join(entry.files[0][:3]) + (" + ..." if len(entry.files[0]) > 3 else "")
-        return "\n".join(
-            [
-                *lines,
-                f"absent:   put {group} in the sub-folder {entry.folder} of $BONDSIGHT_RECORDINGS, or "
-                f"run bondsight recordings {entry.name} --fetch",
-            ]
-        )
+        where = f"the sub-folder {entry.folder} of $BONDSIGHT_RECORDINGS"
+        fetched = f"bondsight recordings {entry.name} --fetch"
+        return "\n".join([*lines, f"absent:   put {group} in {where}, or run {fetched}"])
     if entry.official and not found.official:
         lines.append("parts:    own, for the files here do not allow the published ones")
     for record in found.records:

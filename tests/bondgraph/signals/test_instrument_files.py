@@ -45,12 +45,12 @@ def test_units_may_stand_below_the_names(tmp_path: Path) -> None:
 
 
 def test_errors_below_a_preamble_still_count_its_lines(tmp_path: Path) -> None:
-    with pytest.raises(UnusableInput, match="row 10.*'a' is not a number"):
+    with pytest.raises(UnusableInput, match=r"row 10.*'a' is not a number"):
         Recording.read(write(tmp_path, SCOPE.replace("1,2,3", "1,a,3")))
 
 
 def test_a_wrong_cell_makes_no_names_of_its_row(tmp_path: Path) -> None:
-    with pytest.raises(UnusableInput, match="row 2.*'one' is not a number"):
+    with pytest.raises(UnusableInput, match=r"row 2.*'one' is not a number"):
         Recording.read(
             write(tmp_path, "t_s,x[um]\nnought,one\n0.1,2\n0.2,3\n"), map={"x": "x"}, fs=10
         )
