@@ -7,6 +7,7 @@ import io
 import os
 import sys
 from collections.abc import Sequence
+from importlib import import_module
 from typing import Final, NoReturn
 
 from bondgraph.support.errors import BondsightError
@@ -72,9 +73,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         parser = _parser(*words[:1])
         if "_ARGCOMPLETE" in os.environ:  # the shell asks for words
-            import argcomplete
-
-            argcomplete.autocomplete(parser)
+            import_module("argcomplete").autocomplete(parser)
         options = parser.parse_args(words)
         if not hasattr(options, "run"):
             parser.print_help()

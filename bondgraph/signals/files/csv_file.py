@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from bondgraph.signals.files.columns import ColumnPlan, ColumnTable, choose
-from bondgraph.signals.units import read_unit
+from bondgraph.signals.units import read_unit, split_header
 from bondgraph.support.errors import UnusableInput
 
 
@@ -70,6 +70,8 @@ def _header_line(lines: list[str]) -> int:
         below = told[at + 2 if units else at + 1 :][:1]
         if below and _are_numbers(_cells(lines[below[0]], delimiter), len(names)):
             return i
+        if len(names) > 1 and all(read_unit(split_header(n)[1] or "") for n in names):
+            return i  # names with units, and something wrong below
     return told[0] if told else len(lines)
 
 
@@ -84,7 +86,11 @@ def _units_below(lines: list[str], width: int, delimiter: str) -> list[str]:
 
 def _are_numbers(cells: list[str], width: int) -> bool:
     told = [c for c in cells if c]
-    return len(cells) == width and bool(told) and all(_numeric(c) or _stamp(c) for c in told)
+    return (
+        min(2, width) <= len(cells) <= width
+        and bool(told)
+        and all(_numeric(c) or _stamp(c) for c in told)
+    )
 
 
 def _stamp(text: str) -> datetime | None:
@@ -139,12 +145,12 @@ def _read_rows(
     clock = plan.time[0] if plan.time else None
     scale = plan.time[1].scale if plan.time else 1.0
     begin: datetime | None = None
-    width = len(headers)
+    width, last = len(headers), max(index)
     for row in rows:
         line = skipped + rows.line_num
         if not any(row) or (len(row) == 1 and not row[0].strip()):
             continue
-        if len(row) != width:
+        if len(row) > width or len(row) <= last:
             hint = (
                 "decimal commas need ';' between the columns"
                 if delimiter == "," and len(row) == 2 * width
