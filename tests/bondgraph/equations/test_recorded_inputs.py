@@ -243,5 +243,5 @@ def test_a_recorded_rate_that_does_not_begin_at_zero_starts_in_both_engines() ->
     """An integral of the inputs has no rest: it starts at 0 while everything else rests."""
     rate = 2.0 + np.sin(OMEGA * (t := np.linspace(0, 1, 501)))
     exact = simulate(shaken("rate"), t, {"b": rate})
-    general = simulate_general(shaken("rate"), t, {"b": rate})
+    general = simulate_general(shaken("rate"), t, {"b": rate}, x0="rest", hold="linear")
     assert np.asarray(general["v"]) == pytest.approx(np.asarray(exact["v"]), abs=1e-5)
