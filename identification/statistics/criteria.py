@@ -12,7 +12,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import chi2
 
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import UnusableInput
@@ -162,6 +161,8 @@ def likelihood_ratio(
     UnusableInput
         Different samples, or no further parameter.
     """
+    from scipy.stats import chi2
+
     if [v.n for v in simpler] != [v.n for v in richer]:
         raise UnusableInput("the two fits do not score the same samples; fit both to the same data")
     if degrees < 1:

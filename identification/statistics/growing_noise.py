@@ -6,7 +6,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.optimize import minimize_scalar
-from scipy.stats import spearmanr
 
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import UnusableInput
@@ -61,6 +60,8 @@ def growing_noise(r: Array, y: Array) -> GrowingNoise | None:
     UnusableInput
         They are not equally long.
     """
+    from scipy.stats import spearmanr
+
     if r.shape != y.shape:
         raise UnusableInput(
             f"a residual of shape {r.shape} and a reading of shape {y.shape}: give one for each"

@@ -9,7 +9,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import chi2, norm
 
 from bondgraph.support.arrays import Array
 from identification.report.numbers import percent
@@ -125,6 +124,8 @@ def whiteness(
     UnusableInput
         Fewer than eight samples.
     """
+    from scipy.stats import norm
+
     pieces = pieces_of(residual, usable)
     n = sum(p.size for p in pieces)
     m = lags if lags is not None else round(10 * np.log10(n))
@@ -150,6 +151,8 @@ def ljung_box(correlations: Array, n: int, lags: int, parameters: int = 0) -> tu
     parameters : int
         Degrees of freedom that a fitted predictor took.
     """
+    from scipy.stats import chi2
+
     k = np.arange(1, lags + 1)
     q = float(n * (n + 2) * np.sum(correlations[1 : lags + 1] ** 2 / (n - k)))
     return q, float(chi2.sf(q, lags - parameters))

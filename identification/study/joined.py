@@ -9,7 +9,6 @@ from fractions import Fraction
 from typing import Any
 
 import numpy as np
-from scipy.signal import resample_poly
 
 from bondgraph.signals.recording import Recording, Split
 from bondgraph.support.arrays import Array
@@ -86,6 +85,8 @@ def at_one_rate(recordings: Sequence[Recording]) -> tuple[Recording, ...]:
 
 
 def _slower(r: Recording, step: float) -> Recording:
+    from scipy.signal import resample_poly
+
     ratio = Fraction(r.dt / step).limit_denominator(LARGEST)
     if step > LARGEST * r.dt:
         ratio = Fraction(1, round(step / r.dt))

@@ -6,7 +6,6 @@ from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
-from scipy.signal import welch
 
 from bondgraph.signals.recording import Recording, Split
 from bondgraph.support.arrays import Array
@@ -176,6 +175,8 @@ def _rest_level(y: Array) -> float:
 
 
 def _white_level(y: Array) -> float:
+    from scipy.signal import welch
+
     if y.size < 64:
         return float(np.abs(np.diff(y, 2)).std() / np.sqrt(6.0)) if y.size > 3 else 0.0
     _, density = welch(y, window=("kaiser", 14.0), nperseg=min(y.size // 4, 2048), detrend="linear")

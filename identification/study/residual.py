@@ -16,7 +16,6 @@ from itertools import accumulate, pairwise
 from typing import TypeVar
 
 import numpy as np
-from scipy.signal import lfilter
 
 from bondgraph.signals.fractional_delay import delayed, delayed_values, delayed_within, warped
 from bondgraph.signals.split import stretches
@@ -251,6 +250,8 @@ def weighted(problem: Problem, block: Array) -> Array:
     `block` has shape (n_y, n, columns). The first samples, which the filter does not know the past
     of, are not scored.
     """
+    from scipy.signal import lfilter
+
     block = block / problem.data.floor[:, None, None]
     for c, polynomial in enumerate(problem.whitening):
         order = polynomial.size - 1

@@ -13,7 +13,6 @@ from functools import cached_property
 from zlib import crc32
 
 import numpy as np
-from scipy.signal import lfilter
 
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import Sensor, Source
@@ -99,6 +98,8 @@ class Case:
         return Recording(f"trial {number}", self.time, arrays, units)
 
     def _noise(self, rng: np.random.Generator) -> FloatArray:
+        from scipy.signal import lfilter
+
         run_in = 200
         drive = rng.standard_normal(self.time.size + run_in)
         a = self.colour

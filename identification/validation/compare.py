@@ -8,7 +8,6 @@ from itertools import permutations
 from typing import Any
 
 import numpy as np
-from scipy.stats import t as student
 
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import UnusableInput
@@ -155,6 +154,8 @@ def compare(fits: Mapping[str, Any]) -> Comparison:
 
 
 def _chance(z: float, blocks: int) -> float:
+    from scipy.stats import t as student
+
     return float(2 * student.sf(abs(z), max(blocks - 1, 1))) if np.isfinite(z) else 0.0
 
 

@@ -13,7 +13,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.linalg import solve_toeplitz, toeplitz
-from scipy.stats import chi2
 
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import UnusableInput
@@ -209,6 +208,8 @@ def _bartlett(e: list[Array], u: list[Array], m: int) -> tuple[Array, bool]:
 
 def _joint(r: Array, covariance: Array, n: int) -> float:
     """Chance of a larger weighted sum of squares; directions without variance are left out."""
+    from scipy.stats import chi2
+
     if not covariance[0] > 0 or r.size == 0:
         return 1.0
     values, vectors = np.linalg.eigh(toeplitz(covariance[: r.size]))

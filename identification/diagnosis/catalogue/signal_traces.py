@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.signal import lfilter
 
 from bondgraph.graph.elements import Element
 from bondgraph.support.arrays import Array
@@ -36,6 +35,8 @@ def lagged(u: Array, dt: float, tau: float) -> Array:
     -------
     ndarray, shape (N,)
     """
+    from scipy.signal import lfilter
+
     ratio = dt / tau
     keep, gone = np.exp(-ratio), -np.expm1(-ratio)
     now = 1.0 - gone / ratio

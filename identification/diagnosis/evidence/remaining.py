@@ -7,7 +7,6 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from scipy.ndimage import median_filter
-from scipy.stats import spearmanr
 
 from bondgraph.support.arrays import Array
 from identification.estimation.single_record import Fit
@@ -123,6 +122,8 @@ def activity(fit: Fit) -> float:
 
 
 def _follows(signal: Array, misfit: Array, stretches: list[Array]) -> float:
+    from scipy.stats import spearmanr
+
     motion = np.array([np.mean(signal[s] ** 2) for s in stretches])
     if not np.ptp(motion) > 0:
         return 0.0

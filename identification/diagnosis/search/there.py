@@ -11,7 +11,6 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.stats import spearmanr
 
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import C, Source, TwoPort, Valued
@@ -235,6 +234,8 @@ def loudness(signal: Array) -> float:
 
 def grows_with(signal: Array, past: Iterable[PortHistory]) -> bool:
     """Whether a signal is louder where a port moves more, or less: then the motion makes it."""
+    from scipy.stats import spearmanr
+
     histories = [
         z - z.mean()
         for p in past

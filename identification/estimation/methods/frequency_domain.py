@@ -10,7 +10,6 @@ from dataclasses import dataclass, replace
 from typing import ClassVar, final
 
 import numpy as np
-from scipy import stats
 
 from bondgraph.support.arrays import Array
 from identification.estimation.levenberg_marquardt import Descent
@@ -118,6 +117,8 @@ def _with_transient(problem: Problem, lines: Lines) -> Problem:
 
 def _covariance(fit: _LineStack, made: Descent) -> tuple[Array, tuple[str, ...]]:
     """Inverse information, larger where the misfit exceeds the noise; offsets from line 1."""
+    from scipy import stats
+
     factor = fit.normal(made.evaluations, made.point).factor
     if not np.isfinite(factor).all():
         return np.full((fit.n, fit.n), np.nan), ()

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.signal import max_len_seq
 
 from bondgraph.support.arrays import FloatArray
 from bondgraph.support.errors import UnusableInput
@@ -44,6 +43,8 @@ def prbs(
     UnusableInput
         If the numbers leave no sequence.
     """
+    from scipy.signal import max_len_seq
+
     if not 2 <= order <= 20:
         raise UnusableInput(f"prbs: order {order} must lie within 2 .. 20")
     if not low < high or periods < 1:

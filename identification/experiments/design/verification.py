@@ -6,7 +6,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import binom, chi2
 
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import Sensor, Source
@@ -50,6 +49,8 @@ class VerifiedIntervals:
     @property
     def plausible(self) -> bool:
         """Whether ratios and shares are those of exact predictions, at 0.1 % in each tail."""
+        from scipy.stats import binom, chi2
+
         fits = self.errors.shape[0]
         low, high = np.sqrt(chi2.ppf([0.001, 0.999], fits) / fits)
         least = binom.ppf(0.001, fits, 0.95) / fits

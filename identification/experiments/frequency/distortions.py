@@ -14,7 +14,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import f as fisher
 
 from bondgraph.signals.files.checks import optional
 from bondgraph.signals.recording import Recording
@@ -112,6 +111,8 @@ class Distortions:
 
     def level(self, output: str, band: tuple[float, float] | None = None) -> DistortionLevel:
         """Levels of one output over a band (Hz; the excited one if not given)."""
+        from scipy.stats import f as fisher
+
         if output not in self.outputs:
             raise unknown_name("output", output, self.name, self.outputs)
         c = self.outputs.index(output)

@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from scipy.signal import welch
 
 from bondgraph.support.arrays import Array
 from identification.report.canvas import drawing, label, noise_band, one_legend, plain
@@ -78,6 +77,8 @@ def _spectrum(ax: Any, record: ValidationRecord, c: int) -> None:
 
 def density(values: Array, mask: Array, dt: float) -> tuple[Array, Array]:
     """Frequencies and amplitude density of the longest scored stretch, thinned on a log axis."""
+    from scipy.signal import welch
+
     good = mask & np.isfinite(values)
     longest = max(stretches(good), key=lambda s: s.stop - s.start, default=slice(0, 0))
     v = values[longest]

@@ -5,7 +5,6 @@ from __future__ import annotations
 from itertools import combinations
 
 import numpy as np
-from scipy.signal import lfilter, lfiltic
 
 from bondgraph.graph.elements import C, Element, One, Parameter, R, Zero, symbol
 from bondgraph.support.arrays import Array
@@ -105,6 +104,8 @@ def lagged(x: Array, tau: float, dt: float) -> Array:
     >>> lagged(np.array([2.0, 2.0]), 1.0, 0.1).tolist()
     [2.0, 2.0]
     """
+    from scipy.signal import lfilter, lfiltic
+
     z = float(np.exp(-dt / tau))
     k = tau / dt * (1 - z)
     b, a = np.array([1 - k, k - z]), np.array([1.0, -z])

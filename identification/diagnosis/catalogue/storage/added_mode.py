@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.signal import cont2discrete, lfilter
 
 from bondgraph.graph.elements import C, Element, I, One, Parameter, R, Zero, symbol
 from bondgraph.support.arrays import Array
@@ -105,6 +104,8 @@ def ringing(flow: Array, omega: float, damping: float, dt: float) -> tuple[Array
     -------
     tuple of ndarray, shape (N,)
     """
+    from scipy.signal import cont2discrete, lfilter
+
     a = np.array([[0.0, 1.0], [-(omega**2), -2 * damping * omega]])
     b, c, d = np.array([[0.0], [1.0]]), np.diag([omega**2, omega]), np.zeros((2, 1))
     ad, bd, cd, dd, _ = cont2discrete((a, b, c, d), dt, method="foh")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.signal import lfilter
 
 from bondgraph.graph.elements import Element
 from bondgraph.laws import SelfHeating
@@ -89,6 +88,8 @@ def warmth(relative: Array, tau: float, dt: float) -> Array:
     ndarray, shape (N,)
         Over the rise that the reference level would keep up.
     """
+    from scipy.signal import lfilter
+
     kept = float(np.exp(-dt / tau))
     heat = np.concatenate([[0.0], 0.5 * (relative[1:] ** 2 + relative[:-1] ** 2)])
     return np.asarray(lfilter([1.0 - kept], [1.0, -kept], heat))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.signal import find_peaks
 
 from bondgraph.support.arrays import Array
 
@@ -24,6 +23,8 @@ def turning_points(v: Array, swing: float = SWING) -> Array:
     >>> turning_points(np.array([0.0, 1.0, 2.0, 1.0, 0.0, 1.0])).tolist()
     [0, 2, 4, 5]
     """
+    from scipy.signal import find_peaks
+
     least = swing * float(np.ptp(v))
     if v.size < 3 or least <= 0:
         return np.arange(min(v.size, 1))

@@ -14,7 +14,6 @@ from functools import cached_property
 
 import numpy as np
 from scipy.linalg import solve_triangular
-from scipy.signal import lfilter
 
 from bondgraph.support.arrays import Array
 from identification.diagnosis.localisation.relations.latent import Sampled
@@ -115,6 +114,8 @@ class Blind:
 
     def _predicted(self, drive: Array, block: Array) -> Array:
         """``root^-1 c x`` with ``x(t+1) = a x(t) + drive @ block(t)`` from zero."""
+        from scipy.signal import lfilter
+
         n_in, m, n = block.shape
         flat = block.reshape(n_in, -1)
         if self._modes is None:
