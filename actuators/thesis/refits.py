@@ -8,7 +8,6 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from scipy.optimize import minimize_scalar
 
 from actuators.stack.conversions import (
     Lumped,
@@ -77,6 +76,8 @@ def refit_bond_graph() -> float:
 
 
 def _best(operator: Callable[[float], Pure], u: FloatArray) -> float:
+    from scipy.optimize import minimize_scalar
+
     found = minimize_scalar(
         lambda t: 1e9 * misfit(operator(t), stand_in(), u).rms,
         bounds=SEARCHED,

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import minimize_scalar
 
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import UnusableInput
@@ -60,6 +59,7 @@ def growing_noise(r: Array, y: Array) -> GrowingNoise | None:
     UnusableInput
         They are not equally long.
     """
+    from scipy.optimize import minimize_scalar
     from scipy.stats import spearmanr
 
     if r.shape != y.shape:

@@ -8,7 +8,6 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import solve_triangular
-from scipy.optimize import lsq_linear, nnls
 
 from bondgraph.support.ops import FloatArray
 
@@ -72,6 +71,8 @@ def bounded_least_squares(
 
 def _non_negative(matrix: FloatArray, target: FloatArray) -> FloatArray:
     """Return the non-negative least-squares solution, its free part solved by QR once more."""
+    from scipy.optimize import lsq_linear, nnls
+
     n = matrix.shape[1]
     if n == 0:
         return np.zeros(0)

@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
-from scipy.ndimage import median_filter
 
 from bondgraph.support.arrays import Array
 from identification.estimation.single_record import Fit
@@ -97,6 +96,8 @@ def growing(fit: Fit, name: str) -> GrowingNoise | None:
 
 def lasting(r: Array) -> Array:
     """Root mean square of residuals (N, n_y), single outliers cut to what surrounds them."""
+    from scipy.ndimage import median_filter
+
     size = np.abs(r)
     typical = np.median(size, axis=0) / 0.6745
     around = median_filter(size, size=(SHORT, 1), mode="nearest")

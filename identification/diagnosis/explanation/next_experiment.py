@@ -14,7 +14,6 @@ from itertools import combinations
 from typing import Any
 
 import numpy as np
-from scipy.optimize import lsq_linear
 
 from bondgraph.analysis.sensor_advice import unmeasured
 from bondgraph.graph.bond_graph import BondGraph
@@ -216,6 +215,8 @@ def _distance(difference: Array, tangents: Array, held: Array, lags: Array) -> f
 
     The last unknowns are lags; they stay within the bounds of a fit.
     """
+    from scipy.optimize import lsq_linear
+
     total = float(difference @ difference)
     n = tangents.shape[1]
     size = np.sqrt(np.diag(tangents.T @ tangents) + np.diag(held)) + 1e-300

@@ -10,7 +10,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-from scipy.interpolate import BSpline
 
 from bondgraph.graph.elements import GY, TF, C, Element, I, R, Sensor, Source, TwoPort
 from bondgraph.hysteresis import play_record
@@ -133,6 +132,8 @@ def ratio(element: TwoPort, past: PortHistory) -> Signature:
 
 def curve(z: Array) -> Array:
     """Quadratic splines over the range of `z`, most of them where most samples are."""
+    from scipy.interpolate import BSpline
+
     low, high = float(z.min()), float(z.max())
     if high <= low:
         return np.zeros((z.size, 1))

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import uniform_filter1d
 
 from bondgraph.signals.recording import Recording
 from bondgraph.signals.split import whole
@@ -200,6 +199,8 @@ def _integrates(problem: Problem) -> bool:
 
 def _noise(y: NDArray[np.complex128]) -> Array:
     """Variance of one period from what changes between the periods, shared by neighbours."""
+    from scipy.ndimage import uniform_filter1d
+
     count = y.shape[0]
     apart = np.sum(np.abs(y - y.mean(axis=0)) ** 2, axis=0) / (count - 1)
     apart[0] = apart[1]  # the mean is real

@@ -11,7 +11,6 @@ from dataclasses import dataclass
 
 import casadi as ca
 import numpy as np
-from scipy.interpolate import CubicSpline
 
 from bondgraph.equations.program import Program
 from bondgraph.signals.band_limited import between_samples
@@ -142,6 +141,8 @@ def stage_inputs(
     ndarray, shape (n_u, (N - 1) * n_sub + 1)
         What the readings at the nodes see: the end of the step before.
     """
+    from scipy.interpolate import CubicSpline
+
     n, n_u = u.shape[0] - 1, u.shape[1]
     c = tableau(stages)[0]
     part = (np.arange(n_sub)[:, None] + c[None, :]).ravel() / n_sub

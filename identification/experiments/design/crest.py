@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import numpy as np
 from scipy.fft import irfft, next_fast_len, rfft
-from scipy.optimize import minimize
 
 from bondgraph.support.arrays import FloatArray, IntArray
 from bondgraph.support.errors import unknown_name
@@ -91,6 +90,8 @@ def _clipped(
 
 def _flattened(lines: IntArray, amplitudes: FloatArray, phases: FloatArray) -> FloatArray:
     """Minimise L_p norms, p = 8 .. 512, by quasi-Newton steps with exact gradients."""
+    from scipy.optimize import minimize
+
     size = next_fast_len(16 * int(lines.max()), real=True)
     scale = float(np.sqrt(0.5 * np.sum(amplitudes**2)))
     best, least = phases, np.inf

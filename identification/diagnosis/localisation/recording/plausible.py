@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from scipy.special import erfc
 
 from identification.diagnosis.evidence.answer import Decision
 from identification.diagnosis.search.candidates import Candidate
@@ -26,6 +25,8 @@ def place_weights(trials: Sequence[Candidate]) -> dict[str, float]:
     trials : sequence of Candidate
         Named effects and unnamed curves.
     """
+    from scipy.special import erfc
+
     sound = [t for t in trials if np.isfinite(t.test) and t.blocks.size]
     if not sound:
         return {}
