@@ -44,7 +44,8 @@ def three_linear_axes() -> BondGraph:
             tip, seen = One(f"tip_{s}"), Zero(f"seen_{s}")
             for a, actuator in zip(AXES, actuators, strict=True):
                 start = 3e-6 if s == a else 1e-6
-                share = g.parameter(f"n_{s}_{a}", start, "m/V", positive=False, scale=1e-6)
+                # metres for a unit of the actuator, whose effort is counted in volts
+                share = g.parameter(f"n_{s}_{a}", start, positive=False, scale=1e-6)
                 actuator >> TF(f"s_{s}_{a}", ratio=share) >> seen
             seen >> tip >> Dq(f"y{s}", unit="m")
     return g
