@@ -38,7 +38,7 @@ def simulate_modes(
     parameters: Mapping[str, float] | None = None,
     *,
     start: Mapping[str, float] | None = None,
-    hold: str = "linear",
+    hold: str = "hold",
     accuracy: float = 1e-4,
     tolerance: float = 1e-6,
 ) -> Trajectory:
@@ -55,10 +55,10 @@ def simulate_modes(
     parameters : dict of str to float
         Values that differ from the declared ones.
     start : dict of str to float
-        States at the first sample by name (``q_C_1``, ``p_L``); the others are those of rest under
-        the first inputs.
-    hold : {"linear", "hold"}
-        What the inputs do between samples.
+        States at the first sample by name (``q_C_1``, ``p_L``); the others are those of rest with
+        all inputs at zero.
+    hold : {"hold", "linear"}
+        What the inputs do between samples: held, as by a converter, or linear.
     accuracy : float
         As in `bondgraph.simulate`.
     tolerance : float
@@ -211,11 +211,12 @@ class _Run:
 
     # -- taking over ------------------------------------------------------------------------
     def _start(self, mode: Mode, begin: float, start: Mapping[str, float] | None) -> Array:
-        from bondgraph.simulation.start import equilibrium, inputs_of
+        from bondgraph.simulation.start import begun_with, equilibrium, inputs_of
 
         now = {n: v[:1] for n, v in self.commands.items()}
-        p = mode.compiled.vector(self.parameters)
-        x = equilibrium(mode.compiled, p, inputs_of(mode.compiled, now, np.zeros(1))[0])
+        p, space = mode.compiled.vector(self.parameters), mode.compiled.space
+        first = inputs_of(mode.compiled, now, np.zeros(1))[0]
+        x = equilibrium(mode.compiled, p, begun_with(space.name, None, space.input_names, first))
         for name, value in (start or {}).items():
             if name not in mode.states:
                 raise unknown_name("state", name, f"mode {mode.text}", mode.states)
