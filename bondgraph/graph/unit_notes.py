@@ -58,9 +58,10 @@ def _notes(
     unit, dims = _ratio(graph, e)
     for text, expected in quotients:
         if dims is not None and expected is not None and dims != expected:
+            same = "" if unit == _text(dims) else f" = {_text(dims)}"
             turned = dims == _over(_NONE, expected)
             yield (
-                f"{e.name} ({e.kind}): its {word} is in {unit} = {_text(dims)}, but along the half "
+                f"{e.name} ({e.kind}): its {word} is in {unit}{same}, but along the half "
                 f"arrows {text} is in {_text(expected)}; "
                 + (f"give 1/{word}" if turned else "correct a unit")
             )
