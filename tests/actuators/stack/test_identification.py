@@ -32,8 +32,8 @@ from bondgraph.hysteresis.fitting.loop_records import LoopRecords
 from bondgraph.laws import Hysteretic
 from bondgraph.signals.drive_limits import VoltageLimit
 from bondgraph.signals.recording import Recording
-from bondgraph.simulation.simulate import simulate
 from bondgraph.support.errors import UnusableInput
+from tests.settled import simulate
 
 RATE, NOISE = 1000.0, 2e-9
 CONSTANTS = Lumped(1.2e-6, 4.1, 58e6)
