@@ -98,7 +98,7 @@ def guess(study: Study, seed: int = 0, progress: Progress | None = None) -> Stud
     >>> u = np.sign(np.sin(2.0 * t) + np.sin(5.1 * t))
     >>> y = simulate(thermal_lag(resistance=2.0), t, {"u": u})["y"]
     >>> record = Recording.from_arrays("oven", {"t_s": t, "u[V]": u, "y[V]": y})
-    >>> found = guess(Study(thermal_lag(gain=40.0, resistance=0.05), record))
+    >>> found = guess(Study(thermal_lag(gain=40.0, resistance=0.05), record, hold="hold"))
     >>> abs(found.starts["R_th"] / 2.0 - 1.0) < 0.01
     True
     """
