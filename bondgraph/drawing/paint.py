@@ -67,15 +67,16 @@ def element(
     *,
     off: bool = False,
     fill: str = "",
+    name: str = "",
 ) -> str:
     """Label of an element with its ring (``marked``, ``also`` or none); `off` dots its outline.
 
-    `fill` replaces the colour of the domain.
+    `fill` replaces the colour of the domain; by `name` a page finds the element.
     """
     usual, ink = FILL.get(domain, FILL[""])
     fill = fill or usual
     body = label.body.shifted(*at)
-    out = [f'<g class="element"><title>{escape(tip)}</title>']
+    out = [f'<g class="element" data-name="{escape(name)}"><title>{escape(tip)}</title>']
     if ring:
         colour = ACCENT if ring == "marked" else SECOND
         dash = "" if ring == "marked" else "5 3"
@@ -94,10 +95,21 @@ def element(
 
 
 def power_bond(
-    points: Sequence[Point], stroke_at_head: bool | None, tip: str, colour: str = INK
+    points: Sequence[Point],
+    stroke_at_head: bool | None,
+    tip: str,
+    colour: str = INK,
+    ends: tuple[str, str] = ("", ""),
 ) -> str:
-    """Bond with its half arrow; `stroke_at_head` None draws no causal stroke."""
-    out = [f'<g class="bond"><title>{escape(tip)}</title>', line(points, INK, 1.7)]
+    """Bond with its half arrow; `stroke_at_head` None draws no causal stroke.
+
+    By the names at its `ends` a page finds the bond.
+    """
+    tail, head = map(escape, ends)
+    out = [
+        f'<g class="bond" data-tail="{tail}" data-head="{head}"><title>{escape(tip)}</title>',
+        line(points, INK, 1.7),
+    ]
     u, n = _frame(points[-2], points[-1])
     x, y = points[-1]
     side = _barb_side(u, n)

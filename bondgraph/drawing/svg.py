@@ -81,7 +81,7 @@ def svg(
         fill = shading.fill(fills[n]) if n in fills else ""
         parts.append(
             paint.element(
-                plan.labels[n], plan.anchors[n], domains[n], tip, ring, off=off, fill=fill
+                plan.labels[n], plan.anchors[n], domains[n], tip, ring, off=off, fill=fill, name=n
             )
         )
     legend = entries(() if fills else domains.values(), kinds.values(), signals=bool(plan.signals))
@@ -128,7 +128,7 @@ def _bond(
     if stroke is None and isinstance(graph[b.tail], Sensor):
         return paint.tap(points[::-1], tip)
     at_head = None if stroke is None else stroke.effort_to == b.head
-    return paint.power_bond(points, at_head, tip, paint.STROKES[kinds.get(b, "")])
+    return paint.power_bond(points, at_head, tip, paint.STROKES[kinds.get(b, "")], (b.tail, b.head))
 
 
 def _document(page: Rect, parts: Iterable[str], name: str) -> str:

@@ -39,8 +39,17 @@ def trusted(made: str) -> str:
     return Markup(made)
 
 
-def page(kind: str, title: str, parts: Iterable[str], *, source: str, same: str = "") -> str:
-    """Return a whole page: inline styles and figures, no scripts, no network.
+def page(
+    kind: str,
+    title: str,
+    parts: Iterable[str],
+    *,
+    source: str,
+    same: str = "",
+    head: str = "",
+    foot: str = "",
+) -> str:
+    """Return a whole page: inline styles and figures, no network.
 
     Parameters
     ----------
@@ -50,10 +59,14 @@ def page(kind: str, title: str, parts: Iterable[str], *, source: str, same: str 
         Sections; empty ones are left out.
     source, same : str
         What the page is made from, and what makes the same page again.
+    head, foot : str
+        Trusted HTML after the page's own style and at its end; no scripts are there otherwise.
     """
     skeleton = _environment().get_template("page.html")
     shown = [p for p in parts if p]
-    return skeleton.render(kind=kind, title=title, parts=shown, source=source, same=same) + "\n"
+    ends = {"head": trusted(head), "foot": trusted(foot)}
+    made = skeleton.render(kind=kind, title=title, parts=shown, source=source, same=same, **ends)
+    return made + "\n"
 
 
 def head(kicker: str, badge: tuple[str, str], sentence: str, pairs: Any) -> str:

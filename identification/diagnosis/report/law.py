@@ -53,7 +53,7 @@ def path(trial: Candidate) -> LawPath | None:
     graph = f.problem.graph
     return LawPath(
         f.problem.data.time[good], s[good], w[good], slope_of(graph, trial.element, f.values),
-        *_named(graph, trial.element),
+        *variable_names(graph, trial.element),
     )  # fmt: skip
 
 
@@ -89,7 +89,7 @@ def slope_of(graph: BondGraph, element: str, values: dict[str, float]) -> float:
     return float(found) if found.is_number else 1.0
 
 
-def _named(graph: BondGraph, element: str) -> tuple[str, str, str, str]:
+def variable_names(graph: BondGraph, element: str) -> tuple[str, str, str, str]:
     """SI units of argument and output as far as the element's own unit tells, and their words."""
     e = graph[element]
     if isinstance(e, Source | Sensor):

@@ -24,6 +24,10 @@ MEMORY = 0.05
 """Part of the variance that must remain at one argument for a loop to be drawn."""
 
 
+TIMED = ("sensor_drift", "creep", "low_pass", "sensor_lag", "delay")
+"""Effects drawn over time, not in the plane of a law."""
+
+
 def law_figure(d: Diagnosis, trial: Candidate) -> tuple[str, str]:
     """Return figure and caption of the law of `trial`; empty when there is nothing to draw."""
     if trial.effect == "sensor_drift":

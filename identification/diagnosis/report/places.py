@@ -13,15 +13,15 @@ from identification.report.numbers import prefixed, short
 PORTS = 2
 
 
-def places(d: Diagnosis) -> str:
-    """Ranked regions in words and as pictures: times, bands, and the state of the found port."""
+def places(d: Diagnosis, *, pictures: bool = True) -> str:
+    """Ranked regions in words and, if wanted, as pictures: times, bands, and the state of the found port."""
     if d.nominal is None or d.data is None or d.kind == "insufficient_data":
         return ""
     found = regions_of(d)
     numbered, listed = list(enumerate(found, start=1)), html.numbered(map(region_words, found))
     marks = "; the numbers are those of the list" if found else ""
     tiles = []
-    for c, name in enumerate(d.data.names):
+    for c, name in enumerate(d.data.names if pictures else ()):
         tiles += [
             html.figure(
                 time_tile(d, c, numbered),
@@ -34,7 +34,7 @@ def places(d: Diagnosis) -> str:
         ]
     ports = [
         html.tiles(*(html.figure(svg, caption) for svg, caption in port_tiles(d, element)))
-        for element in list(places_of(d)[0])[:PORTS]
+        for element in list(places_of(d)[0])[: PORTS if pictures else 0]
     ]
     intro = (
         "Most concentrated first; two that hold mostly the same samples are listed once. The "

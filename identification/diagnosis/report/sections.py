@@ -16,7 +16,7 @@ from identification.diagnosis.report.fit_figures import (
     residual_tile,
 )
 from identification.diagnosis.report.found import after_of, confidence_of, found_of, places_of
-from identification.diagnosis.report.law_figures import law_figure
+from identification.diagnosis.report.law_figures import TIMED, law_figure
 from identification.diagnosis.report.views import unit_of
 from identification.diagnosis.search.candidates import Candidate
 from identification.diagnosis.verdict import effect_parameters, normalised_error, sentence
@@ -91,6 +91,13 @@ def before_after(d: Diagnosis) -> str:
     return html.section("Before and after, on held-out samples", _errors(d), html.tiles(*figures))
 
 
+def errors(d: Diagnosis) -> str:
+    """Give the errors in numbers, where figures stand elsewhere."""
+    if d.nominal is None or d.data is None:
+        return ""
+    return html.section("Before and after, on held-out samples", _errors(d))
+
+
 def _apart(data: Data) -> str:
     """Say what was fitted to the held-out samples."""
     if not data.breaks:
@@ -131,15 +138,20 @@ def _errors(d: Diagnosis) -> str:
     return html.table(heads, rows, (1, 2, 3, 4), kinds) + html.paragraph(note)
 
 
-def law(d: Diagnosis) -> str:
-    """Show the loop or curve of every effect that was found, with its parameters."""
+def law(d: Diagnosis, *, planes: bool = True) -> str:
+    """Show the loop or curve of every effect that was found, with its parameters.
+
+    Without `planes` only what is drawn over time is drawn.
+    """
     title = (
         "The law that was found" if d.kind == "missing_physics" else "The closest law, not named"
     )
     parts = []
     for k, trial in enumerate(found_of(d)):
         # as the last repair has it, whose numbers are given below
-        svg_text, caption = law_figure(d, replace(trial, fit=after_of(d) or trial.fit))
+        fitted = replace(trial, fit=after_of(d) or trial.fit)
+        drawn = planes or trial.effect in TIMED
+        svg_text, caption = law_figure(d, fitted) if drawn else ("", "")
         # the same figure is drawn once for every finding: ids must differ
         svg_text = svg_text.replace("law-", f"law{k}-") if k else svg_text
         own = effect_parameters(trial, d)

@@ -29,14 +29,14 @@ DEPENDENCES = {
 }
 
 
-def characterised(d: Diagnosis) -> str:
-    """Sentence, shares and pictures of the latent signal at each port that was looked at."""
+def characterised(d: Diagnosis, *, pictures: bool = True) -> str:
+    """Sentence, shares and, if wanted, pictures of the latent signal at each port that was looked at."""
     parts: list[str] = []
     for k, (element, (character, found)) in enumerate([*d.traits.items()][:PORTS]):
         parts += [
             html.heading(f"at {element}") if element else "",
             html.paragraph(stopped(character.words)),
-            html.tiles(*_pictures(d, element, found.signal, k)),
+            html.tiles(*(_pictures(d, element, found.signal, k) if pictures else ())),
             _shares(character.explained),
         ]
     if not any(parts):

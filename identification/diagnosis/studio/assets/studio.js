@@ -1,0 +1,400 @@
+// The studio: graph, law plane, recording and what is left, joined by one cursor and one selection.
+const $ = id => document.getElementById(id);
+const data = JSON.parse($('data').textContent);
+
+function bytes(text) {
+  const raw = atob(text), out = new Uint8Array(raw.length);
+  for (let i = 0; i < raw.length; i++) out[i] = raw.charCodeAt(i);
+  return out.buffer;
+}
+const floats = text => new Float32Array(bytes(text)), doubles = text => new Float64Array(bytes(text));
+const made = (tag, text, parent) => {
+  const e = document.createElement(tag);
+  e.textContent = text;
+  if (parent) parent.append(e);
+  return e;
+};
+const short = v => String(+Number(v).toPrecision(3)).replace('-', '\u2212');
+
+const state = {element: '', reading: 0, cursor: null, picked: null, count: 0};
+const inks = ['before', 'after'];
+let time, planeTime, planes = {}, readings = [], plots = {};
+
+function unpack() {
+  time = doubles(data.time);
+  planeTime = doubles(data.planes.time);
+  const begin = planeTime[0], span = planeTime[planeTime.length - 1] - begin || 1;
+  const hue = Uint8Array.from(planeTime, t => Math.round(63 * (t - begin) / span));
+  for (const [name, p] of Object.entries(data.planes.of)) {
+    planes[name] = {
+      ...p, hue, x: floats(p.x), y: floats(p.y), power: floats(p.power),
+      nominal: {x: floats(p.nominal.x), y: floats(p.nominal.y)},
+      laws: p.laws.map(l => ({...l, x: floats(l.x), y: floats(l.y)})),
+    };
+    planes[name].most = planes[name].power.reduce((m, v) => Math.max(m, Math.abs(v)), 0);
+  }
+  readings = data.readings.map(r => {
+    const measured = floats(r.measured), left = r.left.map(floats);
+    return {
+      ...r, measured, left,
+      fits: left.map(e => measured.map((v, i) => v - e[i] * r.noise)),
+      spectra: r.spectra.map(s => ({x: floats(s.x).map(Math.log10), y: floats(s.y).map(Math.log10)})),
+      correlations: r.correlations.map(c => ({y: floats(c.y), band: c.band})),
+    };
+  });
+}
+
+const only = () => data.labels.length === 1;
+const ink = k => only() ? (data.labels[0] === 'nominal' && data.missing.length === 0 ? 'after' : 'before') : inks[k];
+
+function build() {
+  const walk = {walked: p => walkTo(p[0]), pointed: p => walkTo(p[0]), brushed: r => brushTime(r[0], r[1])};
+  const shown = (a, b) => {
+    for (const p of [plots.recording, plots.strip, plots.left]) {
+      p.view[0] = a; p.view[1] = b; p.later();
+    }
+  };
+  const over = 'left / noise';
+  plots.recording = new Plot($('recording'), {height: 270, fit: true, bare: true, pad: [10, 12, 8, 62], shown, ...walk});
+  plots.strip = new Plot($('strip'), {height: 104, fit: true, floor: 0, x: 'time (s)', y: 'mismatch', shown, ...walk});
+  plots.left = new Plot($('left'), {height: 230, fit: true, x: 'time (s)', y: over, shown, ...walk});
+  plots.spectrum = new Plot($('spectrum'), {height: 230, x: 'frequency (Hz)', y: over, logX: true, logY: true});
+  plots.whiteness = new Plot($('whiteness'), {height: 230, x: 'lag (samples)', y: 'autocorrelation'});
+  plots.plane = new Plot($('plane'), {height: 380, flat: true, brushed: r => brushPlane(r), pointed: nearest});
+  const key = (colour, text, area) => {
+    const e = made('span', '', $('keys')), k = made('span', '', e);
+    k.className = area ? 'key area' : 'key';
+    k.style[area ? 'background' : 'borderColor'] = `var(--${colour})`;
+    e.append(' ' + text);
+  };
+  key('measured', 'measured');
+  data.labels.forEach((l, k) => key(ink(k), l));
+  for (const words of new Set(data.parts.map(p => p.words))) key(held(words), words, true);
+  if (data.active.length) key('active', 'where the model fails most', true);
+}
+const held = words => words.includes('no choice') ? 'held' : 'looked';
+
+function showReading(k) {
+  state.reading = k;
+  const r = readings[k], line = (y, colour, width) => ({x: time, y, ink: colour, width, sorted: true});
+  const fits = r.fits.map((y, i) => ({...line(y, ink(i), 1.2), dash: i ? [] : only() ? [] : [5, 3]}));
+  plots.recording.o.y = r.label;
+  plots.recording.lines = [line(r.measured, 'measured', 2), ...fits];
+  plots.left.lines = r.left.map((y, i) => line(y, ink(i), 0.9));
+  plots.left.levels = [{y: 2}, {y: -2}];
+  plots.strip.lines = r.left.map((y, i) => line(rolling(y), ink(i), 1.4));
+  plots.strip.levels = [{y: Math.log10(2)}];
+  plots.spectrum.lines = r.spectra.map((s, i) => ({...s, ink: ink(i), width: 1.2}));
+  plots.spectrum.levels = [{y: 0}];
+  plots.whiteness.lines = r.correlations.map((c, i) => ({
+    x: Float32Array.from(c.y, (_, j) => j + 1 + 0.3 * i), y: c.y, ink: ink(i), width: 1.6, stem: true,
+  }));
+  const band = Math.max(0, ...r.correlations.map(c => c.band));
+  plots.whiteness.levels = [{y: 0}, {y: band}, {y: -band}];
+  for (const n of ['recording', 'strip', 'left', 'spectrum', 'whiteness']) plots[n].reset();
+  bands();
+  const level = y => Math.sqrt(y.reduce((s, v) => v === v ? s + v * v : s, 0) / y.length);
+  const words = r.left.map((y, i) => `${data.labels[i]}: ${short(level(y))} times the noise`).join('; ');
+  $('left-said').textContent = `Root mean square of what is left of ${r.name}, ${words}. ` +
+    'Dashed: two standard deviations of the noise; the noise floor; the band that white noise keeps.';
+  const parts = data.parts.map(p => `${short(p.from)} to ${short(p.to)} s (${p.words})`);
+  plots.recording.say(`${r.label} over ${short(time[time.length - 1] - time[0])} s: measured` +
+    `${data.labels.map(l => ', ' + l).join('')}. Held out: ${parts.slice(0, 6).join('; ') || 'nothing'}.`);
+  plots.left.say(`What is left of ${r.name} over the noise, ${words}.`);
+  plots.strip.say(`Strip of the mismatch of ${r.name}. ${data.active.map(a => a.words).join(' ')}`);
+  plots.spectrum.say(`Spectrum of what is left of ${r.name} over that of the noise.`);
+  plots.whiteness.say(`Autocorrelation of what is left of ${r.name}, with the band of white noise.`);
+}
+
+// Logarithm of one more than the rolling root mean square: the strip.
+function rolling(y) {
+  const n = y.length, half = Math.max(2, Math.round(n / 400)), out = new Float32Array(n);
+  let sum = 0, count = 0;
+  const take = (i, sign) => {
+    if (i >= 0 && i < n && y[i] === y[i]) { sum += sign * y[i] * y[i]; count += sign; }
+  };
+  for (let i = 0; i < half; i++) take(i, 1);
+  for (let i = 0; i < n; i++) {
+    take(i + half, 1); take(i - half - 1, -1);
+    out[i] = count ? Math.log10(1 + Math.sqrt(Math.max(0, sum) / count)) : NaN;
+  }
+  return out;
+}
+
+function bands() {
+  const name = readings[state.reading].name, parts = data.parts.map(p => ({...p, ink: held(p.words), alpha: 1, label: p.words}));
+  const active = data.active.filter(a => !a.of || a.of === name).map(a => ({...a, ink: 'active', alpha: 0.6}));
+  const chosen = runs().map(([a, b]) => ({from: a, to: b, ink: 'pick', alpha: 0.22}));
+  const bare = parts.map(p => ({...p, label: ''}));
+  plots.recording.bands = [...parts, ...chosen];
+  plots.strip.bands = [...bare, ...active, ...chosen];
+  plots.left.bands = [...bare, ...chosen];
+  for (const n of ['recording', 'strip', 'left']) plots[n].later();
+}
+
+// Stretches of time whose points are picked.
+function runs() {
+  const out = [], p = state.picked;
+  if (!p) return out;
+  const gap = 3 * (planeTime[planeTime.length - 1] - planeTime[0]) / planeTime.length;
+  for (let i = 0; i < p.length; i++) {
+    if (!p[i]) continue;
+    const last = out[out.length - 1];
+    if (last && p[i - 1] && planeTime[i] - last[1] < gap) last[1] = planeTime[i];
+    else out.push([planeTime[i], planeTime[i]]);
+  }
+  return out;
+}
+
+function choose(name) {
+  const p = planes[name];
+  for (const g of document.querySelectorAll('#graph .element')) {
+    g.classList.toggle('chosen', g.dataset.name === name);
+    if (g.getAttribute('role')) g.setAttribute('aria-pressed', g.dataset.name === name);
+  }
+  if (!p) return;
+  state.element = name;
+  $('element').textContent = `of ${name}`;
+  const plot = plots.plane;
+  plot.o.x = p.xLabel; plot.o.y = p.yLabel;
+  const nominal = {...p.nominal, ink: 'nominal', width: 2.2};
+  const laws = p.laws.map((l, i) => ({...l, ink: `law${i % 6}`, width: 1.3, dash: l.label === 'flexible curve' ? [4, 3] : []}));
+  plot.lines = [nominal, ...laws];
+  plot.points = {x: p.x, y: p.y, hue: p.hue, picked: state.picked, near: null};
+  plot.rect = null;
+  $('laws').replaceChildren();
+  for (const law of [{label: 'nominal law', line: nominal}, ...laws.map(l => ({label: l.label, line: l}))]) {
+    const label = made('label', '', $('laws')), box = made('input', '', label), k = made('span', '', label);
+    box.type = 'checkbox'; box.checked = law.line.on !== false;
+    box.addEventListener('change', () => { law.line.on = box.checked; plot.later(); });
+    k.className = 'key'; k.style.borderColor = `var(--${law.line.ink})`;
+    label.append(law.label);
+  }
+  plot.reset();
+  saidPlane();
+  walkTo(state.cursor);
+}
+
+function saidPlane() {
+  const p = planes[state.element];
+  if (!p) return;
+  const on = p.laws.filter(l => l.on).map(l => l.label).join(', ') || 'none';
+  const chosen = state.picked ? ` ${state.count} of them selected.` : '';
+  const text = `${p.x.length} points of ${p.yLabel} over ${p.xLabel}, recovered at ${state.element} as if ` +
+    `what is missing sat there alone.${chosen} Laws still in the set: ${on}.`;
+  $('plane-said').textContent = text;
+  plots.plane.say(text);
+}
+
+function setPicked(picked) {
+  state.picked = picked;
+  state.count = picked ? picked.reduce((s, v) => s + v, 0) : 0;
+  if (plots.plane.points) plots.plane.points.picked = picked;
+  plots.plane.later();
+  bands(); saidPlane();
+  const r = runs();
+  $('record-said').textContent = picked
+    ? `${state.count} points selected in ${r.length} stretch${r.length === 1 ? '' : 'es'}` +
+      (r.length ? `, the first from ${short(r[0][0])} to ${short(r[0][1])} s.` : '.') : '';
+}
+function brushTime(a, b) {
+  plots.plane.rect = null;
+  for (const n of ['recording', 'strip', 'left']) plots[n].rect = null;
+  state.range = [a, b];
+  setPicked(Uint8Array.from(planeTime, t => t >= a && t <= b ? 1 : 0));
+}
+function brushPlane([x0, x1, y0, y1]) {
+  const p = planes[state.element];
+  if (!p) return;
+  plots.plane.rect = [x0, x1, y0, y1];
+  state.range = null;
+  setPicked(Uint8Array.from(p.x, (x, i) => x >= x0 && x <= x1 && p.y[i] >= y0 && p.y[i] <= y1 ? 1 : 0));
+}
+function clear() {
+  for (const p of Object.values(plots)) p.rect = null;
+  state.range = null;
+  setPicked(null);
+}
+
+function nearest([x, y]) {
+  const p = planes[state.element], plot = plots.plane;
+  let best = Infinity, at = -1;
+  for (let i = 0; p && i < p.x.length; i++) {
+    const d = (plot.px(p.x[i]) - plot.px(x)) ** 2 + (plot.py(p.y[i]) - plot.py(y)) ** 2;
+    if (d < best) { best = d; at = i; }
+  }
+  if (at >= 0) walkTo(planeTime[at]);
+}
+
+function walkTo(t) {
+  if (t == null || !time.length) return;
+  state.cursor = Math.min(time[time.length - 1], Math.max(time[0], t));
+  for (const n of ['recording', 'strip', 'left']) { plots[n].cursor = state.cursor; plots[n].later(); }
+  const at = Math.min(planeTime.length - 1, Plot.find(planeTime, state.cursor));
+  if (plots.plane.points) { plots.plane.points.near = at; plots.plane.later(); }
+  for (const g of document.querySelectorAll('#graph .bond')) {
+    const p = planes[g.dataset.head] || planes[g.dataset.tail];
+    const wide = p && p.most > 0 ? 1.7 + 5 * Math.sqrt(Math.abs(p.power[at]) / p.most) : 1.7;
+    const l = g.querySelector('polyline');
+    if (l) l.style.strokeWidth = wide.toFixed(2);
+  }
+}
+
+function hatch() {
+  const drawn = document.querySelector('#graph svg');
+  if (!drawn) return;
+  const space = 'http://www.w3.org/2000/svg', node = (tag, given, parent) => {
+    const e = document.createElementNS(space, tag);
+    for (const [k, v] of Object.entries(given)) e.setAttribute(k, v);
+    parent.append(e);
+    return e;
+  };
+  drawn.removeAttribute('role'); // its elements are buttons
+  const pattern = node('pattern', {id: 'hatch', width: 7, height: 7, patternUnits: 'userSpaceOnUse', patternTransform: 'rotate(45)'}, node('defs', {}, drawn));
+  node('line', {x1: 0, y1: 0, x2: 0, y2: 7, stroke: '#c2410c', 'stroke-width': 1.6, opacity: 0.55}, pattern);
+  for (const g of drawn.querySelectorAll('.element')) {
+    const name = g.dataset.name, boxes = g.querySelectorAll(':scope>rect'), body = boxes[boxes.length - 1];
+    if (data.missing.includes(name) && body) {
+      const over = body.cloneNode();
+      over.setAttribute('fill', 'url(#hatch)');
+      over.classList.add('hatched');
+      body.after(over);
+    }
+    if (!planes[name]) continue;
+    g.tabIndex = 0;
+    g.setAttribute('tabindex', '0'); g.setAttribute('role', 'button');
+    const warm = data.warmth[name];
+    g.setAttribute('aria-label', `${name}: law plane` + (warm >= 0.01 ? `, probability of the place ${Math.round(100 * warm)} %` : '') +
+      (data.missing.includes(name) ? ', physics is missing here' : ''));
+    g.addEventListener('click', () => choose(name));
+    g.addEventListener('keydown', e => {
+      if (e.key === 'Enter' || e.key === ' ') { e.preventDefault(); choose(name); }
+    });
+  }
+}
+
+function keys(e) {
+  if (e.target.closest?.('input,select,summary,button') || e.altKey || e.ctrlKey || e.metaKey) return;
+  const v = plots.recording.view, step = (v[1] - v[0]) / (e.shiftKey ? 20 : 200), names = Object.keys(planes);
+  const at = state.cursor ?? v[0];
+  const act = {
+    ArrowLeft: () => walkTo(at - step), ArrowRight: () => walkTo(at + step),
+    '+': () => plots.recording.zoom(0.7, at), '-': () => plots.recording.zoom(1.4, at),
+    '0': () => plots.recording.show(plots.recording.home[0], plots.recording.home[1]),
+    ',': () => plots.recording.pan(-0.2), '.': () => plots.recording.pan(0.2),
+    '[': () => { state.mark = at; }, ']': () => brushTime(Math.min(state.mark ?? v[0], at), Math.max(state.mark ?? v[0], at)),
+    n: () => choose(names[(names.indexOf(state.element) + 1) % names.length]), Escape: clear,
+  }[e.key];
+  if (act) { e.preventDefault(); act(); }
+}
+
+function dark(on) {
+  document.documentElement.classList.toggle('dark', on);
+  for (const p of Object.values(plots)) p.later();
+}
+
+function start() {
+  $('studio').hidden = false;
+  unpack(); build(); hatch();
+  $('verdict').textContent = data.verdict;
+  readings.forEach((r, k) => { made('option', r.name, $('reading')).value = k; });
+  $('reading').parentElement.hidden = readings.length < 2;
+  $('reading').addEventListener('change', e => showReading(+e.target.value));
+  $('clear').addEventListener('click', clear);
+  $('all').addEventListener('click', () => plots.recording.show(plots.recording.home[0], plots.recording.home[1]));
+  $('zoom').addEventListener('click', () => {
+    const r = runs();
+    if (r.length && r[r.length - 1][1] > r[0][0]) plots.recording.show(r[0][0], r[r.length - 1][1]);
+  });
+  $('dark').addEventListener('click', () => dark(!document.documentElement.classList.contains('dark')));
+  const night = matchMedia('(prefers-color-scheme: dark)');
+  night.addEventListener('change', () => dark(night.matches));
+  document.addEventListener('keydown', keys);
+  if (data.experiments.length) {
+    $('next').hidden = false;
+    for (const e of data.experiments) {
+      made('li', `${e.words}: separation now z = ${short(e.now)}, expected z = ${short(e.then)}`, $('experiments'));
+    }
+  }
+  showReading(0);
+  const warmest = Object.entries(data.warmth).filter(([n]) => planes[n]).sort((a, b) => b[1] - a[1])[0];
+  choose([...data.missing, warmest?.[0], ...Object.keys(planes)].find(n => planes[n]));
+  walkTo(time[Math.floor(time.length / 2)]);
+  dark(night.matches);
+  let was = false;
+  addEventListener('beforeprint', () => { was = document.documentElement.classList.contains('dark'); dark(false); Object.values(plots).forEach(p => p.draw()); });
+  addEventListener('afterprint', () => dark(was));
+}
+
+// What a test asks the page to do to itself; the answer is read from the document.
+function selfTest() {
+  const refused = [];
+  document.addEventListener('securitypolicyviolation', e => refused.push(e.violatedDirective));
+  const coloured = plot => {
+    plot.draw();
+    const c = plot.canvas, all = c.getContext('2d').getImageData(0, 0, c.width, c.height).data;
+    let n = 0;
+    for (let i = 3; i < all.length; i += 4) n += all[i] > 0;
+    return n;
+  };
+  const elements = {};
+  for (const g of document.querySelectorAll('#graph .element[role=button]')) {
+    g.dispatchEvent(new MouseEvent('click', {bubbles: true}));
+    elements[g.dataset.name] = {chosen: state.element, points: plots.plane.points.x.length, lines: plots.plane.lines.length, drawn: coloured(plots.plane)};
+  }
+  const drag = (plot, from, to) => {
+    const r = plot.canvas.getBoundingClientRect(), [l, t, w, h] = plot.box();
+    ['pointerdown', 'pointermove', 'pointerup'].forEach((type, i) => {
+      const [x, y] = i ? to : from;
+      plot.canvas.dispatchEvent(new PointerEvent(type, {bubbles: true, pointerId: 1, clientX: r.left + l + x * w, clientY: r.top + t + y * h}));
+    });
+    return {count: state.count, runs: runs()};
+  };
+  choose(data.missing.find(n => planes[n]) || Object.keys(planes)[0]);
+  for (const p of Object.values(plots)) p.draw();
+  const brushedTime = drag(plots.recording, [0.25, 0.2], [0.5, 0.8]);
+  const view = plots.recording.view.slice();
+  const brushedPlane = drag(plots.plane, [0.5, 0], [1, 1]);
+  document.dispatchEvent(new KeyboardEvent('keydown', {key: 'Escape'}));
+  const cleared = state.count;
+  const before = state.cursor;
+  document.body.dispatchEvent(new KeyboardEvent('keydown', {key: 'ArrowRight', bubbles: true}));
+  const walked = state.cursor - before;
+  document.body.dispatchEvent(new KeyboardEvent('keydown', {key: '+', bubbles: true}));
+  const zoomed = plots.recording.view.slice(0, 2);
+  plots.recording.reset();
+  const box = $('laws').querySelector('input'), was = plots.plane.lines[0].on !== false;
+  box.click();
+  const switched = was !== (plots.plane.lines[0].on !== false);
+  const fetched = performance.getEntriesByType('resource').map(e => e.name);
+  const widths = [...document.querySelectorAll('#graph .bond polyline:first-of-type')].map(l => parseFloat(l.style.strokeWidth));
+  return {elements, brushedTime, view, brushedPlane, cleared, walked, zoomed, switched, fetched, refused, widths,
+    hatched: document.querySelectorAll('#graph .hatched').length, redraw: redrawn(), wide: document.documentElement.scrollWidth - innerWidth,
+    said: $('verdict').textContent, parts: plots.recording.bands.length};
+}
+
+// Milliseconds to redraw three traces of 20,000 samples, zoomed out and in; the median of nine.
+function redrawn() {
+  const n = 20000, x = Float64Array.from({length: n}, (_, i) => i / 1000), plot = plots.recording;
+  const kept = plot.lines;
+  plot.lines = [0, 1, 2].map(k => ({x, y: Float32Array.from(x, t => Math.sin(9 * t + k) + 0.1 * Math.sin(977 * t)), ink: ['measured', 'before', 'after'][k], sorted: true}));
+  plot.reset();
+  const took = [];
+  for (let i = 0; i < 9; i++) {
+    plot.view[0] = i % 2; plot.view[1] = 20 - i % 2;
+    const t = performance.now();
+    plot.draw();
+    plot.canvas.getContext('2d').getImageData(0, 0, 1, 1);
+    took.push(performance.now() - t);
+  }
+  plot.lines = kept;
+  plot.reset();
+  return took.sort((a, b) => a - b)[4];
+}
+
+if (data.readings.length) start();
+if (location.hash === '#selftest') {
+  const out = made('pre', '', document.body);
+  out.id = 'selftest';
+  try { out.textContent = JSON.stringify(selfTest()); } catch (e) { out.textContent = JSON.stringify({error: String(e.stack)}); }
+}

@@ -1,0 +1,124 @@
+"""What the studio shows of a diagnosis, as plain data: readings, parts, planes, what is left."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from bondgraph.signals.split import stretches
+from bondgraph.support.arrays import Array
+from bondgraph.support.errors import BondsightError
+from identification.diagnosis.diagnose import Diagnosis
+from identification.diagnosis.localisation.recording.bands import spectrum
+from identification.diagnosis.report.found import confidence_of, places_of, regions_of
+from identification.diagnosis.report.places import region_words
+from identification.diagnosis.report.views import Curve, curves, residual, scored, unit_of
+from identification.diagnosis.studio.law_plane import planes
+from identification.diagnosis.studio.packing import kept, packed
+from identification.diagnosis.verdict import sentence
+from identification.report.numbers import axis_scale
+from identification.report.traces import thin_log
+from identification.statistics.correlation import autocorrelation, pieces_of
+from identification.study.problem import Data
+
+SAMPLES = 200_000
+"""Samples of a reading in the page at most; of longer records smallest and largest are kept."""
+LAGS = 60
+
+
+def content(d: Diagnosis) -> dict[str, Any]:
+    """Return the page's data; without a fit only the words."""
+    marked, also = places_of(d)
+    said = {
+        "verdict": sentence(d),
+        "missing": list(marked) if d.kind == "missing_physics" else [],
+        "alike": list(also),
+        "warmth": {n: float(p) for n, p in confidence_of(d).items()},
+        "experiments": [
+            {"words": e.words, "now": float(e.now_z), "then": float(e.expected_z)}
+            for e in d.experiments
+        ],
+    }
+    if d.nominal is None or d.data is None:
+        return said | {"readings": []}
+    data, shown = d.data, curves(d)
+    left = [[_left(c, k, data) for c in shown] for k in range(len(data.names))]
+    keep = kept(data.n, SAMPLES, *(r[0] for r in left))
+    return said | {
+        "time": packed(data.time[keep], "<f8"),
+        "samples": int(data.n),
+        "labels": [c.label for c in shown],
+        "parts": _parts(data),
+        "active": [
+            {"from": r.low, "to": r.high, "words": region_words(r), "of": r.channel}
+            for r in regions_of(d)
+            if r.kind == "time"
+        ],
+        "readings": [_reading(d, data, k, shown, left[k], keep) for k in range(len(data.names))],
+        "planes": planes(d),
+    }
+
+
+def _left(c: Curve, column: int, data: Data) -> Array:
+    """Residual over the noise on the samples of the record; a thinned fit is drawn out."""
+    own = c.fit.problem.data
+    y = c.fit.simulated[:, column]
+    if own.n != data.n:
+        y = np.interp(data.time, own.time, y)
+    return np.asarray((data.readings[:, column] - y) / data.floor[column])
+
+
+def _parts(data: Data) -> list[dict[str, Any]]:
+    """Every stretch that took no part in a fit, and whether choices have looked at it."""
+    found = []
+    for part, word in (
+        (data.split.test, "held out, seen by no choice"),
+        (data.split.looked_at, "held out, choices looked at it"),
+    ):
+        for s in stretches(part):
+            a, b, _ = s.indices(data.n)
+            if b > a:
+                ends = {"from": float(data.time[a]), "to": float(data.time[b - 1])}
+                found.append({"words": word, **ends})
+    return sorted(found, key=lambda p: p["from"])
+
+
+def _reading(
+    d: Diagnosis, data: Data, k: int, shown: tuple[Curve, ...], left: list[Array], keep: Array
+) -> dict[str, Any]:
+    name, y = data.names[k], data.readings[:, k]
+    factor, unit = axis_scale(unit_of(d, name), float(np.nanmax(np.abs(y), initial=0.0)))
+    return {
+        "name": name,
+        "label": f"{name} ({unit})" if unit else name,
+        "noise": float(factor * data.floor[k]),
+        "measured": packed(factor * y[keep]),
+        "left": [packed(r[keep]) for r in left],
+        "spectra": [_spectrum(c, k) for c in shown],
+        "correlations": [_correlation(c, k) for c in shown],
+    }
+
+
+def _spectrum(c: Curve, column: int) -> dict[str, str]:
+    """Amplitude of what is left over the noise's, by frequency."""
+    own = c.fit.problem.data
+    r = residual(c.fit, column)[scored(own)]
+    r = r[np.isfinite(r)]
+    if r.size < 64:
+        return {"x": "", "y": ""}
+    f, power = spectrum(r, float(own.floor[column]), own.dt)
+    f, a = thin_log(f, np.sqrt(power), 200)
+    return {"x": packed(f), "y": packed(np.maximum(a, 1e-3))}
+
+
+def _correlation(c: Curve, column: int) -> dict[str, Any]:
+    """Autocorrelation on all scored samples and the band that white noise keeps to 95 %."""
+    own = c.fit.problem.data
+    usable = own.mask("train") | own.mask("held-out")
+    try:
+        pieces = pieces_of(residual(c.fit, column), usable)
+    except BondsightError:
+        return {"y": "", "band": 0.0}
+    n = sum(p.size for p in pieces)
+    return {"y": packed(autocorrelation(pieces, LAGS)[1:]), "band": 1.96 / float(np.sqrt(n))}

@@ -1,0 +1,138 @@
+"""The law plane of every element: what it must do, recovered from the recording, no law assumed."""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from bondgraph.graph.bond_graph import BondGraph
+from bondgraph.graph.elements import C, I, Sensor, Source, TwoPort
+from bondgraph.support.arrays import Array
+from bondgraph.support.errors import BondsightError
+from identification.diagnosis.diagnose import Diagnosis
+from identification.diagnosis.explanation.latent_signal import latent
+from identification.diagnosis.report.law import path, variable_names
+from identification.diagnosis.screening.port_history import FittedModel, PortHistory
+from identification.diagnosis.screening.port_response import Probes, probes
+from identification.diagnosis.screening.tangent_space import freedom
+from identification.diagnosis.search.candidates import Candidate
+from identification.diagnosis.studio.packing import packed
+from identification.report.numbers import axis_scale
+from identification.report.words import spaced
+from identification.study.residual import windows
+
+POINTS = 4000
+"""Points of a plane at most."""
+LAWS = 6
+"""Laws drawn in a plane at most, the best first."""
+LINE = 1200
+
+
+def planes(d: Diagnosis) -> dict[str, Any]:
+    """Return the times of the points and, by element, argument, recovered output and laws.
+
+    The missing addition is rebuilt at one element at a time, as if it sat there alone, from the
+    residual of the fit of the model as it is (`explanation.latent_signal`).
+    """
+    if d.scene is None:
+        return {"time": packed([], "<f8"), "of": {}}
+    scene, probed, tangents = d.scene, probes(d.scene.nominal), freedom(d.scene.nominal)
+    # the search sees less than the page may show
+    data = d.data if d.data is not None and d.data.n == scene.data.n else scene.data
+    scored = data.mask("train") | data.mask("held-out")
+    known = scored & np.isfinite(scene.nominal.simulated).all(axis=1)
+    at = np.flatnonzero(known)
+    at = at[:: max(1, -(-at.size // POINTS))]
+    found: dict[str, Any] = {}
+    for name, past in scene.past.items():
+        if name not in d.graph.elements or not np.ptp(past.argument[known]) > 0:
+            continue
+        added = _added(scene, probed, tangents, known, name)
+        if added is not None:
+            found[name] = _plane(d, name, past, added, at)
+    return {"time": packed(data.time[at], "<f8"), "of": found}
+
+
+def _added(
+    scene: FittedModel, probed: Probes, tangents: Array, known: Array, name: str
+) -> Array | None:
+    """Return the addition at one element that explains the residual, None without an answer."""
+    if not probed.knows(name):
+        return None
+    data, fit = scene.data, scene.nominal
+    residual = np.where(known[:, None], data.readings - fit.simulated, 0.0)
+    try:
+        return latent(
+            partial(probed.respond, name), residual, data.floor, data.dt, tangents=tangents,
+            windows=windows(fit.problem), scored=known,
+        ).signal  # fmt: skip
+    except (BondsightError, np.linalg.LinAlgError, ValueError):
+        return None
+
+
+def _plane(d: Diagnosis, name: str, past: PortHistory, added: Array, at: Array) -> dict[str, Any]:
+    """Return one plane in readable units."""
+    x, xu, yu, xw, yw = _axes(d.graph, name, past)
+    y = past.output + added
+    laws = [] if isinstance(d.graph[name], I) else _laws(d, name)
+    fx, ux = axis_scale(xu, float(np.nanmax(np.abs(x))))
+    fy, uy = axis_scale(yu, float(np.nanmax(np.abs(y))))
+    line = _stretch(at.size)
+    return {
+        "x": packed(fx * x[at]),
+        "y": packed(fy * y[at]),
+        "power": packed((added * _flow(d.graph, name, past))[at]),
+        "xLabel": f"{xw} ({ux})" if ux else xw,
+        "yLabel": f"{yw} ({uy})" if uy else yw,
+        "nominal": {"x": packed(fx * x[at][line]), "y": packed(fy * past.output[at][line])},
+        "laws": [
+            {"label": label, "on": on, "x": packed(fx * s), "y": packed(fy * w)}
+            for label, on, s, w in laws
+        ],
+    }  # fmt: skip
+
+
+def _axes(graph: BondGraph, name: str, past: PortHistory) -> tuple[Array, str, str, str, str]:
+    """Argument of the law with units and words; an inertia's is the rate of its flow."""
+    e = graph[name]
+    if isinstance(e, TwoPort):
+        return past.argument, "", "", f"effort behind {name}", f"flow into {name}"
+    xu, yu, xw, yw = variable_names(graph, name)
+    if isinstance(e, I):
+        return past.rate, f"{xu}/s" if xu else "", yu, f"rate of the {xw}", yw
+    return past.argument, xu, yu, xw, yw
+
+
+def _flow(graph: BondGraph, name: str, past: PortHistory) -> Array:
+    """Flow through an element whose effort the addition belongs to; none at sources and sensors."""
+    e = graph[name]
+    if isinstance(e, Source | Sensor):
+        return np.zeros(past.n)
+    return past.rate if isinstance(e, C) else past.argument
+
+
+def _laws(d: Diagnosis, name: str) -> list[tuple[str, bool, Array, Array]]:
+    """Laws fitted at an element, those that are still in the set switched on."""
+    found: list[tuple[str, bool, Array, Array]] = []
+    inside = {t.label for s in d.steps for t in (*s.possible, *s.same_place)}
+    best: dict[str, Candidate] = {}
+    for t in (*(t for s in d.steps for t in (*s.possible, *s.same_place)), *d.trials):
+        if t.element == name and np.isfinite(t.test):
+            best.setdefault(t.label, t)
+    for t in sorted(best.values(), key=lambda t: (t.label not in inside, t.test))[:LAWS]:
+        run = path(t)
+        if run is None:
+            continue
+        part = _stretch(run.argument.size)
+        s, w = run.argument[part], run.deviation[part]
+        word = "flexible curve" if t.effect == "unknown" else spaced(t.effect)
+        found.append((word, t.label in inside, s, run.slope * s + w))
+    return found
+
+
+def _stretch(n: int) -> slice:
+    """Part of a path of `n` samples to draw as a line: the end, hardly thinned, loops whole."""
+    step = max(1, -(-n // 2 // LINE))
+    return slice(-LINE * step, None, step)

@@ -1,0 +1,51 @@
+"""Numbers and texts put into a page so that nothing a user named can leave its place."""
+
+from __future__ import annotations
+
+import base64
+import json
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from bondgraph.support.arrays import Array
+
+
+def packed(values: ArrayLike, kind: str = "<f4") -> str:
+    """Return numbers as base64 of little-endian ``float32`` (`kind` ``<f8`` for times)."""
+    return base64.b64encode(np.ascontiguousarray(values, dtype=kind).tobytes()).decode("ascii")
+
+
+def embedded(value: Any) -> str:
+    """Return `value` as JSON that ends no script element, whatever its texts are.
+
+    Examples
+    --------
+    >>> embedded("</script>")
+    '"\\\\u003c/script\\\\u003e"'
+    """
+    text = json.dumps(value, allow_nan=False, separators=(",", ":"))
+    return text.replace("&", "\\u0026").replace("<", "\\u003c").replace(">", "\\u003e")
+
+
+def kept(n: int, most: int, *values: Array) -> Array:
+    """Positions of about `most` of `n` samples: smallest and largest of every piece of each trace.
+
+    All of them where they are no more than `most`.
+
+    Parameters
+    ----------
+    values : ndarray, shape (n,)
+        NaN where nothing is known.
+    """
+    if n <= most:
+        return np.arange(n)
+    edges = np.linspace(0, n, most // (2 * max(1, len(values))) + 1).astype(int)
+    found = [edges[:-1], [n - 1]]
+    for v in values:
+        low, high = np.nan_to_num(v, nan=np.inf), np.nan_to_num(v, nan=-np.inf)
+        pieces = list(zip(edges[:-1], edges[1:], strict=True))
+        found.append([a + int(np.argmin(low[a:b])) for a, b in pieces])
+        found.append([a + int(np.argmax(high[a:b])) for a, b in pieces])
+    return np.unique(np.concatenate(found))

@@ -1,0 +1,83 @@
+"""The studio as one page of HTML: scripts, styles and data inside, nothing fetched."""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+from importlib.resources import files
+from pathlib import Path
+
+from bondgraph.drawing.svg import svg
+from bondgraph.support.errors import BondsightError
+from bondgraph.support.whole_file import write_atomically
+from identification.diagnosis.diagnose import Diagnosis
+from identification.diagnosis.report import checked, evidence, places, sections, traits
+from identification.diagnosis.report.found import confidence_of, places_of
+from identification.diagnosis.studio.content import content
+from identification.diagnosis.studio.packing import embedded
+from identification.report import html
+
+
+def page(d: Diagnosis) -> str:
+    """Return the studio of `d` as HTML that opens from disk without network.
+
+    Its content-security policy allows the page's own script, known by its hash, and no request.
+
+    Parameters
+    ----------
+    d : Diagnosis
+        Of any kind; without a fit the page has the sections of the report alone.
+    """
+    script = _asset("plot.js") + _asset("studio.js")
+    panel = _asset("panel.html").replace("<!--graph-->", _drawn(d))
+    parts = (
+        sections.answer(d),
+        sections.raw(d),
+        evidence.advice(d),
+        html.trusted(panel),
+        sections.errors(d),
+        sections.law(d, planes=False),
+        sections.equations(d),
+        evidence.rivals(d),
+        checked.checked(d),
+        traits.characterised(d, pictures=False),
+        places.places(d, pictures=False),
+        evidence.parameters(d),
+        checked.limits(d),
+    )
+    head = f'<meta http-equiv="Content-Security-Policy" content="{_policy(script)}">'
+    foot = (
+        f'<script type="application/json" id="data">{embedded(content(d))}</script>\n'
+        f"<script>{script}</script>"
+    )
+    return html.page(
+        "diagnosis studio", f"Studio: {d.model} on {d.recording.name}", parts, source="diagnosis",
+        same="input", head=f"{head}\n<style>{_asset('studio.css')}</style>", foot=foot,
+    )  # fmt: skip
+
+
+def write_studio(d: Diagnosis, folder: Path) -> Path:
+    """Write ``studio.html`` into `folder` atomically; returns its path."""
+    target = Path(folder) / "studio.html"
+    write_atomically(target, page(d))
+    return target
+
+
+def _asset(name: str) -> str:
+    return (files(__package__) / "assets" / name).read_text("utf-8")
+
+
+def _policy(script: str) -> str:
+    known = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode("ascii")
+    return (
+        f"default-src 'none'; script-src 'sha256-{known}'; style-src 'unsafe-inline'; "
+        "img-src data:; base-uri 'none'; form-action 'none'"
+    )
+
+
+def _drawn(d: Diagnosis) -> str:
+    marked, also = places_of(d)
+    try:
+        return svg(d.graph, marked=marked, also=also, shades=confidence_of(d))
+    except BondsightError:
+        return ""
