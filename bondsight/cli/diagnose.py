@@ -36,6 +36,13 @@ def add_diagnose_command(verbs: Any) -> None:
         help="a .csv, .npz or .mat file, or a known recording; several of one system are used "
         "together",
     )  # fmt: skip
+    add_diagnosis_options(p)
+    p.add_argument("--json", action="store_true", help="print the verdict as JSON")
+    p.set_defaults(run=lambda options: diagnose_files(options)[0])
+
+
+def add_diagnosis_options(p: argparse.ArgumentParser) -> None:
+    """Add what says how a recording is diagnosed, and where the results go."""
     p.add_argument("--model", required=True, help=MODEL)
     add_reading(p)
     p.add_argument(
@@ -47,7 +54,6 @@ def add_diagnose_command(verbs: Any) -> None:
         help="look for at most N effects, one after the other",
     )  # fmt: skip
     p.add_argument("--out", type=Path, default=OUT, help="folder (default: %(default)s)")
-    p.add_argument("--json", action="store_true", help="print the verdict as JSON")
     p.add_argument("--hold", choices=("hold", "linear", "band-limited"), default=None,
                    help="commands between samples: hold as of a converter, linear, band-limited "
                    "(default: what fits best)")  # fmt: skip
@@ -67,7 +73,6 @@ def add_diagnose_command(verbs: Any) -> None:
     )  # fmt: skip
     add_seed(p)
     p.add_argument("--quiet", action="store_true", help="no bar")
-    p.set_defaults(run=lambda options: diagnose_files(options)[0])
 
 
 def diagnose_files(options: argparse.Namespace, graph: BondGraph | None = None) -> tuple[int, Any]:

@@ -33,13 +33,15 @@ from bondsight.cli.recordings import add_recordings_command
 from bondsight.cli.regulate import add_regulate_command
 from bondsight.cli.sizing import add_sizing_command
 from bondsight.cli.stack import add_stack_command
+from bondsight.cli.studio import add_studio_command
 from bondsight.cli.thesis import add_thesis_command
 from bondsight.cli.ultrasonic import add_ultrasonic_command
 from bondsight.cli.verb_group import VerbGroup
 
 GROUPS: Final = {
     "Find what a model leaves out": (
-        add_diagnose_command, add_explain_command, add_effects_command, add_demo_command,
+        add_diagnose_command, add_studio_command, add_explain_command, add_effects_command,
+        add_demo_command,
     ),
     "Write and read a model": (
         add_models_command, add_check_command, add_equations_command, add_draw_command,

@@ -39,10 +39,10 @@ def law_figure(d: Diagnosis, trial: Candidate) -> tuple[str, str]:
     found = path(trial)
     if found is None:
         return "", ""
-    return _loop(found) if _many_valued(found) else _curve(found)
+    return _loop(found) if many_valued(found) else _curve(found)
 
 
-def _many_valued(p: LawPath, bins: int = 60) -> bool:
+def many_valued(p: LawPath, bins: int = 60) -> bool:
     """Whether the deviation takes clearly different values at the same argument: memory."""
     span = float(np.ptp(p.argument)) or 1.0
     index = np.minimum((bins * (p.argument - p.argument.min()) / span).astype(int), bins - 1)

@@ -14,7 +14,7 @@ PORTS = 2
 
 
 def places(d: Diagnosis, *, pictures: bool = True) -> str:
-    """Ranked regions in words and, if wanted, as pictures: times, bands, and the state of the found port."""
+    """Ranked regions in words and, if wanted, as pictures: times, bands, the found port."""
     if d.nominal is None or d.data is None or d.kind == "insufficient_data":
         return ""
     found = regions_of(d)

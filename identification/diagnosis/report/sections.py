@@ -150,8 +150,8 @@ def law(d: Diagnosis, *, planes: bool = True) -> str:
     for k, trial in enumerate(found_of(d)):
         # as the last repair has it, whose numbers are given below
         fitted = replace(trial, fit=after_of(d) or trial.fit)
-        drawn = planes or trial.effect in TIMED
-        svg_text, caption = law_figure(d, fitted) if drawn else ("", "")
+        pictured = planes or trial.effect in TIMED
+        svg_text, caption = law_figure(d, fitted) if pictured else ("", "")
         # the same figure is drawn once for every finding: ids must differ
         svg_text = svg_text.replace("law-", f"law{k}-") if k else svg_text
         own = effect_parameters(trial, d)
@@ -189,7 +189,6 @@ def _about(trial: Candidate) -> str:
 def graph(d: Diagnosis) -> str:
     """Draw the model as a bond graph, its elements shaded by the confidence of the place."""
     marked, also = places_of(d)
-    shades = confidence_of(d)
     words = "The model as declared, as a bond graph."
     if marked:
         words = "Solid ring: where it was found" + (
@@ -201,19 +200,19 @@ def graph(d: Diagnosis) -> str:
         )
     return html.section(
         "Where in the model" if marked else "The model",
-        html.figure(_drawn(d, marked, also, shades), words, "graph"),
+        html.figure(drawn(d), words, "graph"),
     )
 
 
-def _drawn(
-    d: Diagnosis, marked: dict[str, str], also: tuple[str, ...], shades: dict[str, float]
-) -> str:
+def drawn(d: Diagnosis) -> str:
+    """Return the graph with places marked and shaded; empty if it cannot be drawn."""
+    marked, also = places_of(d)
     try:
-        drawn = svg(d.graph, marked=marked, also=also, shades=shades)
+        made = svg(d.graph, marked=marked, also=also, shades=confidence_of(d))
     except BondsightError:
         return ""
-    width = re.search(r' width="([\d.]+)"', drawn)
-    return html.legible(drawn, LEGIBLE * float(width.group(1)) if width else 0.0)
+    width = re.search(r' width="([\d.]+)"', made)
+    return html.legible(made, LEGIBLE * float(width.group(1)) if width else 0.0)
 
 
 def equations(d: Diagnosis) -> str:

@@ -30,7 +30,7 @@ DEPENDENCES = {
 
 
 def characterised(d: Diagnosis, *, pictures: bool = True) -> str:
-    """Sentence, shares and, if wanted, pictures of the latent signal at each port that was looked at."""
+    """Sentence, shares and, if wanted, pictures of the latent signal at each port."""
     parts: list[str] = []
     for k, (element, (character, found)) in enumerate([*d.traits.items()][:PORTS]):
         parts += [

@@ -14,6 +14,7 @@ from bondgraph.support.errors import BondsightError
 from identification.diagnosis.diagnose import Diagnosis
 from identification.diagnosis.explanation.latent_signal import latent
 from identification.diagnosis.report.law import path, variable_names
+from identification.diagnosis.report.law_figures import many_valued
 from identification.diagnosis.screening.port_history import FittedModel, PortHistory
 from identification.diagnosis.screening.port_response import Probes, probes
 from identification.diagnosis.screening.tangent_space import freedom
@@ -125,7 +126,9 @@ def _laws(d: Diagnosis, name: str) -> list[tuple[str, bool, Array, Array]]:
         run = path(t)
         if run is None:
             continue
-        part = _stretch(run.argument.size)
+        one = not many_valued(run)
+        order = np.argsort(run.argument, kind="stable") if one else np.arange(run.argument.size)
+        part = order[:: -(-order.size // LINE)] if one else order[_stretch(order.size)]
         s, w = run.argument[part], run.deviation[part]
         word = "flexible curve" if t.effect == "unknown" else spaced(t.effect)
         found.append((word, t.label in inside, s, run.slope * s + w))

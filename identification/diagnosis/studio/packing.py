@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import json
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -18,12 +19,12 @@ def packed(values: ArrayLike, kind: str = "<f4") -> str:
 
 
 def embedded(value: Any) -> str:
-    """Return `value` as JSON that ends no script element, whatever its texts are.
+    r"""Return `value` as JSON that ends no script element, whatever its texts are.
 
     Examples
     --------
     >>> embedded("</script>")
-    '"\\\\u003c/script\\\\u003e"'
+    '"\\u003c/script\\u003e"'
     """
     text = json.dumps(value, allow_nan=False, separators=(",", ":"))
     return text.replace("&", "\\u0026").replace("<", "\\u003c").replace(">", "\\u003e")
@@ -45,7 +46,7 @@ def kept(n: int, most: int, *values: Array) -> Array:
     found = [edges[:-1], [n - 1]]
     for v in values:
         low, high = np.nan_to_num(v, nan=np.inf), np.nan_to_num(v, nan=-np.inf)
-        pieces = list(zip(edges[:-1], edges[1:], strict=True))
+        pieces = list(pairwise(edges))
         found.append([a + int(np.argmin(low[a:b])) for a, b in pieces])
         found.append([a + int(np.argmax(high[a:b])) for a, b in pieces])
     return np.unique(np.concatenate(found))

@@ -7,12 +7,9 @@ import hashlib
 from importlib.resources import files
 from pathlib import Path
 
-from bondgraph.drawing.svg import svg
-from bondgraph.support.errors import BondsightError
 from bondgraph.support.whole_file import write_atomically
 from identification.diagnosis.diagnose import Diagnosis
 from identification.diagnosis.report import checked, evidence, places, sections, traits
-from identification.diagnosis.report.found import confidence_of, places_of
 from identification.diagnosis.studio.content import content
 from identification.diagnosis.studio.packing import embedded
 from identification.report import html
@@ -29,7 +26,7 @@ def page(d: Diagnosis) -> str:
         Of any kind; without a fit the page has the sections of the report alone.
     """
     script = _asset("plot.js") + _asset("studio.js")
-    panel = _asset("panel.html").replace("<!--graph-->", _drawn(d))
+    panel = _asset("panel.html").replace("<!--graph-->", sections.drawn(d))
     parts = (
         sections.answer(d),
         sections.raw(d),
@@ -73,11 +70,3 @@ def _policy(script: str) -> str:
         f"default-src 'none'; script-src 'sha256-{known}'; style-src 'unsafe-inline'; "
         "img-src data:; base-uri 'none'; form-action 'none'"
     )
-
-
-def _drawn(d: Diagnosis) -> str:
-    marked, also = places_of(d)
-    try:
-        return svg(d.graph, marked=marked, also=also, shades=confidence_of(d))
-    except BondsightError:
-        return ""

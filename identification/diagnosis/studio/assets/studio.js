@@ -56,7 +56,7 @@ function build() {
   };
   const over = 'left / noise';
   plots.recording = new Plot($('recording'), {height: 270, fit: true, bare: true, pad: [10, 12, 8, 62], shown, ...walk});
-  plots.strip = new Plot($('strip'), {height: 104, fit: true, floor: 0, x: 'time (s)', y: 'mismatch', shown, ...walk});
+  plots.strip = new Plot($('strip'), {height: 104, fit: true, floor: -0.7, logY: true, x: 'time (s)', y: 'rms / noise', shown, ...walk});
   plots.left = new Plot($('left'), {height: 230, fit: true, x: 'time (s)', y: over, shown, ...walk});
   plots.spectrum = new Plot($('spectrum'), {height: 230, x: 'frequency (Hz)', y: over, logX: true, logY: true});
   plots.whiteness = new Plot($('whiteness'), {height: 230, x: 'lag (samples)', y: 'autocorrelation'});
@@ -83,7 +83,7 @@ function showReading(k) {
   plots.left.lines = r.left.map((y, i) => line(y, ink(i), 0.9));
   plots.left.levels = [{y: 2}, {y: -2}];
   plots.strip.lines = r.left.map((y, i) => line(rolling(y), ink(i), 1.4));
-  plots.strip.levels = [{y: Math.log10(2)}];
+  plots.strip.levels = [{y: 0}];
   plots.spectrum.lines = r.spectra.map((s, i) => ({...s, ink: ink(i), width: 1.2}));
   plots.spectrum.levels = [{y: 0}];
   plots.whiteness.lines = r.correlations.map((c, i) => ({
@@ -106,7 +106,7 @@ function showReading(k) {
   plots.whiteness.say(`Autocorrelation of what is left of ${r.name}, with the band of white noise.`);
 }
 
-// Logarithm of one more than the rolling root mean square: the strip.
+// Logarithm of the rolling root mean square over the noise: the strip.
 function rolling(y) {
   const n = y.length, half = Math.max(2, Math.round(n / 400)), out = new Float32Array(n);
   let sum = 0, count = 0;
@@ -116,7 +116,7 @@ function rolling(y) {
   for (let i = 0; i < half; i++) take(i, 1);
   for (let i = 0; i < n; i++) {
     take(i + half, 1); take(i - half - 1, -1);
-    out[i] = count ? Math.log10(1 + Math.sqrt(Math.max(0, sum) / count)) : NaN;
+    out[i] = count ? Math.log10(Math.max(0.1, Math.sqrt(Math.max(0, sum) / count))) : NaN;
   }
   return out;
 }

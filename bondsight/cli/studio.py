@@ -1,0 +1,65 @@
+"""``bondsight studio``: one page to look at a diagnosis with."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+from bondgraph.support.errors import UnusableInput
+from bondsight.cli.diagnose import add_diagnosis_options, diagnose_files
+
+ENDINGS = (".csv", ".npz", ".mat")
+MOST = 200
+"""Files looked at for a recording."""
+
+
+def add_studio_command(verbs: Any) -> None:
+    """Add ``studio VERDICT-FOLDER|RECORDING --model M`` to the sub-commands."""
+    p = verbs.add_parser("studio", help="look at a diagnosis: one page, graph to residual")
+    p.add_argument(
+        "recordings", nargs="+", metavar="RECORDING",
+        help="what `diagnose` takes, or the folder of a verdict: its recording, known by its hash "
+        "in the folder, beside it or here, is diagnosed again",
+    )  # fmt: skip
+    add_diagnosis_options(p)
+    p.set_defaults(run=_run, json=False)
+
+
+def _run(options: argparse.Namespace) -> int:
+    from identification.diagnosis.diagnose import characterised
+    from identification.diagnosis.studio import write_studio
+
+    if len(options.recordings) == 1 and Path(options.recordings[0]).is_dir():
+        folder = Path(options.recordings[0])
+        options.recordings, options.seed = recordings_of(folder)
+    code, found = diagnose_files(options)
+    print(f"studio:  {write_studio(characterised(found), options.out)}")
+    return code
+
+
+def recordings_of(folder: Path) -> tuple[list[str], int]:
+    """Return the files that the verdict in `folder` was made from, and its seed.
+
+    Raises
+    ------
+    UnusableInput
+        There is no verdict, or a recording is not found by its hash; one line says which.
+    """
+    from hashlib import sha256
+
+    from identification.diagnosis.verdict.reading import read_verdict
+
+    found = read_verdict(folder / "verdict.json")
+    whole = found["recording"]
+    wanted = {p["sha256"]: p["name"] for p in whole.get("parts") or [whole]}
+    around = dict.fromkeys(p.resolve() for p in (folder, folder.parent, Path()))
+    files = [f for p in around for f in sorted(p.iterdir()) if f.suffix.lower() in ENDINGS]
+    known = {sha256(f.read_bytes()).hexdigest(): str(f) for f in files[:MOST]}
+    for digest, name in wanted.items():
+        if digest not in known:
+            raise UnusableInput(
+                f"the recording {name} of {folder / 'verdict.json'} is not in that folder, beside "
+                "it or here; give the recording itself: bondsight studio RECORDING --model M"
+            )
+    return [known[d] for d in wanted], int(found["seed"])

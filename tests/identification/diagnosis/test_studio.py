@@ -1,0 +1,186 @@
+"""The studio: one page that holds all it needs, and answers clicks and brushes in a browser."""
+
+from __future__ import annotations
+
+import base64
+import html
+import json
+import re
+import shutil
+import subprocess
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from bondgraph.laws import Coulomb
+from bondgraph.signals.recording import Recording
+from bondgraph.signals.split import stretches
+from bondgraph.simulation.simulate import simulate
+from identification.diagnosis.diagnose import Diagnosis, characterised, diagnose
+from identification.diagnosis.search.candidates import DiagnosisOptions
+from identification.diagnosis.studio import page, write_studio
+from identification.diagnosis.studio.content import content
+from identification.diagnosis.studio.packing import embedded, kept, packed
+from tests.patience import HANGS
+from tests.spring import spring
+
+T = np.asarray(0.01 * np.arange(1200), np.float64)
+U = 4 * np.sin(2 * np.pi * 0.7 * T) + 3 * np.sin(2 * np.pi * 2.3 * T)
+FORCE = 0.3
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
+QUIET = (
+    "--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
+    "--disable-background-networking", "--disable-component-update", "--disable-sync",
+    "--window-size=1400,1000",
+)  # fmt: skip
+browser = pytest.mark.skipif(CHROMIUM is None, reason="no Chromium here")
+
+
+@pytest.fixture(scope="module")
+def found() -> Diagnosis:
+    x = simulate(spring().with_element("d", law=Coulomb(FORCE)), T, {"F": U})["x"]
+    x = x + 1e-5 * np.random.default_rng(1).standard_normal(T.size)
+    r = Recording("run", T, {"F": U, "x": x}, {"F": "N", "x": "m"})
+    return characterised(diagnose(spring(), r, options=DiagnosisOptions(jobs=1, effects=1)))
+
+
+@pytest.fixture(scope="module")
+def shown(found: Diagnosis) -> dict[str, Any]:
+    return content(found)
+
+
+def numbers(text: str, kind: str = "<f4") -> Any:
+    return np.frombuffer(base64.b64decode(text), kind)
+
+
+def test_the_recovered_law_is_the_one_that_is_missing(shown: dict[str, Any]) -> None:
+    plane = shown["planes"]["of"]["d"]
+    assert (plane["xLabel"], plane["yLabel"]) == ("velocity of d (mm/s)", "force (N)")
+    v, force = numbers(plane["x"]) / 1e3, numbers(plane["y"])
+    fast = np.abs(v) > 0.1
+    off = force[fast] - (2.0 * v[fast] + FORCE * np.sign(v[fast]))
+    assert np.sqrt(np.mean(off**2)) < 0.25 * FORCE
+    nominal = numbers(plane["nominal"]["y"]) / (numbers(plane["nominal"]["x"]) / 1e3)
+    assert np.ptp(nominal) < 1e-3 * np.abs(nominal).max()
+    on = {law["label"]: law["on"] for law in plane["laws"]}
+    assert on["coulomb friction"]
+    assert not on["quadratic drag"]
+
+
+def test_readings_and_what_is_left_are_the_fits(found: Diagnosis, shown: dict[str, Any]) -> None:
+    (reading,) = shown["readings"]
+    assert shown["labels"] == ["nominal", "repaired"]
+    assert found.data is not None
+    assert found.repaired is not None
+    left = numbers(reading["left"][1])
+    expected = (found.data.readings - found.repaired.simulated)[:, 0] / found.data.floor[0]
+    np.testing.assert_allclose(left, expected, rtol=1e-5, atol=1e-5)
+    np.testing.assert_allclose(numbers(reading["measured"]), 1e3 * found.data.readings[:, 0], 1e-6)
+    before, after = (numbers(c["y"]) for c in reading["correlations"])
+    band = reading["correlations"][1]["band"]
+    assert np.abs(before).max() > 10 * band
+    assert np.mean(np.abs(after) < band) > 0.8
+
+
+def test_every_held_out_stretch_is_there(found: Diagnosis, shown: dict[str, Any]) -> None:
+    assert found.data is not None
+    split = found.data.split
+    wanted = {float(T[s.start]) for p in (split.test, split.looked_at) for s in stretches(p)}
+    assert {p["from"] for p in shown["parts"]} == wanted
+    assert len({p["words"] for p in shown["parts"]}) == 2
+
+
+def test_a_long_trace_keeps_its_peaks() -> None:
+    y = np.zeros(100_000)
+    y[[777, 50_001]] = 5.0, -7.0
+    at = kept(y.size, 1000, y)
+    assert at.size <= 1010
+    assert {777, 50_001, 0, y.size - 1} <= set(at.tolist())
+    assert kept(10, 100, y[:10]).size == 10
+    np.testing.assert_array_equal(numbers(packed([1.5, np.nan])), [1.5, np.nan])
+
+
+def test_names_of_a_user_stay_text(found: Diagnosis) -> None:
+    bad = "</script><script>alert(1)</script><img src=http://x.example/y>"
+    made = page(replace(found, model=bad, recording=replace(found.recording, name=bad)))
+    assert bad not in made
+    assert "<img" not in made
+    assert len(re.findall("<script", made)) == 2
+    assert json.loads(embedded(bad)) == bad
+
+
+def test_nothing_in_the_page_points_out_of_it(found: Diagnosis, tmp_path: Path) -> None:
+    made = write_studio(found, tmp_path).read_text("utf-8")
+    assert "default-src 'none'" in made
+    places = re.findall(r"""(?:src|href|action)\s*=\s*["']([^"']*)|url\(([^)]*)\)""", made)
+    assert all(a.startswith("#") or b.startswith("#") or not (a or b) for a, b in places)
+    data = made.split('id="data">')[1].split("</script>")[0]
+    assert len(made) - len(data) < 250_000
+
+
+def test_without_a_fit_only_the_words_are_there() -> None:
+    still = Recording("still", T[:50], {"F": U[:50], "x": 0 * U[:50]}, {"F": "N", "x": "m"})
+    empty = diagnose(spring(), still)
+    assert content(empty)["readings"] == []
+    assert "What was recorded" in page(empty)
+
+
+@pytest.fixture(scope="module")
+def tried(found: Diagnosis, tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
+    folder = tmp_path_factory.mktemp("studio")
+    file = write_studio(found, folder)
+    assert CHROMIUM is not None
+    done = subprocess.run(
+        [CHROMIUM, *QUIET, f"--user-data-dir={folder / 'profile'}", "--dump-dom",
+         f"{file.as_uri()}#selftest"],
+        capture_output=True, text=True, timeout=HANGS, check=True,
+    )  # fmt: skip
+    said = re.search('<pre id="selftest">(.*?)</pre>', done.stdout, re.DOTALL)
+    assert said is not None
+    answer: dict[str, Any] = json.loads(html.unescape(said.group(1)))
+    assert "error" not in answer, answer
+    return answer
+
+
+@browser
+def test_each_element_that_is_clicked_shows_a_curve_with_points(tried: dict[str, Any]) -> None:
+    assert set(tried["elements"]) == {"F", "m", "d", "k", "x"}
+    for name, e in tried["elements"].items():
+        assert e["chosen"] == name
+        assert e["points"] > 500
+        assert e["lines"] >= 1
+        assert e["drawn"] > 1000
+    assert tried["hatched"] == 1
+
+
+@browser
+def test_brushing_joins_recording_and_plane(tried: dict[str, Any]) -> None:
+    begin, end = tried["view"][:2]
+    quarter = 0.25 * (end - begin)
+    runs = tried["brushedTime"]["runs"]
+    assert runs[0][0] == pytest.approx(begin + quarter, abs=0.05)
+    assert runs[-1][1] == pytest.approx(begin + 2 * quarter, abs=0.05)
+    assert tried["brushedTime"]["count"] == pytest.approx(300, abs=5)
+    # half of a plane that is crossed to and fro is many stretches of time
+    assert len(tried["brushedPlane"]["runs"]) > 8
+    assert 300 < tried["brushedPlane"]["count"] < 900
+    assert tried["cleared"] == 0
+
+
+@browser
+def test_keys_walk_and_zoom_and_a_law_is_switched(tried: dict[str, Any]) -> None:
+    assert tried["walked"] > 0
+    assert tried["zoomed"][1] - tried["zoomed"][0] < 0.9 * (tried["view"][1] - tried["view"][0])
+    assert tried["switched"]
+    assert max(tried["widths"]) > min(tried["widths"])
+    assert "Coulomb friction is missing" in tried["said"]
+
+
+@browser
+def test_no_request_leaves_the_page(tried: dict[str, Any]) -> None:
+    assert tried["fetched"] == []
+    assert tried["refused"] == []
+    assert tried["wide"] <= 0
