@@ -19,11 +19,14 @@ from bondgraph.laws import Coulomb
 from bondgraph.signals.recording import Recording
 from bondgraph.signals.split import stretches
 from bondgraph.simulation.simulate import simulate
+from bondgraph.support.errors import UnusableInput
+from bondsight.cli.studio import recordings_of
 from identification.diagnosis.diagnose import Diagnosis, characterised, diagnose
 from identification.diagnosis.search.candidates import DiagnosisOptions
 from identification.diagnosis.studio import page, write_studio
 from identification.diagnosis.studio.content import content
 from identification.diagnosis.studio.packing import embedded, kept, packed
+from identification.diagnosis.verdict import write_verdict
 from tests.patience import HANGS
 from tests.spring import spring
 
@@ -126,6 +129,21 @@ def test_without_a_fit_only_the_words_are_there() -> None:
     empty = diagnose(spring(), still)
     assert content(empty)["readings"] == []
     assert "What was recorded" in page(empty)
+
+
+def test_the_recording_of_a_verdict_is_found_by_its_hash(found: Diagnosis, tmp_path: Path) -> None:
+    assert found.data is not None
+    x = found.data.readings[:, 0]
+    lines = [f"{t:.2f},{u!r},{v!r}" for t, u, v in zip(T, U.tolist(), x.tolist(), strict=True)]
+    file = tmp_path / "under_another_name.csv"
+    file.write_text("\n".join(["t[s],F[N],x[m]", *lines]), "utf-8")
+    (tmp_path / "other.csv").write_text("t[s],F[N],x[m]\n", "utf-8")
+    out = tmp_path / "out"
+    write_verdict(replace(found, recording=Recording.read(file), seed=3), out)
+    assert recordings_of(out) == ([str(file)], 3)
+    file.unlink()
+    with pytest.raises(UnusableInput, match="give the recording itself"):
+        recordings_of(out)
 
 
 @pytest.fixture(scope="module")
