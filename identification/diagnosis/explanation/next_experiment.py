@@ -9,7 +9,7 @@ right, the difference of the sums of squares has the mean d^2 and the deviation 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import combinations
 from typing import Any
 
@@ -51,6 +51,8 @@ class Experiment:
         Half of the moving source's range, SI.
     rivals : tuple of str
         The two that stay closest.
+    commands : mapping of str to ndarray, shape (samples,), SI
+        All sources.
     """
 
     words: str
@@ -60,6 +62,7 @@ class Experiment:
     samples: int
     amplitude: float
     rivals: tuple[str, str]
+    commands: Mapping[str, Array] = field(default_factory=dict, repr=False, compare=False)
 
     @property
     def sentence(self) -> str:
@@ -206,7 +209,7 @@ def _judged(
     samples = next(iter(candidate.commands.values())).size
     return Experiment(
         candidate.words, candidate.kind, reached[(a, b)], now[(a, b)], samples,
-        candidate.amplitude, (labels[a], labels[b]),
+        candidate.amplitude, (labels[a], labels[b]), candidate.commands,
     )  # fmt: skip
 
 

@@ -10,6 +10,7 @@ from bondgraph.signals.split import stretches
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import BondsightError
 from identification.diagnosis.diagnose import Diagnosis
+from identification.diagnosis.explanation.next_experiment import Experiment
 from identification.diagnosis.localisation.recording.bands import spectrum
 from identification.diagnosis.report.found import confidence_of, places_of, regions_of
 from identification.diagnosis.report.places import region_words
@@ -25,6 +26,8 @@ from identification.study.problem import Data
 SAMPLES = 200_000
 """Samples of a reading in the page at most; of longer records smallest and largest are kept."""
 LAGS = 60
+DRAWN = 2
+"""Experiments whose inputs are in the page."""
 
 
 def content(d: Diagnosis) -> dict[str, Any]:
@@ -35,10 +38,7 @@ def content(d: Diagnosis) -> dict[str, Any]:
         "missing": list(marked) if d.kind == "missing_physics" else [],
         "alike": list(also),
         "warmth": {n: float(p) for n, p in confidence_of(d).items()},
-        "experiments": [
-            {"words": e.words, "now": float(e.now_z), "then": float(e.expected_z)}
-            for e in d.experiments
-        ],
+        "experiments": [_experiment(d, e, drawn=k < DRAWN) for k, e in enumerate(d.experiments)],
     }
     if d.nominal is None or d.data is None:
         return said | {"readings": []}
@@ -57,6 +57,19 @@ def content(d: Diagnosis) -> dict[str, Any]:
         ],
         "readings": [_reading(d, data, k, shown, left[k], keep) for k in range(len(data.names))],
         "planes": planes(d),
+    }
+
+
+def _experiment(d: Diagnosis, e: Experiment, *, drawn: bool) -> dict[str, Any]:
+    """Return an experiment in words and numbers, and what its sources do."""
+    moving = {n: u for n, u in e.commands.items() if np.ptp(u) > 0} if drawn else {}
+    return {
+        "words": e.words,
+        "now": float(e.now_z),
+        "then": float(e.expected_z),
+        "rivals": list(e.rivals),
+        "dt": float(d.data.dt) if d.data is not None else 0.0,
+        "commands": [{"name": n, "unit": unit_of(d, n), "y": packed(u)} for n, u in moving.items()],
     }
 
 

@@ -288,6 +288,28 @@ function keys(e) {
   if (act) { e.preventDefault(); act(); }
 }
 
+function experiment(e) {
+  const item = made('li', `${e.words}: separates ${e.rivals.join(' from ')} by z = ${short(e.then)} (now ${short(e.now)})`, $('experiments'));
+  if (!e.commands.length) return;
+  const courses = e.commands.map(c => floats(c.y)), n = courses[0].length;
+  const x = Float64Array.from({length: n}, (_, i) => i * e.dt), names = e.commands.map(c => c.unit ? `${c.name}[${c.unit}]` : c.name);
+  const host = made('div', '', item), plot = new Plot(host, {height: 150, fit: true, x: 'time (s)', y: names.join(', '), said: item.textContent});
+  plot.lines = courses.map((y, i) => ({x, y, ink: `law${i % 6}`, sorted: true}));
+  plot.reset();
+  plots[`experiment${$('experiments').children.length}`] = plot;
+  const save = made('button', 'download as CSV', item);
+  save.type = 'button';
+  save.addEventListener('click', () => {
+    const cells = ['t[s]', ...names].map(s => /[",\n]/.test(s) ? `"${s.replaceAll('"', '""')}"` : s);
+    const rows = Array.from(x, (t, i) => [+t.toPrecision(12), ...courses.map(y => y[i])].join(','));
+    const link = document.createElement('a');
+    link.href = URL.createObjectURL(new Blob([[cells.join(','), ...rows].join('\n') + '\n'], {type: 'text/csv'}));
+    link.download = 'next_experiment.csv';
+    link.click();
+    URL.revokeObjectURL(link.href);
+  });
+}
+
 function dark(on) {
   document.documentElement.classList.toggle('dark', on);
   for (const p of Object.values(plots)) p.later();
@@ -312,9 +334,7 @@ function start() {
   document.addEventListener('keydown', keys);
   if (data.experiments.length) {
     $('next').hidden = false;
-    for (const e of data.experiments) {
-      made('li', `${e.words}: separation now z = ${short(e.now)}, expected z = ${short(e.then)}`, $('experiments'));
-    }
+    for (const e of data.experiments) experiment(e);
   }
   showReading(0);
   const warmest = Object.entries(data.warmth).filter(([n]) => planes[n]).sort((a, b) => b[1] - a[1])[0];
