@@ -46,6 +46,20 @@ def confidence_of(d: Diagnosis) -> dict[str, float]:
     return {n: p for n, p in found.items() if n in d.graph.elements}
 
 
+def warmth_of(d: Diagnosis) -> dict[str, float]:
+    """Confidence of each element as a place, the same all over a set that the data cannot tell."""
+    found = confidence_of(d)
+    marked, also = places_of(d)
+    sets = [{*marked, *also}]
+    if d.kind == "missing_physics":
+        named = [s for s in d.findings if s.chosen is not None]
+        sets = [{t.element for t in (*s.possible[:1], *s.same_place)} for s in named]
+    for alike in (s & set(d.graph.elements) for s in sets if found):
+        total = min(1.0, sum(found.get(n, 0.0) for n in alike))
+        found |= dict.fromkeys(alike, total / max(1, len(alike)))
+    return found
+
+
 def after_of(d: Diagnosis) -> Fit | None:
     """Return the fit to compare with the nominal one: everything named, else the closest."""
     if d.repaired is not None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from dataclasses import replace
 
 from bondgraph.drawing.svg import svg
@@ -200,15 +201,15 @@ def graph(d: Diagnosis) -> str:
         )
     return html.section(
         "Where in the model" if marked else "The model",
-        html.figure(drawn(d), words, "graph"),
+        html.figure(drawn(d, confidence_of(d)), words, "graph"),
     )
 
 
-def drawn(d: Diagnosis) -> str:
+def drawn(d: Diagnosis, shades: Mapping[str, float]) -> str:
     """Return the graph with places marked and shaded; empty if it cannot be drawn."""
     marked, also = places_of(d)
     try:
-        made = svg(d.graph, marked=marked, also=also, shades=confidence_of(d))
+        made = svg(d.graph, marked=marked, also=also, shades=shades)
     except BondsightError:
         return ""
     width = re.search(r' width="([\d.]+)"', made)

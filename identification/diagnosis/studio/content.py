@@ -12,7 +12,7 @@ from bondgraph.support.errors import BondsightError
 from identification.diagnosis.diagnose import Diagnosis
 from identification.diagnosis.explanation.next_experiment import Experiment
 from identification.diagnosis.localisation.recording.bands import spectrum
-from identification.diagnosis.report.found import confidence_of, places_of, regions_of
+from identification.diagnosis.report.found import places_of, regions_of, warmth_of
 from identification.diagnosis.report.places import region_words
 from identification.diagnosis.report.views import Curve, curves, residual, scored, unit_of
 from identification.diagnosis.studio.law_plane import planes
@@ -36,8 +36,8 @@ def content(d: Diagnosis) -> dict[str, Any]:
     said = {
         "verdict": sentence(d),
         "missing": list(marked) if d.kind == "missing_physics" else [],
-        "alike": list(also),
-        "warmth": {n: float(p) for n, p in confidence_of(d).items()},
+        "places": [*marked, *also],
+        "warmth": {n: float(p) for n, p in warmth_of(d).items()},
         "experiments": [_experiment(d, e, drawn=k < DRAWN) for k, e in enumerate(d.experiments)],
     }
     if d.nominal is None or d.data is None:

@@ -102,7 +102,10 @@ def _axes(graph: BondGraph, name: str, past: PortHistory) -> tuple[Array, str, s
         return past.argument, "", "", f"effort behind {name}", f"flow into {name}"
     xu, yu, xw, yw = variable_names(graph, name)
     if isinstance(e, I):
-        return past.rate, f"{xu}/s" if xu else "", yu, f"rate of the {xw}", yw
+        # the effort of the model as it is says the rate better than a difference of samples
+        inertance = float(past.rate @ past.output / (past.rate @ past.rate))
+        rate = past.output / inertance if inertance else past.rate
+        return rate, f"{xu}/s" if xu else "", yu, f"rate of the {xw}", yw
     return past.argument, xu, yu, xw, yw
 
 

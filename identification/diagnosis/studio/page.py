@@ -10,6 +10,7 @@ from pathlib import Path
 from bondgraph.support.whole_file import write_atomically
 from identification.diagnosis.diagnose import Diagnosis
 from identification.diagnosis.report import checked, evidence, places, sections, traits
+from identification.diagnosis.report.found import warmth_of
 from identification.diagnosis.studio.content import content
 from identification.diagnosis.studio.packing import embedded
 from identification.report import html
@@ -26,7 +27,7 @@ def page(d: Diagnosis) -> str:
         Of any kind; without a fit the page has the sections of the report alone.
     """
     script = _asset("plot.js") + _asset("studio.js")
-    panel = _asset("panel.html").replace("<!--graph-->", sections.drawn(d))
+    panel = _asset("panel.html").replace("<!--graph-->", sections.drawn(d, warmth_of(d)))
     parts = (
         sections.answer(d),
         sections.raw(d),

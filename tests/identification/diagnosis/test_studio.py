@@ -22,6 +22,8 @@ from bondgraph.simulation.simulate import simulate
 from bondgraph.support.errors import UnusableInput
 from bondsight.cli.studio import recordings_of
 from identification.diagnosis.diagnose import Diagnosis, characterised, diagnose
+from identification.diagnosis.explanation.next_experiment import Experiment
+from identification.diagnosis.report.found import confidence_of, warmth_of
 from identification.diagnosis.search.candidates import DiagnosisOptions
 from identification.diagnosis.studio import page, write_studio
 from identification.diagnosis.studio.content import content
@@ -94,6 +96,27 @@ def test_every_held_out_stretch_is_there(found: Diagnosis, shown: dict[str, Any]
     wanted = {float(T[s.start]) for p in (split.test, split.looked_at) for s in stretches(p)}
     assert {p["from"] for p in shown["parts"]} == wanted
     assert len({p["words"] for p in shown["parts"]}) == 2
+
+
+def test_it_is_equally_warm_where_the_data_cannot_tell(found: Diagnosis) -> None:
+    assert warmth_of(found) == pytest.approx(confidence_of(found))
+    (step,) = found.findings
+    assert step.chosen is not None
+    other = replace(step.chosen, insertion=replace(step.chosen.insertion, element="k"))
+    both = replace(found, steps=(replace(step, same_place=(other,)), *found.steps[1:]))
+    warm = warmth_of(both)
+    assert warm["d"] == warm["k"]
+    assert 0.9 < warm["d"] + warm["k"] <= 1.0
+
+
+def test_the_next_experiment_is_drawn(found: Diagnosis) -> None:
+    ramp = np.linspace(0.0, 2.0, 50)
+    slow = Experiment("sweep slowly", "sweep", 6.2, 1.0, 50, 1.0, ("a", "b"), {"F": ramp})
+    (made, *_) = content(replace(found, experiments=(slow, slow, slow)))["experiments"]
+    (command,) = made["commands"]
+    assert (command["name"], command["unit"]) == ("F", "N")
+    np.testing.assert_allclose(numbers(command["y"]), ramp, rtol=1e-6)
+    assert made["dt"] == pytest.approx(0.01)
 
 
 def test_a_long_trace_keeps_its_peaks() -> None:
@@ -193,6 +216,7 @@ def test_keys_walk_and_zoom_and_a_law_is_switched(tried: dict[str, Any]) -> None
     assert tried["walked"] > 0
     assert tried["zoomed"][1] - tried["zoomed"][0] < 0.9 * (tried["view"][1] - tried["view"][0])
     assert tried["switched"]
+    assert 0 < tried["lower"] < 0.7
     assert max(tried["widths"]) > min(tried["widths"])
     assert "Coulomb friction is missing" in tried["said"]
 

@@ -104,8 +104,9 @@ class Plot {
     this.axes(g);
     g.save(); g.beginPath(); g.rect(l, t, w, h); g.clip();
     for (const v of this.levels) this.level(g, v);
+    shown.forEach((s, i) => s.under && this.line(g, s, courses[i]));
     if (this.points) this.scatter(g);
-    shown.forEach((s, i) => this.line(g, s, courses[i]));
+    shown.forEach((s, i) => s.under || this.line(g, s, courses[i]));
     if (this.cursor != null) {
       const x = this.px(this.cursor);
       g.strokeStyle = this.ink('ink'); g.lineWidth = 1; g.setLineDash([]);
@@ -210,7 +211,7 @@ class Plot {
   }
   static ticks(a, b, about, log) {
     const raw = (b - a) / Math.max(2, about), power = 10 ** Math.floor(Math.log10(raw));
-    let step = [1, 2, 5, 10].find(m => m * power >= raw) * power;
+    let step = [1, 2, 2.5, 5, 10].find(m => m * power >= raw) * power;
     if (log) step = Math.max(1, Math.round(step));
     const out = [];
     for (let i = Math.ceil(a / step); i * step <= b + 1e-9 * step && out.length < 40; i++) out.push(i * step);

@@ -157,10 +157,12 @@ function choose(name) {
   $('element').textContent = `of ${name}`;
   const plot = plots.plane;
   plot.o.x = p.xLabel; plot.o.y = p.yLabel;
-  const nominal = {...p.nominal, ink: 'nominal', width: 2.2};
-  const laws = p.laws.map((l, i) => ({...l, ink: `law${i % 6}`, width: 1.3, dash: l.label === 'flexible curve' ? [4, 3] : []}));
+  const [a, b] = state.less ? lineOf(p.nominal) : [0, 0];
+  const off = s => ({x: s.x, y: s.y.map((v, i) => v - a * s.x[i] - b)});
+  const nominal = {...off(p.nominal), ink: 'nominal', width: 2.2, under: true};
+  const laws = p.laws.map((l, i) => ({...l, ...off(l), ink: `law${i % 6}`, width: 1.3, dash: l.label === 'flexible curve' ? [4, 3] : []}));
   plot.lines = [nominal, ...laws];
-  plot.points = {x: p.x, y: p.y, hue: p.hue, picked: state.picked, near: null};
+  plot.points = {...off(p), hue: p.hue, picked: state.picked, near: null};
   plot.rect = null;
   $('laws').replaceChildren();
   for (const law of [{label: 'nominal law', line: nominal}, ...laws.map(l => ({label: l.label, line: l}))]) {
@@ -173,6 +175,15 @@ function choose(name) {
   plot.reset();
   saidPlane();
   walkTo(state.cursor);
+}
+
+// Least-squares line through a path.
+function lineOf({x, y}) {
+  const n = x.length, mean = v => v.reduce((s, w) => s + w, 0) / n, mx = mean(x), my = mean(y);
+  let xx = 0, xy = 0;
+  for (let i = 0; i < n; i++) { xx += (x[i] - mx) ** 2; xy += (x[i] - mx) * (y[i] - my); }
+  const a = xx > 0 ? xy / xx : 0;
+  return [a, my - a * mx];
 }
 
 function saidPlane() {
@@ -204,7 +215,7 @@ function brushTime(a, b) {
   setPicked(Uint8Array.from(planeTime, t => t >= a && t <= b ? 1 : 0));
 }
 function brushPlane([x0, x1, y0, y1]) {
-  const p = planes[state.element];
+  const p = plots.plane.points;
   if (!p) return;
   plots.plane.rect = [x0, x1, y0, y1];
   state.range = null;
@@ -217,7 +228,7 @@ function clear() {
 }
 
 function nearest([x, y]) {
-  const p = planes[state.element], plot = plots.plane;
+  const plot = plots.plane, p = plot.points;
   let best = Infinity, at = -1;
   for (let i = 0; p && i < p.x.length; i++) {
     const d = (plot.px(p.x[i]) - plot.px(x)) ** 2 + (plot.py(p.y[i]) - plot.py(y)) ** 2;
@@ -322,6 +333,7 @@ function start() {
   readings.forEach((r, k) => { made('option', r.name, $('reading')).value = k; });
   $('reading').parentElement.hidden = readings.length < 2;
   $('reading').addEventListener('change', e => showReading(+e.target.value));
+  $('less').addEventListener('change', e => { state.less = e.target.checked; choose(state.element); });
   $('clear').addEventListener('click', clear);
   $('all').addEventListener('click', () => plots.recording.show(plots.recording.home[0], plots.recording.home[1]));
   $('zoom').addEventListener('click', () => {
@@ -338,7 +350,7 @@ function start() {
   }
   showReading(0);
   const warmest = Object.entries(data.warmth).filter(([n]) => planes[n]).sort((a, b) => b[1] - a[1])[0];
-  choose([...data.missing, warmest?.[0], ...Object.keys(planes)].find(n => planes[n]));
+  choose([...data.places, warmest?.[0], ...Object.keys(planes)].find(n => planes[n]));
   walkTo(time[Math.floor(time.length / 2)]);
   dark(night.matches);
   let was = false;
@@ -386,9 +398,12 @@ function selfTest() {
   const box = $('laws').querySelector('input'), was = plots.plane.lines[0].on !== false;
   box.click();
   const switched = was !== (plots.plane.lines[0].on !== false);
+  const tall = () => plots.plane.view[3] - plots.plane.view[2], high = tall();
+  $('less').click();
+  const lower = tall() / high;
   const fetched = performance.getEntriesByType('resource').map(e => e.name);
   const widths = [...document.querySelectorAll('#graph .bond polyline:first-of-type')].map(l => parseFloat(l.style.strokeWidth));
-  return {elements, brushedTime, view, brushedPlane, cleared, walked, zoomed, switched, fetched, refused, widths,
+  return {elements, brushedTime, view, brushedPlane, cleared, lower, walked, zoomed, switched, fetched, refused, widths,
     hatched: document.querySelectorAll('#graph .hatched').length, redraw: redrawn(), wide: document.documentElement.scrollWidth - innerWidth,
     said: $('verdict').textContent, parts: plots.recording.bands.length};
 }
