@@ -43,10 +43,10 @@ def kept(n: int, most: int, *values: Array) -> Array:
     if n <= most:
         return np.arange(n)
     edges = np.linspace(0, n, most // (2 * max(1, len(values))) + 1).astype(int)
-    found = [edges[:-1], [n - 1]]
+    pieces = list(pairwise(edges.tolist()))
+    found = [*edges[:-1].tolist(), n - 1]
     for v in values:
         low, high = np.nan_to_num(v, nan=np.inf), np.nan_to_num(v, nan=-np.inf)
-        pieces = list(pairwise(edges))
-        found.append([a + int(np.argmin(low[a:b])) for a, b in pieces])
-        found.append([a + int(np.argmax(high[a:b])) for a, b in pieces])
-    return np.unique(np.concatenate(found))
+        found += [a + int(np.argmin(low[a:b])) for a, b in pieces]
+        found += [a + int(np.argmax(high[a:b])) for a, b in pieces]
+    return np.unique(found)

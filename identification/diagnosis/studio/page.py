@@ -26,7 +26,7 @@ def page(d: Diagnosis) -> str:
     d : Diagnosis
         Of any kind; without a fit the page has the sections of the report alone.
     """
-    script = _asset("plot.js") + _asset("studio.js")
+    script = _short(_asset("plot.js") + _asset("studio.js"))
     panel = _asset("panel.html").replace("<!--graph-->", sections.drawn(d, warmth_of(d)))
     parts = (
         sections.answer(d),
@@ -63,6 +63,12 @@ def write_studio(d: Diagnosis, folder: Path) -> Path:
 
 def _asset(name: str) -> str:
     return (files(__package__) / "assets" / name).read_text("utf-8")
+
+
+def _short(script: str) -> str:
+    """Leave out indents and the lines that only comment."""
+    lines = (line.strip() for line in script.splitlines())
+    return "\n".join(line for line in lines if line and not line.startswith("//"))
 
 
 def _policy(script: str) -> str:
