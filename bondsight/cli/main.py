@@ -60,9 +60,8 @@ GROUPS: Final = {
 }  # fmt: skip
 """What a person wants -> its verbs, in the order of the help."""
 COMPLETION: Final = """\
-completion of words: pip install 'bondsight[completion]', then
-  bash, zsh: eval "$(register-python-argcomplete bondsight)"
-  fish:      register-python-argcomplete --shell fish bondsight | source
+completion ('bondsight[completion]'): bash, zsh  eval "$(register-python-argcomplete bondsight)"
+  fish  register-python-argcomplete --shell fish bondsight | source
 a MODEL is a name of bondsight models, a file.py with model(), a .json file, or package:function"""
 
 
