@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import json
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -75,7 +75,11 @@ def add_diagnosis_options(p: argparse.ArgumentParser) -> None:
     p.add_argument("--quiet", action="store_true", help="no bar")
 
 
-def diagnose_files(options: argparse.Namespace, graph: BondGraph | None = None) -> tuple[int, Any]:
+def diagnose_files(
+    options: argparse.Namespace,
+    graph: BondGraph | None = None,
+    watch: Callable[[str, float], None] | None = None,
+) -> tuple[int, Any]:
     """Diagnose, write verdict and report, print; returns the exit code and the diagnosis.
 
     Parameters
@@ -84,6 +88,8 @@ def diagnose_files(options: argparse.Namespace, graph: BondGraph | None = None) 
         As parsed.
     graph : BondGraph, optional
         In place of the model the options name.
+    watch : callable, optional
+        Told every step, beside the bar.
     """
     from actuators.models.opening import load_model, model_name
     from bondgraph.causality.assignment import assign_causality
@@ -114,10 +120,16 @@ def diagnose_files(options: argparse.Namespace, graph: BondGraph | None = None) 
         )  # fmt: skip
     limit = getattr(options, "time", None)
     with Bar(quiet=getattr(options, "quiet", False) or not sys.stderr.isatty()) as bar:
+
+        def say(text: str, fraction: float) -> None:
+            bar(text, fraction)
+            if watch is not None:
+                watch(text, fraction)
+
         result = diagnose(
             study if moved else graph, None if moved else found, split,
             model=model_name(options.model, graph), hold=options.hold,
-            options=DiagnosisOptions(**settings), progress=Deadline(bar, limit),
+            options=DiagnosisOptions(**settings), progress=Deadline(say, limit),
             seed=options.seed, noise=noise,
         )  # fmt: skip
     path = write_verdict(result, options.out)

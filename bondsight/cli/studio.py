@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -23,19 +25,42 @@ def add_studio_command(verbs: Any) -> None:
         "in the folder, beside it or here, is diagnosed again",
     )  # fmt: skip
     add_diagnosis_options(p)
+    p.add_argument(
+        "--live", action="store_true",
+        help="show the steps in a browser of this machine while they are made, then the page",
+    )  # fmt: skip
     p.set_defaults(run=_run, json=False)
 
 
 def _run(options: argparse.Namespace) -> int:
-    from identification.diagnosis.diagnose import characterised
-    from identification.diagnosis.studio import write_studio
-
     if len(options.recordings) == 1 and Path(options.recordings[0]).is_dir():
         folder = Path(options.recordings[0])
         options.recordings, options.seed = recordings_of(folder)
-    code, found = diagnose_files(options)
-    print(f"studio:  {write_studio(characterised(found), options.out)}")
+    if not options.live:
+        return _written(options, None)[0]
+    from identification.diagnosis.studio.live import LiveStudio
+
+    with LiveStudio() as live:
+        print(f"studio:  {live.address}", flush=True)
+        code, page = _written(options, live)
+        live.finish(page.read_text("utf-8"))
+        print(f"{live.address} shows it until Ctrl-C", flush=True)
+        with suppress(KeyboardInterrupt):
+            live.wait()
     return code
+
+
+def _written(
+    options: argparse.Namespace, watch: Callable[[str, float], None] | None
+) -> tuple[int, Path]:
+    """Diagnose and write the page; returns the exit code and its path."""
+    from identification.diagnosis.diagnose import characterised
+    from identification.diagnosis.studio import write_studio
+
+    code, found = diagnose_files(options, watch=watch)
+    path = write_studio(characterised(found), options.out)
+    print(f"studio:  {path}")
+    return code, path
 
 
 def recordings_of(folder: Path) -> tuple[list[str], int]:

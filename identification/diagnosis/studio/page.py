@@ -26,8 +26,8 @@ def page(d: Diagnosis) -> str:
     d : Diagnosis
         Of any kind; without a fit the page has the sections of the report alone.
     """
-    script = _short(_asset("plot.js") + _asset("studio.js"))
-    panel = _asset("panel.html").replace("<!--graph-->", sections.drawn(d, warmth_of(d)))
+    script = _short(asset("plot.js") + asset("studio.js"))
+    panel = asset("panel.html").replace("<!--graph-->", sections.drawn(d, warmth_of(d)))
     parts = (
         sections.answer(d),
         sections.raw(d),
@@ -43,14 +43,14 @@ def page(d: Diagnosis) -> str:
         evidence.parameters(d),
         checked.limits(d),
     )
-    head = f'<meta http-equiv="Content-Security-Policy" content="{_policy(script)}">'
+    head = f'<meta http-equiv="Content-Security-Policy" content="{policy(script)}">'
     foot = (
         f'<script type="application/json" id="data">{embedded(content(d))}</script>\n'
         f"<script>{script}</script>"
     )
     return html.page(
         "diagnosis studio", f"Studio: {d.model} on {d.recording.name}", parts, source="diagnosis",
-        same="input", head=f"{head}\n<style>{_asset('studio.css')}</style>", foot=foot,
+        same="input", head=f"{head}\n<style>{asset('studio.css')}</style>", foot=foot,
     )  # fmt: skip
 
 
@@ -61,7 +61,8 @@ def write_studio(d: Diagnosis, folder: Path) -> Path:
     return target
 
 
-def _asset(name: str) -> str:
+def asset(name: str) -> str:
+    """Return the text of a file that goes into a page."""
     return (files(__package__) / "assets" / name).read_text("utf-8")
 
 
@@ -71,9 +72,10 @@ def _short(script: str) -> str:
     return "\n".join(line for line in lines if line and not line.startswith("//"))
 
 
-def _policy(script: str) -> str:
+def policy(script: str, more: str = "") -> str:
+    """Return a content-security policy that allows one script, styles inside, and `more`."""
     known = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode("ascii")
     return (
-        f"default-src 'none'; script-src 'sha256-{known}'; style-src 'unsafe-inline'; "
+        f"default-src 'none'; {more}script-src 'sha256-{known}'; style-src 'unsafe-inline'; "
         "img-src data:; base-uri 'none'; form-action 'none'"
     )

@@ -11,6 +11,8 @@ import subprocess
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
+from urllib.error import HTTPError
+from urllib.request import Request, urlopen
 
 import numpy as np
 import pytest
@@ -27,6 +29,7 @@ from identification.diagnosis.report.found import confidence_of, warmth_of
 from identification.diagnosis.search.candidates import DiagnosisOptions
 from identification.diagnosis.studio import page, write_studio
 from identification.diagnosis.studio.content import content
+from identification.diagnosis.studio.live import LiveStudio
 from identification.diagnosis.studio.packing import embedded, kept, packed
 from identification.diagnosis.verdict import write_verdict
 from tests.patience import HANGS
@@ -167,6 +170,22 @@ def test_the_recording_of_a_verdict_is_found_by_its_hash(found: Diagnosis, tmp_p
     file.unlink()
     with pytest.raises(UnusableInput, match="give the recording itself"):
         recordings_of(out)
+
+
+def test_it_tells_steps_while_they_are_made_and_then_the_page() -> None:
+    with LiveStudio() as live:
+        waiting = urlopen(live.address, timeout=HANGS).read().decode()
+        assert "connect-src 'self'" in waiting
+        live("fitting </b>", 0.25)
+        with urlopen(f"{live.address}events", timeout=HANGS) as stream:
+            assert stream.readline() == b"event: step\n"
+            assert json.loads(stream.readline().removeprefix(b"data: ")) == ["fitting </b>", 0.25]
+            live.finish("<p>made</p>")
+            assert b"event: made" in stream.read()
+        assert urlopen(live.address, timeout=HANGS).read() == b"<p>made</p>"
+        for path, headers in (("", {"Host": "evil.example"}), ("etc/passwd", {})):
+            with pytest.raises(HTTPError):
+                urlopen(Request(live.address + path, headers=headers), timeout=HANGS)
 
 
 @pytest.fixture(scope="module")

@@ -1,0 +1,121 @@
+"""The studio while it is made: on 127.0.0.1, every step as it comes, then the page itself."""
+
+from __future__ import annotations
+
+import json
+import threading
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from typing import Any, Final
+
+from identification.diagnosis.studio.page import asset, policy
+
+HERE: Final = "127.0.0.1"
+WAIT: Final = 10.0
+"""Seconds after which a quiet stream says that it is still there."""
+
+
+class LiveStudio:
+    """Serve the steps of a diagnosis to browsers of this machine, then its page.
+
+    Only requests that name this address are answered: a foreign page cannot read along under a
+    name of its own. Call it with a text and a fraction, as any progress.
+
+    Parameters
+    ----------
+    port : int
+        0 takes a free one.
+    """
+
+    def __init__(self, port: int = 0) -> None:
+        self._steps: list[tuple[str, float]] = []
+        self._page = ""
+        self._ended = False
+        self._news = threading.Condition()
+        self._server = ThreadingHTTPServer((HERE, port), _handler(self))
+        self._server.daemon_threads = True
+        self._thread = threading.Thread(target=self._server.serve_forever, daemon=True)
+
+    @property
+    def address(self) -> str:
+        """Where a browser finds it."""
+        return f"http://{HERE}:{self._server.server_port}/"
+
+    def __enter__(self) -> LiveStudio:
+        """Begin to serve."""
+        self._thread.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """End the streams and the server."""
+        with self._news:
+            self._ended = True
+            self._news.notify_all()
+        self._server.shutdown()
+        self._server.server_close()
+
+    def __call__(self, text: str, fraction: float) -> None:
+        """Tell a step."""
+        with self._news:
+            self._steps.append((text, fraction))
+            self._news.notify_all()
+
+    def finish(self, page: str) -> None:
+        """Serve the finished page from now on; open streams are told."""
+        with self._news:
+            self._page = page
+            self._news.notify_all()
+
+    def wait(self) -> None:
+        """Serve until the user interrupts."""
+        self._thread.join()
+
+    def shown(self) -> str:
+        """Return the page as it stands."""
+        script = asset("live.js")
+        waiting = asset("live.html").replace("POLICY", policy(script, "connect-src 'self'; "))
+        return self._page or waiting.replace("SCRIPT", script)
+
+    def after(self, told: int) -> tuple[list[tuple[str, float]], bool, bool]:
+        """Return the steps that are new after `told`, whether the page is made, and the end."""
+        with self._news:
+            self._news.wait_for(lambda: self._steps[told:] or self._page or self._ended, WAIT)
+            return self._steps[told:], bool(self._page), self._ended
+
+
+def _handler(studio: LiveStudio) -> type[BaseHTTPRequestHandler]:
+    class Handler(BaseHTTPRequestHandler):
+        def do_GET(self) -> None:
+            if self.headers.get("Host") != studio.address.removeprefix("http://").rstrip("/"):
+                self.send_error(403)
+            elif self.path == "/":
+                self._send("text/html; charset=utf-8", studio.shown())
+            elif self.path == "/events":
+                self._send("text/event-stream", "")
+                self._stream()
+            else:
+                self.send_error(404)
+
+        def _send(self, kind: str, text: str) -> None:
+            self.send_response(200)
+            self.send_header("Content-Type", kind)
+            self.send_header("Cache-Control", "no-store")
+            self.end_headers()
+            self.wfile.write(text.encode())
+
+        def _stream(self) -> None:
+            told, made, ended = 0, False, False
+            try:
+                while not (made or ended):
+                    steps, made, ended = studio.after(told)
+                    told += len(steps)
+                    lines = [f"event: step\ndata: {json.dumps(s)}\n\n" for s in steps]
+                    lines += ["event: made\ndata: 1\n\n"] if made else [":\n\n"]
+                    self.wfile.write("".join(lines).encode())
+                    self.wfile.flush()
+            except OSError:  # the browser has gone
+                return
+
+        def log_message(self, format: str, *args: Any) -> None:
+            """Say nothing: the terminal belongs to the diagnosis."""
+
+    return Handler
