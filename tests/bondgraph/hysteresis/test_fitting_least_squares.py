@@ -22,7 +22,7 @@ from bondgraph.hysteresis.fitting.reduction import reduce_blocks
 
 quick = settings(max_examples=30, deadline=None, derandomize=True, database=None)
 seeds = st.integers(0, 2**32 - 1)
-NNLS = "bondgraph.hysteresis.fitting.bounded.nnls"
+NNLS = "scipy.optimize.nnls"
 MODULES = [
     f"bondgraph.hysteresis.fitting.{m.name}"
     for m in iter_modules(bondgraph.hysteresis.fitting.__path__)

@@ -84,7 +84,7 @@ def drive() -> BondGraph:
         loop >> R("R_2", 1.0, unit="ohm")
         loop >> GY("K", 0.5, unit="N*m/A") >> shaft >> I("J", 4e-2, unit="kg*m2")
         shaft >> R("b", 5e-3, unit="N*m*s")
-        shaft >> TF("n", 5.0, unit="1/m") >> belt >> C("k", stiffness=20.0, unit="N/m")
+        shaft >> TF("n", 5.0, unit="m") >> belt >> C("k", stiffness=20.0, unit="N/m")
         belt >> load >> I("m", 0.4, unit="kg")
         load >> R("d", 4.0, unit="N*s/m")
         load >> C("c", stiffness=150.0, unit="N/m")
