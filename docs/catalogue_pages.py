@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
-from bondgraph import TF, BondGraph, C, De, Df, Dq, I, One, R, Se, Sf, Zero, simulate
+from bondgraph import TF, BondGraph, C, Df, Dq, I, One, R, Se, simulate
 from bondgraph.graph.elements import Element, Sensor, Source
 from bondgraph.signals.recording import Split
 from identification.diagnosis.catalogue import CATALOGUE
@@ -18,6 +18,7 @@ from identification.diagnosis.screening.observation import scene
 from identification.diagnosis.screening.port_history import FittedModel
 from identification.estimation.single_record import fit
 from identification.study.problem import Data, Problem
+from tests.identification.diagnosis.effect_plants import electrical, hydraulic
 
 IN_TIME = frozenset({
     "added_mode", "clock_skew", "creep", "external_disturbance", "leakage", "self_heating",
@@ -45,29 +46,6 @@ def positioner() -> BondGraph:
     return g
 
 
-def tanks() -> BondGraph:
-    """Return two tanks with a pipe between them."""
-    with BondGraph("tanks") as g:
-        upper, pipe, lower = Zero("upper"), One("pipe"), Zero("lower")
-        Sf("Q", unit="m3/s") >> upper >> C("T_1", 0.02, unit="m3/Pa")
-        upper >> pipe >> R("R_1", 50.0, unit="Pa*s/m3")
-        pipe >> lower >> C("T_2", 0.03, unit="m3/Pa")
-        lower >> R("R_2", 40.0, unit="Pa*s/m3")
-        upper >> De("p_1", unit="Pa")
-        lower >> De("p_2", unit="Pa")
-    return g
-
-
-def circuit() -> BondGraph:
-    """Return a capacitor that is charged through a resistor."""
-    with BondGraph("circuit") as g:
-        loop = One("loop")
-        Se("V", unit="V") >> loop >> R("R_1", 2.0, unit="ohm")
-        loop >> C("C_1", 0.5, unit="F")
-        loop >> Df("i", unit="A")
-    return g
-
-
 @cache
 def scenes() -> tuple[FittedModel, ...]:
     """Return the machines in motion."""
@@ -75,7 +53,7 @@ def scenes() -> tuple[FittedModel, ...]:
     u = np.sin(2 * np.pi * 0.31 * t) + 0.6 * np.sin(2 * np.pi * 0.83 * t)
     split = Split(slice(0, 1000), slice(1000, t.size), "first two thirds")
     made = []
-    for graph, size in ((positioner(), 20.0), (tanks(), 0.1), (circuit(), 4.0)):
+    for graph, size in ((positioner(), 20.0), (hydraulic(), 0.1), (electrical(), 4.0)):
         (source,) = graph.of_type(Source)
         run = simulate(graph, t, {source.name: size * u})
         names = tuple(s.name for s in graph.of_type(Sensor))
