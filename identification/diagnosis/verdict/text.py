@@ -181,7 +181,7 @@ def in_words(d: Diagnosis, said: Sequence[str] = ()) -> str:
     lines += _error_lines(d)
     lines += _parameter_lines(d)
     if d.kind in ("missing_physics", "unknown_physics"):
-        lines += [f"where: {s}" for s in summary(d.regions)[:3]]
+        lines += [f"seen {s}" for s in summary(d.regions)[:3]]
     lines += _reasons(d)
     lines += [f"next: {a}" for a in d.advice]
     lines.append(f"{d.seconds:.1f} s")
