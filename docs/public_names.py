@@ -39,6 +39,7 @@ def write_reference(folder: Path) -> None:
         elsewhere = [(n, seen[id(v)]) for n, v in public_names(package) if id(v) in seen]
         seen |= {id(v): package for _, v in own}
         lines = [package, "=" * len(package), "", says[0].upper() + says[1:] + ".", ""]
+        lines += ["Examples begin with :doc:`this model and these recordings <../examples>`.", ""]
         if elsewhere:
             names = ", ".join(f":py:obj:`{n} <{home}.{n}>`" for n, home in elsewhere)
             lines += [f"Described with the packages that show them too: {names}.", ""]

@@ -37,7 +37,13 @@ class DriverMissing(HardwareError):
 
 
 class LinkLost(HardwareError):
-    """The cable, the socket or the device is gone; displacement needs a new zero afterwards."""
+    """The cable, the socket or the device is gone; displacement needs a new zero afterwards.
+
+    Examples
+    --------
+    >>> issubclass(LinkLost, BondsightError)
+    True
+    """
 
 
 class TimedOut(HardwareError):
@@ -61,4 +67,10 @@ class ClockSkewError(HardwareError):
 
 
 class LimitViolation(HardwareError, ValueError):
-    """A command outside the envelope of the actuator; nothing was sent."""
+    """A command outside the envelope of the actuator; nothing was sent.
+
+    Examples
+    --------
+    >>> issubclass(LimitViolation, BondsightError)
+    True
+    """

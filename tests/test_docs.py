@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import argparse
+import doctest
 import re
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -15,6 +17,9 @@ import pytest
 from bondsight.cli.main import _parser
 
 ROOT = Path(__file__).resolve().parents[1]
+sys.path.insert(0, str(ROOT / "docs"))
+from public_names import PACKAGES, public_names  # noqa: E402
+
 PAGES = sorted(p for p in (ROOT / "docs").rglob("*.md") if "_build" not in p.parts)
 WRITTEN = [p for p in PAGES if "reference/effects" not in p.as_posix()]
 
@@ -33,6 +38,29 @@ def test_the_blocks_of_a_page_run(
     monkeypatch.setitem(sys.modules, module.__name__, module)  # classes look for their module
     for i, block in enumerate(_blocks(page), start=1):
         exec(compile(block, f"{page.name}, block {i}", "exec"), vars(module))
+
+
+@pytest.fixture(scope="module")
+def begun() -> dict[str, Any]:
+    """Return what the examples of the reference begin with."""
+    names: dict[str, Any] = {}
+    for block in _blocks(ROOT / "docs/reference/examples.md"):
+        exec(block, names)
+    return names
+
+
+@pytest.mark.parametrize("package", PACKAGES)
+def test_every_public_name_has_an_example_that_runs(package: str, begun: dict[str, Any]) -> None:
+    if package == "hardware" and shutil.which("gcc") is None:
+        pytest.skip("the stub of the interferometer's library is C code")
+    runner = doctest.DocTestRunner(optionflags=doctest.ELLIPSIS)
+    shown = {n: v for n, v in public_names(package) if callable(v)}
+    for name, value in shown.items():
+        own = {**vars(sys.modules[value.__module__]), **begun, name: value}
+        (test,) = doctest.DocTestFinder(recurse=False).find(value, name, globs=own)
+        assert test.examples, f"{package}.{name} has no example"
+        runner.run(test)
+    assert runner.summarize(verbose=False).failed == 0
 
 
 def test_the_first_block_of_the_first_lesson_is_a_model_file() -> None:

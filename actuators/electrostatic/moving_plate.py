@@ -101,6 +101,11 @@ def moving_plate(
     -------
     BondGraph
         States ``q_plate2`` (the displacement), ``p_m``, with a resistance ``q_plate1``.
+
+    Examples
+    --------
+    >>> sorted(moving_plate().parameters)
+    ['A', 'b', 'eps', 'gap', 'k', 'm']
     """
     with BondGraph("moving_plate") as g:
         q, x = port_variables("q", 2)

@@ -53,7 +53,15 @@ class MaterialEntry:
 @final
 @dataclass(frozen=True)
 class Ceramic:
-    """A ceramic by name; ``material["d33"]`` is a `MaterialEntry`, or None where there is none."""
+    """A ceramic by name; ``material["d33"]`` is a `MaterialEntry`, or None where there is none.
+
+    Examples
+    --------
+    >>> from actuators import material
+    >>> pic = material("PIC255")
+    >>> pic.name, pic["d33"].value
+    ('PIC255', 4e-10)
+    """
 
     name: str
     entries: Mapping[str, MaterialEntry | None]

@@ -78,6 +78,13 @@ class EquivalentCircuit:
         ``C_0``, F: of the ceramic clamped far above all modes.
     branches : tuple of Branch
         At least one.
+
+    Examples
+    --------
+    >>> from actuators.materials.equivalent_circuit import Branch
+    >>> circuit = EquivalentCircuit(1e-6, (Branch.from_resonance(18e3, 50.0, 1e-7),))
+    >>> [round(f) for f in circuit.resonances]
+    [18000]
     """
 
     capacitance: float

@@ -135,6 +135,17 @@ def uniaxial(material: Piezoelectric, form: Form = "d", sides: Sides = "free") -
     ------
     UnusableInput
         `sides` is neither.
+
+    Examples
+    --------
+    >>> from actuators.materials.poled_ceramic import transversely_isotropic
+    >>> constants = {
+    ...     "s11": 16.5e-12, "s12": -4.78e-12, "s13": -8.45e-12, "s33": 20.7e-12, "s44": 43.5e-12,
+    ...     "d31": -274e-12, "d33": 593e-12, "d15": 741e-12, "eps11": 2.77e-8, "eps33": 3.01e-8,
+    ... }
+    >>> bar = uniaxial(transversely_isotropic(**constants))
+    >>> round(float(bar.coupling_squared) ** 0.5, 2)  # k33
+    0.75
     """
     if sides not in ("free", "clamped"):
         raise UnusableInput(f"uniaxial: sides = {sides!r}; give 'free' (bar) or 'clamped' (plate)")

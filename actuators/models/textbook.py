@@ -14,6 +14,11 @@ def mass_with_viscous_friction(mass: float = 50.0, damping: float = 300.0) -> Bo
         kg.
     damping : float
         N s/m.
+
+    Examples
+    --------
+    >>> system(mass_with_viscous_friction()).states
+    ('p_M', 'q_x')
     """
     with BondGraph("mass_with_viscous_friction") as g:
         carriage = One("carriage")
@@ -28,6 +33,11 @@ def resonator(mass: float = 4e-6, damping: float = 2e-4, stiffness: float = 0.8)
     """Return a mass on a spring: ``m y'' + d y' + k y = u``; command and reading may be voltages.
 
     The electronic resonators of benchmarks have arbitrary units; only the ratios matter.
+
+    Examples
+    --------
+    >>> round(float(system(resonator()).eigenvalues().imag.max() / (2 * np.pi)), 2)  # Hz
+    71.06
     """
     with BondGraph("resonator") as g:
         body = One("body")
@@ -44,6 +54,12 @@ def thermal_lag(gain: float = 1.0, resistance: float = 1.0, capacity: float = 0.
 
     The heater command `u` (V) makes a temperature through the gain ``K``; only ``K`` and the
     time constant ``R_th C_th`` show in the reading, so the capacity is a gauge.
+
+    Examples
+    --------
+    >>> warmed = simulate(thermal_lag(), t, {"u": 1.0 + 0 * t})
+    >>> round(float(warmed["y"][-1]), 3)
+    1.0
     """
     with BondGraph("thermal_lag") as g:
         heater, air = One("heater"), Zero("air")

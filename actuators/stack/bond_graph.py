@@ -58,6 +58,14 @@ def stack_bond_graph(
     BondGraph
         States ``q_C_nl`` (dipole), ``q_k`` (elongation of the spring), ``p_m`` (momentum); the
         position is ``q_k + (T / l) q_C_nl``.
+
+    Examples
+    --------
+    >>> stack = stack_bond_graph()
+    >>> sorted(stack.parameters)
+    ['C_nl', 'R_e', 'R_nl', 'T', 'k', 'l', 'm']
+    >>> system(stack).states
+    ('q_C_nl', 'q_k', 'p_m')
     """
     with BondGraph("stack_bond_graph") as g:
         ell = g.parameter("l", length, "m", fixed=True, source="gauge: scales dipole and field")

@@ -67,6 +67,13 @@ def current_driven(
     ------
     GraphError
         If `source` is not an effort source.
+
+    Examples
+    --------
+    >>> from actuators import stack_bond_graph
+    >>> charged = current_driven(stack_bond_graph())
+    >>> charged.check(), "i_in" in charged.elements
+    ((), True)
     """
     if graph[source].kind != "Se":
         raise GraphError(

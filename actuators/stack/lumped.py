@@ -64,6 +64,11 @@ def stack_lumped(
     ------
     GraphError
         The current is asked for without a resistance.
+
+    Examples
+    --------
+    >>> sorted(stack_lumped().parameters)
+    ['C', 'T', 'b', 'k', 'm']
     """
     if "i" in sensors and resistance is None:
         raise GraphError(

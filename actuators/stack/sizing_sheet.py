@@ -65,7 +65,15 @@ class SizingRow:
 @final
 @dataclass(frozen=True, slots=True)
 class SizingSheet:
-    """Rows in order, and what the user has to be warned of; ``sheet["resonance"]`` is a number."""
+    """Rows in order, and what the user has to be warned of; ``sheet["resonance"]`` is a number.
+
+    Examples
+    --------
+    >>> from actuators.stack.sizing import P_840_1
+    >>> sheet = sizing_sheet(P_840_1, load_mass=0.5)
+    >>> sheet.rows[0].text, sheet.warnings
+    ('15 um', ())
+    """
 
     title: str
     rows: tuple[SizingRow, ...]
@@ -136,6 +144,13 @@ def sizing_sheet(
     UnusableInput
         A value is out of its domain, the voltage exceeds that of the stack, or the load force
         its blocking force.
+
+    Examples
+    --------
+    >>> from actuators.stack.sizing import P_840_1
+    >>> sheet = sizing_sheet(P_840_1, frequency=200.0, load_mass=0.05)
+    >>> [r.name for r in sheet.rows][:4]
+    ['free displacement', 'stiffness', 'blocking force', 'permitted push']
     """
     volts = stack.voltage if voltage_pp is None else voltage_pp
     if volts > stack.voltage:

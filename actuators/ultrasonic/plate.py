@@ -88,6 +88,11 @@ def plate_graph(plate: Plate | None = None, output: float = 1.0) -> BondGraph:
 
     Input ``V`` (volt between the electrodes); outputs ``i`` (the whole current, A) and ``i_m``
     (of the vibration).
+
+    Examples
+    --------
+    >>> plate_graph().check()
+    ()
     """
     plate = Plate() if plate is None else plate
     with BondGraph("ultrasonic_plate") as g:

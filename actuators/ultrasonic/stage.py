@@ -48,6 +48,11 @@ def ultrasonic_stage(
     -------
     BondGraph
         Input ``V_c`` (V); states ``p_m`` and the position; with a lag also ``z_V_c`` (N).
+
+    Examples
+    --------
+    >>> ultrasonic_stage().check()
+    ()
     """
     with BondGraph("ultrasonic_stage") as g:
         if lag is not None:

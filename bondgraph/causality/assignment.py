@@ -45,7 +45,23 @@ Preference: TypeAlias = Literal["integral", "derivative"]
 
 
 class CausalConflict(GraphError):
-    """Two elements impose the same variable; the message names the bonds."""
+    """Two elements impose the same variable; the message names the bonds.
+
+    Examples
+    --------
+    >>> def wrong():
+    ...     with BondGraph("two sources") as g:
+    ...         node = Zero("node")
+    ...         Se("a") >> node
+    ...         Se("b") >> node
+    ...         node >> R("r", 1.0)
+    ...     return g
+    >>> try:
+    ...     assign_causality(wrong())
+    ... except CausalConflict as error:
+    ...     print(error)
+    two sources: causal conflict at bond b>node: effort to b because a>node sets the ...
+    """
 
 
 @dataclass(frozen=True, slots=True)
@@ -120,6 +136,14 @@ def assign_causality(
     ------
     CausalConflict
         Sources (or laws with one possible causality) contradict each other.
+
+    Examples
+    --------
+    >>> print(assign_causality(graph))
+    F>body: effort to body, flow to F (Se F imposes its variable)
+    body>m: effort to m, flow to body (integral causality of I m)
+    body>d: effort to body, flow to d (body>m sets the flow of body)
+    body>k: effort to body, flow to k (body>m sets the flow of body)
     """
     graph.require_sound()
     given, served = tuple(inverted), tuple(first)
@@ -149,6 +173,11 @@ def alternatives(graph: BondGraph, most: int = MOST_ALTERNATIVES) -> tuple[Causa
         There is none.
     GraphError
         There are more than `most`.
+
+    Examples
+    --------
+    >>> [a.derivative for a in alternatives(graph)]
+    [()]
     """
     graph.require_sound()
     stores = [name for name, _, _ in _storage_ports(graph)]

@@ -46,6 +46,11 @@ def system(graph: BondGraph, causality: Causality | None = None) -> System:
         A loop is singular: its equations determine nothing, or contradict each other.
     DerivativeCausality
         A dependent storage cannot be solved (its law has memory, or its index is too high).
+
+    Examples
+    --------
+    >>> system(graph).rates
+    (F - d*p_m/m - k*q_k, p_m/m)
     """
     graph = in_mode(graph)
     if causality is None:

@@ -31,15 +31,46 @@ MOST_DEPENDENT = 3  # the closed forms of more grow beyond use
 
 
 class DerivativeCausality(GraphError):
-    """A storage depends on the others and this graph's form of it is not solved."""
+    """A storage depends on the others and this graph's form of it is not solved.
+
+    Examples
+    --------
+    >>> issubclass(DerivativeCausality, BondsightError)
+    True
+    """
 
 
 class NotLinearUpToLaws(GraphError):
-    """A graph with modulated elements or nonlinear fields: only its general equations exist."""
+    """A graph with modulated elements or nonlinear fields: only its general equations exist.
+
+    Examples
+    --------
+    >>> from bondgraph import flow
+    >>> def fan():
+    ...     with BondGraph("fan") as g:
+    ...         shaft = One("shaft")
+    ...         Se("M", unit="N*m") >> shaft >> I("J", 1e-3, unit="kg*m2")
+    ...         MSe("drag", -1e-4 * flow("shaft") ** 2, unit="N*m") >> shaft
+    ...         shaft >> Df("w", unit="rad/s")
+    ...     return g
+    >>> try:
+    ...     derive(fan())
+    ... except NotLinearUpToLaws as error:
+    ...     print(error)
+    fan: MSe drag multiplies or transforms signals, so the model is not linear up to ...
+    >>> system(fan()).rates
+    (M - 0.0001*p_J**2/J**2,)
+    """
 
 
 class AlgebraicLoop(GraphError):
-    """Signals depend on each other without a state between them."""
+    """Signals depend on each other without a state between them.
+
+    Examples
+    --------
+    >>> issubclass(AlgebraicLoop, BondsightError)
+    True
+    """
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,6 +126,13 @@ class StateSpace:
     recorded : tuple of str
         The inputs ``d_NAME`` that are rates of sources recorded by their integral NAME, see
         `bondgraph.signals.recorded_rates`.
+
+    Examples
+    --------
+    >>> derive(graph).dxdt
+    Matrix([
+    [F - d*p_m/m - k*q_k],
+    [              p_m/m]])
     """
 
     name: str
@@ -175,6 +213,20 @@ def derive(graph: BondGraph) -> StateSpace:
     ------
     CausalConflict, DerivativeCausality, AlgebraicLoop, NotLinearUpToLaws
         The message names the elements and the bonds.
+
+    Examples
+    --------
+    >>> print(derive(graph))
+    e_F := F    (Se F)
+    f_body := p_m/m    (I m stores p_m)
+    e_d := d*f_body    (R d)
+    e_k := k*q_k    (C k stores q_k)
+    e_m := e_F - e_d - e_k    (sum of efforts at body)
+    x_x := q_k    (displacement at x)
+    y_x := x_x    (Dq x)
+    dp_m/dt := e_m
+    dq_k/dt := f_body
+    x := y_x
     """
     graph = in_mode(graph)
     return _Derivation(graph).result()

@@ -78,6 +78,14 @@ class System:
     recorded : tuple of str
         The input rates of sources that are recorded by their integral, see
         `bondgraph.signals.recorded_rates`.
+
+    Examples
+    --------
+    >>> exact = system(graph)
+    >>> exact.states, exact.inputs
+    (('p_m', 'q_k'), ('F',))
+    >>> exact.transfer_function("F", "x")
+    1/(d*s + k + m*s**2)
     """
 
     name: str

@@ -38,7 +38,13 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Bond:
-    """A power bond; the half arrow points at `head`."""
+    """A power bond; the half arrow points at `head`.
+
+    Examples
+    --------
+    >>> graph.bonds_of("m")
+    (Bond(tail='body', head='m'),)
+    """
 
     tail: str
     head: str

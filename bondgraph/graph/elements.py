@@ -47,6 +47,11 @@ class Parameter:
     spread : float or None
         The true value lies within this factor of `value` (data sheet, drawing, weighing); fits
         stay inside, so that a wrong structure cannot hide behind absurd parameters.
+
+    Examples
+    --------
+    >>> Parameter("m", 0.25, "kg", spread=1.2).symbol
+    m
     """
 
     name: Name
@@ -128,14 +133,40 @@ class Junction(Element):
 
 @dataclass(frozen=True)
 class Zero(Junction):
-    """Common effort: one effort, the flows sum to zero."""
+    """Common effort: one effort, the flows sum to zero.
+
+    Examples
+    --------
+    >>> def low_pass():
+    ...     with BondGraph("filter") as g:
+    ...         loop, node = One("loop"), Zero("node")
+    ...         Se("U", unit="V") >> loop >> R("r", 1e3, unit="ohm")
+    ...         loop >> node >> C("c", 1e-6, unit="F")
+    ...         node >> De("u", unit="V")
+    ...     return g
+    >>> system(low_pass()).transfer_function("U", "u")
+    1/(c*r*s + 1)
+    """
 
     kind: ClassVar[str] = "0"
 
 
 @dataclass(frozen=True)
 class One(Junction):
-    """Common flow: one flow, the efforts sum to zero."""
+    """Common flow: one flow, the efforts sum to zero.
+
+    Examples
+    --------
+    >>> def swinging():
+    ...     with BondGraph("mass on a spring") as g:
+    ...         body = One("body")
+    ...         Se("F", unit="N") >> body >> I("m", 0.5, unit="kg")
+    ...         body >> C("k", stiffness=2e3, unit="N/m")
+    ...         body >> Dq("x", unit="m")
+    ...     return g
+    >>> swinging().neighbour("m")
+    'body'
+    """
 
     kind: ClassVar[str] = "1"
 
@@ -167,14 +198,26 @@ class Source(Element):
 
 @dataclass(frozen=True)
 class Se(Source):
-    """Effort source."""
+    """Effort source.
+
+    Examples
+    --------
+    >>> Se("F", unit="N", gain=2.0, offset=0.1).name
+    'F'
+    """
 
     kind: ClassVar[str] = "Se"
 
 
 @dataclass(frozen=True)
 class Sf(Source):
-    """Flow source."""
+    """Flow source.
+
+    Examples
+    --------
+    >>> Sf("base", unit="m/s", given="rate").given  # its acceleration is recorded
+    'rate'
+    """
 
     kind: ClassVar[str] = "Sf"
 
@@ -194,14 +237,28 @@ class Modulated(Source):
 
 @dataclass(frozen=True)
 class MSe(Modulated):
-    """Effort source modulated by a signal."""
+    """Effort source modulated by a signal.
+
+    Examples
+    --------
+    >>> from bondgraph import flow
+    >>> MSe("weight", 9.81 * flow("body") ** 2, unit="N").value
+    9.81*f_body**2
+    """
 
     kind: ClassVar[str] = "MSe"
 
 
 @dataclass(frozen=True)
 class MSf(Modulated):
-    """Flow source modulated by a signal."""
+    """Flow source modulated by a signal.
+
+    Examples
+    --------
+    >>> from bondgraph import effort
+    >>> MSf("leak", 1e-9 * effort("tank"), unit="m3/s").value
+    1.0e-9*e_tank
+    """
 
     kind: ClassVar[str] = "MSf"
 
@@ -234,14 +291,28 @@ class Valued(Element):
 
 @dataclass(frozen=True)
 class R(Valued):
-    """Resistor ``e = R f`` (or a law ``e = law(f)``)."""
+    """Resistor ``e = R f`` (or a law ``e = law(f)``).
+
+    Examples
+    --------
+    >>> R("d", 4.0, unit="N*s/mm").value  # SI
+    4000.0
+    """
 
     kind: ClassVar[str] = "R"
 
 
 @dataclass(frozen=True)
 class C(Valued):
-    """Storage of displacement ``e = q / C``; give ``stiffness=`` for springs, ``e = k q``."""
+    """Storage of displacement ``e = q / C``; give ``stiffness=`` for springs, ``e = k q``.
+
+    Examples
+    --------
+    >>> C("k", stiffness=2.0, unit="N/mm").stiffness
+    2000.0
+    >>> C("c", 2.0, unit="mF").value
+    0.002
+    """
 
     stiffness: Value | None = field(default=None, kw_only=True)
     kind: ClassVar[str] = "C"
@@ -249,7 +320,13 @@ class C(Valued):
 
 @dataclass(frozen=True)
 class I(Valued):
-    """Storage of momentum ``f = p / I``."""
+    """Storage of momentum ``f = p / I``.
+
+    Examples
+    --------
+    >>> I("m", 500.0, unit="g").value
+    0.5
+    """
 
     kind: ClassVar[str] = "I"
 
@@ -276,6 +353,21 @@ class TF(TwoPort):
     In ``a >> TF("n", ratio=n) >> b`` the ratio is the effort at ``a`` over the effort at ``b``,
     which is the flow at ``b`` over the flow at ``a``: a cylinder of area A, from its pressure to
     its rod, has ``ratio=1/A`` (1/m^2); from the rod to the pressure it has ``ratio=A`` (m^2).
+
+    Examples
+    --------
+    >>> area = 1e-3
+    >>> def press():
+    ...     with BondGraph("cylinder") as g:
+    ...         oil, rod = Zero("oil"), One("rod")
+    ...         Se("p", unit="Pa") >> oil >> TF("area", ratio=1 / area, unit="1/m2") >> rod
+    ...         rod >> R("d", 50.0, unit="N*s/m")
+    ...         rod >> Df("v", unit="m/s")
+    ...     return g
+    >>> press().check()
+    ()
+    >>> round(float(simulate(press(), t, {"p": 1e5 + 0 * t})["v"][-1]), 6)  # p A / d, m/s
+    2.0
     """
 
     kind: ClassVar[str] = "TF"
@@ -287,6 +379,18 @@ class GY(TwoPort):
 
     The ratio is the effort on either side over the flow on the other: a motor's constant in
     ``circuit >> GY("K", ratio=K) >> shaft`` is V s/rad, which is N m/A.
+
+    Examples
+    --------
+    >>> def motor():
+    ...     with BondGraph("motor") as g:
+    ...         coil, shaft = One("coil"), One("shaft")
+    ...         Se("U", unit="V") >> coil >> R("r", 2.0, unit="ohm")
+    ...         coil >> GY("K", ratio=0.05, unit="V*s/rad") >> shaft >> I("J", 1e-4, unit="kg*m2")
+    ...         shaft >> Df("w", unit="rad/s")
+    ...     return g
+    >>> system(motor()).transfer_function("U", "w")
+    K/(J*r*s + K**2)
     """
 
     kind: ClassVar[str] = "GY"
@@ -294,14 +398,29 @@ class GY(TwoPort):
 
 @dataclass(frozen=True)
 class MTF(TF):
-    """Transformer whose `ratio` is an expression of signals and parameters."""
+    """Transformer whose `ratio` is an expression of signals and parameters.
+
+    Examples
+    --------
+    >>> import sympy as sp
+    >>> from bondgraph import displacement
+    >>> MTF("crank", ratio=0.1 * sp.cos(displacement("angle"))).ratio
+    0.1*cos(q_angle)
+    """
 
     kind: ClassVar[str] = "MTF"
 
 
 @dataclass(frozen=True)
 class MGY(GY):
-    """Gyrator whose `ratio` is an expression of signals and parameters."""
+    """Gyrator whose `ratio` is an expression of signals and parameters.
+
+    Examples
+    --------
+    >>> from bondgraph import flow
+    >>> MGY("field", ratio=0.05 * flow("exciter")).ratio
+    0.05*f_exciter
+    """
 
     kind: ClassVar[str] = "MGY"
 
@@ -336,7 +455,15 @@ class Field(Multiport):
 
 @dataclass(frozen=True)
 class CField(Field):
-    """Multiport C: efforts are the gradient of the `energy` of the displacements."""
+    """Multiport C: efforts are the gradient of the `energy` of the displacements.
+
+    Examples
+    --------
+    >>> from bondgraph.graph.modulation import port_variables
+    >>> q1, q2 = port_variables("q", 2)
+    >>> CField("plate", energy=q1**2 * (1e-6 + q2) / 2).energy
+    q1**2*(q2 + 1.0e-6)/2
+    """
 
     energy: Value | None = field(default=None, kw_only=True)
     kind: ClassVar[str] = "CF"
@@ -345,7 +472,13 @@ class CField(Field):
 
 @dataclass(frozen=True)
 class IField(Field):
-    """Multiport I: flows are the gradient of the `energy` of the momenta."""
+    """Multiport I: flows are the gradient of the `energy` of the momenta.
+
+    Examples
+    --------
+    >>> IField("coils", matrix=((2.0, -0.5), (-0.5, 1.0))).matrix
+    ((2.0, -0.5), (-0.5, 1.0))
+    """
 
     energy: Value | None = field(default=None, kw_only=True)
     kind: ClassVar[str] = "IF"
@@ -354,7 +487,13 @@ class IField(Field):
 
 @dataclass(frozen=True)
 class RField(Field):
-    """Multiport R: efforts from flows."""
+    """Multiport R: efforts from flows.
+
+    Examples
+    --------
+    >>> RField("conductor", matrix=((1.0, 0.2), (0.2, 1.0))).ports
+    2
+    """
 
     kind: ClassVar[str] = "RF"
     letter: ClassVar[str] = "f"
@@ -366,6 +505,17 @@ class RE(TwoPort):
 
     Efforts are affinities over ``R T``; `ratio` is the rate constant ``k`` (Oster, Perelson and
     Katchalsky, Q. Rev. Biophys. 6 (1973) 1). It destroys free energy: ``(e_in - e_out) f >= 0``.
+
+    Examples
+    --------
+    >>> def reacting():
+    ...     with BondGraph("isomers") as g:
+    ...         a, b = Zero("a"), Zero("b")
+    ...         a >> C("store_a", 1.0)
+    ...         a >> RE("k", 0.3) >> b >> C("store_b", 1.0)
+    ...     return g
+    >>> system(reacting()).rates
+    (-k*(exp(q_store_a/store_a) - exp(q_store_b/store_b)), k*(exp(q_store_a/store_a) - ...
     """
 
     kind: ClassVar[str] = "RE"
@@ -377,6 +527,18 @@ class RS(TwoPort):
 
     `ratio` is the resistance. The outgoing flow is the heat flow ``e f`` (``heat="energy"``, the
     pseudo thermal domain) or the entropy flow ``e f / T`` (``heat="entropy"``).
+
+    Examples
+    --------
+    >>> def heater():
+    ...     with BondGraph("heater") as g:
+    ...         wire, part = One("wire"), Zero("part")
+    ...         Se("U", unit="V") >> wire >> RS("r", 10.0, unit="ohm") >> part
+    ...         part >> C("c", 50.0, unit="J/K")
+    ...         part >> De("T", unit="K")
+    ...     return g
+    >>> system(heater()).rates
+    (U**2/r,)
     """
 
     heat: Annotated[str, one_of("energy", "entropy")] = field(default="energy", kw_only=True)
@@ -397,14 +559,26 @@ class Switched(Junction):
 
 @dataclass(frozen=True)
 class X0(Switched):
-    """Switched 0-junction: off, every bond has zero effort."""
+    """Switched 0-junction: off, every bond has zero effort.
+
+    Examples
+    --------
+    >>> X0("valve", on=False).on
+    False
+    """
 
     kind: ClassVar[str] = "X0"
 
 
 @dataclass(frozen=True)
 class X1(Switched):
-    """Switched 1-junction: off, every bond has zero flow."""
+    """Switched 1-junction: off, every bond has zero flow.
+
+    Examples
+    --------
+    >>> X1("clutch").on
+    True
+    """
 
     kind: ClassVar[str] = "X1"
 
@@ -441,21 +615,39 @@ class Sensor(Element):
 
 @dataclass(frozen=True)
 class De(Sensor):
-    """Reads the effort of a 0-junction."""
+    """Reads the effort of a 0-junction.
+
+    Examples
+    --------
+    >>> De("u", unit="V", resolution=1e-3).resolution
+    0.001
+    """
 
     kind: ClassVar[str] = "De"
 
 
 @dataclass(frozen=True)
 class Df(Sensor):
-    """Reads the flow of a 1-junction."""
+    """Reads the flow of a 1-junction.
+
+    Examples
+    --------
+    >>> Df("v", unit="m/s", lag=1e-3).lag  # first-order lag of the sensor, s
+    0.001
+    """
 
     kind: ClassVar[str] = "Df"
 
 
 @dataclass(frozen=True)
 class Dq(Sensor):
-    """Reads the displacement (integral of the flow) of a 1-junction."""
+    """Reads the displacement (integral of the flow) of a 1-junction.
+
+    Examples
+    --------
+    >>> Dq("x", unit="m", gain=1.02).gain
+    1.02
+    """
 
     kind: ClassVar[str] = "Dq"
 
@@ -466,6 +658,18 @@ class Da(Sensor):
 
     The acceleration at a 1-junction, the rate of the effort at a 0-junction; derived from the
     equations, never from differences.
+
+    Examples
+    --------
+    >>> def shaken():
+    ...     with BondGraph("shaker") as g:
+    ...         body = One("body")
+    ...         Se("F", unit="N") >> body >> I("m", 0.5, unit="kg")
+    ...         body >> R("d", 4.0, unit="N*s/m")
+    ...         body >> Da("a", unit="m/s2")
+    ...     return g
+    >>> system(shaken()).outputs
+    ((F - d*p_m/m)/m,)
     """
 
     kind: ClassVar[str] = "Da"
@@ -478,6 +682,14 @@ class Reading(Sensor):
     `value` is a SymPy expression of signals (`effort`, `flow`, `displacement`, `momentum` of
     `bondgraph.graph.modulation`) and of declared parameters: the force in a spring, the difference
     of two pressures, a power.
+
+    Examples
+    --------
+    >>> from bondgraph import displacement, effort
+    >>> Reading("force", effort("k"), unit="N").value  # of a spring, wherever it hangs
+    e_k
+    >>> Reading("gap", displacement("k1") - displacement("k2"), unit="m").value
+    q_k1 - q_k2
     """
 
     kind: ClassVar[str] = "Reading"

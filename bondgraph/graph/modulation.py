@@ -11,27 +11,57 @@ TIME: sp.Symbol = symbol("time")
 
 
 def effort(name: str) -> sp.Symbol:
-    """Return the effort at a one-port, a 0-junction or a bond written ``tail>head``."""
+    """Return the effort at a one-port, a 0-junction or a bond written ``tail>head``.
+
+    Examples
+    --------
+    >>> effort("k"), effort("body>k")
+    (e_k, e_body>k)
+    """
     return symbol(f"e_{name}")
 
 
 def flow(name: str) -> sp.Symbol:
-    """Return the flow at a one-port, a 1-junction or a bond written ``tail>head``."""
+    """Return the flow at a one-port, a 1-junction or a bond written ``tail>head``.
+
+    Examples
+    --------
+    >>> flow("body")
+    f_body
+    """
     return symbol(f"f_{name}")
 
 
 def displacement(name: str) -> sp.Symbol:
-    """Return the displacement stored in a C (or one port of a field, such as ``name1``)."""
+    """Return the displacement stored in a C (or one port of a field, such as ``name1``).
+
+    Examples
+    --------
+    >>> displacement("k")
+    q_k
+    """
     return symbol(f"q_{name}")
 
 
 def momentum(name: str) -> sp.Symbol:
-    """Return the momentum stored in an I."""
+    """Return the momentum stored in an I.
+
+    Examples
+    --------
+    >>> momentum("m")
+    p_m
+    """
     return symbol(f"p_{name}")
 
 
 def external(name: str) -> sp.Symbol:
-    """Return a signal from outside the graph: it becomes an input of the model."""
+    """Return a signal from outside the graph: it becomes an input of the model.
+
+    Examples
+    --------
+    >>> external("temperature")
+    in_temperature
+    """
     return symbol(f"in_{name}")
 
 

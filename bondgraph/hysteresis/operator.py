@@ -33,6 +33,14 @@ class Operator(ABC):
     operators (each number may be an expression); they implement the underscored methods and
     are entered in `catalogue.OPERATORS`. `timed`, `wipes_out`, `congruent` and
     `passive_port` are claims that the contract tests check.
+
+    Examples
+    --------
+    >>> from bondgraph.hysteresis import PrandtlIshlinskii
+    >>> operator = PrandtlIshlinskii((0.0, 1.0), (1.0, 0.5))
+    >>> output, memory = operator.run([0.0, 2.0, 1.0, 2.0])
+    >>> [round(float(v), 3) for v in output]
+    [0.0, 2.5, 1.5, 2.5]
     """
 
     __slots__ = ()

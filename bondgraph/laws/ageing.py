@@ -22,6 +22,12 @@ class Ageing(Clocked):
         ``T``, s; a fixed parameter.
     size : float
         Typical change of the slope, units of the slope.
+
+    Examples
+    --------
+    >>> law = Ageing(600.0, 0.2)
+    >>> [p.name for p in law.parameters("k")]
+    ['a_t_k', 'b_t_k', 'T_k']
     """
 
     duration: Positive = 1.0

@@ -27,6 +27,12 @@ class AsymmetricDamping(Law):
         Start value of ``d``, units of the resistance.
     size : float
         Typical resistance.
+
+    Examples
+    --------
+    >>> law = AsymmetricDamping(1.5)
+    >>> [p.name for p in law.parameters("d")]
+    ['d_a_d']
     """
 
     difference: float = 0.0
@@ -60,6 +66,12 @@ class AsymmetricCoulomb(DirectedFriction):
     ----------
     force, back : float
         Start values of ``F_1`` and ``F_2``.
+
+    Examples
+    --------
+    >>> law = AsymmetricCoulomb(0.8, 0.5)
+    >>> [p.name for p in law.parameters("d")]
+    ['F_1_d', 'F_2_d']
     """
 
     force: NonNegative = 1.0

@@ -29,6 +29,12 @@ class Backlash(SharedSlope):
         Start value of its middle.
     size : float
         Typical displacement.
+
+    Examples
+    --------
+    >>> law = Backlash(coefficient="k", width=2e-4)
+    >>> [p.name for p in law.parameters("k")]
+    ['k', 'gap_k', 'centre_k']
     """
 
     width: NonNegative = 0.1

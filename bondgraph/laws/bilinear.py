@@ -26,6 +26,12 @@ class Bilinear(Law):
         Start value of the knee.
     slope_size, size : float
         Typical stiffness and displacement; ``dk`` stays between -1.5 and 4 of the stiffness.
+
+    Examples
+    --------
+    >>> law = Bilinear(500.0, 1e-3)
+    >>> [p.name for p in law.parameters("k")]
+    ['dk_k', 'knee_k']
     """
 
     change: float = 0.0

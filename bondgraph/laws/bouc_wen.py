@@ -32,6 +32,12 @@ class BoucWenMemory(Law):
         Typical height.
     reach : float
         Typical size of the argument.
+
+    Examples
+    --------
+    >>> law = BoucWenMemory(0.6, 1.2, 0.7, reach=1e-3)
+    >>> [p.name for p in law.parameters("k")]
+    ['h_k', 'beta_k', 'gamma_k']
     """
 
     height: NonNegative = 0.0

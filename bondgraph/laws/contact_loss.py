@@ -29,6 +29,12 @@ class ContactLoss(SharedSlope):
         Typical displacement.
     edge, side : float
         Known numbers; fixed parameters.
+
+    Examples
+    --------
+    >>> law = ContactLoss(coefficient="k", edge=-1e-3)
+    >>> [p.name for p in law.parameters("k")]
+    ['k', 'depth_k', 'edge_k', 'side_k']
     """
 
     depth: float = 0.5

@@ -28,6 +28,12 @@ class DahlFriction(Law):
     ----------
     force, way : float
         Start values of ``F_c`` and ``delta``.
+
+    Examples
+    --------
+    >>> law = DahlFriction(0.8, 1e-4)
+    >>> [p.name for p in law.parameters("d")]
+    ['F_c_d', 'delta_d']
     """
 
     force: Positive = 1.0

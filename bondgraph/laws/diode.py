@@ -31,6 +31,12 @@ class Diode(SharedSlope):
         Start values of the flow at which it conducts, and of the rounding, flow units.
     sense : float
         1 if it conducts forwards, -1 if backwards; a fixed parameter.
+
+    Examples
+    --------
+    >>> law = Diode(coefficient="r", share=0.4)
+    >>> [p.name for p in law.parameters("r")]
+    ['r', 'share_r', 'onset_r', 'width_r', 'sense_r']
     """
 
     share: float = 0.0

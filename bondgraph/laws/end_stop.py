@@ -29,6 +29,12 @@ class EndStop(Law):
         Which stops there are.
     size : float
         Typical displacement.
+
+    Examples
+    --------
+    >>> law = EndStop(5e4, high=2e-3, sides="high")
+    >>> [p.name for p in law.parameters("k")]
+    ['k_s_k', 'high_k']
     """
 
     stiffness: Positive = 10.0

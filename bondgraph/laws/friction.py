@@ -26,6 +26,12 @@ class Coulomb(Law):
 
     The implicit step ``f = f_free + gain * F`` with a set-valued sign has the closed solution
     ``f = shrink(f_free, |gain| F_c)`` (Moreau, Unilateral contact and dry friction, 1988).
+
+    Examples
+    --------
+    >>> law = Coulomb(0.8)
+    >>> [p.name for p in law.parameters("d")]
+    ['F_c_d']
     """
 
     force: NonNegative = 1.0
@@ -59,6 +65,12 @@ class Stribeck(Law):
     """Dry friction that falls with speed: ``(F_c + F_d exp(-(f/f_s)^2)) sign(f)``.
 
     Armstrong-Helouvry, Dupont, Canudas de Wit, Automatica 30 (1994) 1083.
+
+    Examples
+    --------
+    >>> law = Stribeck(0.8, 0.4, 0.01)
+    >>> [p.name for p in law.parameters("d")]
+    ['F_c_d', 'F_d_d', 'f_s_d']
     """
 
     force: NonNegative = 1.0
@@ -113,7 +125,14 @@ class Stribeck(Law):
 
 @dataclass(frozen=True)
 class Viscous(Law):
-    """Linear friction ``b_2 f`` on top of the resistor's own value: a part that may be left out."""
+    """Linear friction ``b_2 f`` on top of the resistor's own value: a part that may be left out.
+
+    Examples
+    --------
+    >>> law = Viscous(0.6)
+    >>> [p.name for p in law.parameters("d")]
+    ['b_2_d']
+    """
 
     coefficient: NonNegative = 1.0
     unit: str = "N*s/m"
@@ -136,7 +155,14 @@ class Viscous(Law):
 
 @dataclass(frozen=True)
 class QuadraticDrag(Law):
-    """Turbulent drag ``c |f| f``."""
+    """Turbulent drag ``c |f| f``.
+
+    Examples
+    --------
+    >>> law = QuadraticDrag(0.7)
+    >>> [p.name for p in law.parameters("d")]
+    ['c_2_d']
+    """
 
     coefficient: NonNegative = 1.0
     unit: str = "N*s2/m2"

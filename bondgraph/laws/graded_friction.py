@@ -28,6 +28,12 @@ class FrictionAlongWay(WatchingLaw, DirectedFriction):
         Start value of ``F_c``, the level in the middle.
     centre, half : float
         Middle and half range of the position, units of ``x``; fixed.
+
+    Examples
+    --------
+    >>> law = FrictionAlongWay("q_k", 0.8, half=2e-3)
+    >>> [p.name for p in law.parameters("d")]
+    ['F_c_d', 'F_1_d', 'F_2_d', 'centre_d', 'half_d']
     """
 
     beside: Signal
@@ -76,6 +82,12 @@ class FrictionUnderLoad(WatchingLaw, DirectedFriction):
         Start value of ``F_c``, the level without a load.
     share : float
         Start value of ``mu_1`` and ``mu_2``.
+
+    Examples
+    --------
+    >>> law = FrictionUnderLoad("e_k", 0.8, 0.1)
+    >>> [p.name for p in law.parameters("d")]
+    ['F_c_d', 'mu_1_d', 'mu_2_d']
     """
 
     beside: Signal

@@ -32,6 +32,12 @@ class GrowingDamping(Law):
         Start value of ``gamma``, output units per square of `s` and rate.
     reach, size : float
         Typical displacement and ``gamma``.
+
+    Examples
+    --------
+    >>> law = GrowingDamping(0.0, 3e6)
+    >>> [p.name for p in law.parameters("k")]
+    ['gamma_k', 'rest_k']
     """
 
     rest: float = 0.0

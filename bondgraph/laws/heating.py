@@ -30,6 +30,12 @@ class SelfHeating(Law):
         Start value of the thermal time constant, s.
     level : float
         Reference flow, a fixed parameter.
+
+    Examples
+    --------
+    >>> law = SelfHeating(0.4, 12.0)
+    >>> [p.name for p in law.parameters("r")]
+    ['r_heat_r', 'tau_heat_r', 'level_r']
     """
 
     rise: float = 0.1

@@ -36,6 +36,13 @@ class Hysteretic(Law):
         If the operator has no such number.
     BadParameter
         If the number may not move (a first threshold, which is zero).
+
+    Examples
+    --------
+    >>> from bondgraph.hysteresis import PrandtlIshlinskii
+    >>> law = Hysteretic(PrandtlIshlinskii((0.0, 1e-3), (1.5e3, 5e2)))
+    >>> [p.name for p in law.parameters("k")]
+    []
     """
 
     operator: Operator

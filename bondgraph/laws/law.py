@@ -28,6 +28,13 @@ class Law(ABC):
 
     `energy` is the claim the contract test checks: ``stores`` (a function of `s` alone in a
     storage), ``dissipates`` (never returns more than it took) or ``signal`` (no power port).
+
+    Examples
+    --------
+    >>> from bondgraph.laws import Coulomb
+    >>> law = Coulomb(0.8)
+    >>> law.energy, [p.name for p in law.parameters("d")]
+    ('dissipates', ['F_c_d'])
     """
 
     name: ClassVar[str] = ""

@@ -30,6 +30,13 @@ class LawSum(Law):
     UnusableInput
         If a part is no law, jumps, counts time, has a slope of its own or reads another signal,
         or two share a parameter.
+
+    Examples
+    --------
+    >>> from bondgraph.laws import Polynomial, StopSum
+    >>> law = LawSum((StopSum((1e-3,), 0.6), Polynomial(half=2e-3)))
+    >>> [p.name for p in law.parameters("k")]
+    ['h_1_k', 'a_2_k', 'a_3_k']
     """
 
     parts: Annotated[tuple[Law, ...], least(1)]

@@ -32,6 +32,12 @@ class LettingGo(WatchingLaw):
         Way over which it grips, fixed.
     size : float
         Typical displacement.
+
+    Examples
+    --------
+    >>> law = LettingGo("q_k", "d", width=1e-3)
+    >>> [p.name for p in law.parameters("d")]
+    ['d', 'gap_d', 'centre_d', 'depth_d']
     """
 
     beside: Signal

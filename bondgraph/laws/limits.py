@@ -27,6 +27,12 @@ class Saturation(Law):
         Start values of the limits, units of the command.
     knee : float
         Start value of the rounding.
+
+    Examples
+    --------
+    >>> law = Saturation(-10.0, 10.0)
+    >>> [p.name for p in law.parameters("F")]
+    ['low_F', 'high_F', 'knee_F']
     """
 
     low: float = -1.0
@@ -60,7 +66,14 @@ class Saturation(Law):
 
 @dataclass(frozen=True)
 class DeadZone(Law):
-    """No response within ``centre +- width``, identity less the width outside."""
+    """No response within ``centre +- width``, identity less the width outside.
+
+    Examples
+    --------
+    >>> law = DeadZone(0.0, 0.3)
+    >>> [p.name for p in law.parameters("F")]
+    ['width_F', 'centre_F']
+    """
 
     centre: float = 0.0
     width: NonNegative = 0.1

@@ -34,6 +34,12 @@ class LuGre(Law):
         Start value of sigma_0, force per displacement.
     damping : float
         Start value of sigma_1, force per flow.
+
+    Examples
+    --------
+    >>> law = LuGre(0.8, 0.4, 0.01, 1e5)
+    >>> [p.name for p in law.parameters("d")]
+    ['F_c_d', 'F_d_d', 'v_s_d', 'sigma_0_d', 'sigma_1_d']
     """
 
     force: NonNegative = 1.0

@@ -35,6 +35,12 @@ class Magnet(Law):
     free_standing : bool
         The whole force. Otherwise what it has beside its value and slope at no displacement: those
         belong to the place where a spring rests, and to the spring.
+
+    Examples
+    --------
+    >>> law = Magnet(1.0, 2e-3, 5e-4)
+    >>> [p.name for p in law.parameters("k")]
+    ['F_g_k', 'gap_k']
     """
 
     force: float = 1.0

@@ -29,6 +29,12 @@ class MaxwellSlip(Law):
         Start values of the slip lengths ``delta_i``, units of the way.
     force, drop, speed : float
         Start values of every ``F_i``, of ``r`` and of ``f_s``.
+
+    Examples
+    --------
+    >>> law = MaxwellSlip((1e-4, 4e-4), 0.8)
+    >>> [p.name for p in law.parameters("d")]
+    ['F_1_d', 'F_2_d', 'r_d', 'f_s_d', 'delta_1_d', 'delta_2_d']
     """
 
     ways: Annotated[tuple[Positive, ...], least(1)]

@@ -12,7 +12,13 @@ from bondgraph.support.ops import Ops
 
 @dataclass(frozen=True)
 class Odometer(Law):
-    """No effort whatever the displacement: it neither stores nor takes energy."""
+    """No effort whatever the displacement: it neither stores nor takes energy.
+
+    Examples
+    --------
+    >>> Odometer().n_memory
+    0
+    """
 
     name: ClassVar[str] = "odometer"
     energy: ClassVar[str] = "stores"

@@ -16,6 +16,12 @@ class Onset(Stepwise):
     """``h (1 + tanh((t - t_0) / width)) / 2``, or its integral over time, whatever `s` is.
 
     Parameters as of `Stepwise`.
+
+    Examples
+    --------
+    >>> law = Onset(1.2, 0.01)
+    >>> [p.name for p in law.parameters("d")]
+    ['h_d', 't_0_d', 'rise_d']
     """
 
     name: ClassVar[str] = "onset"

@@ -25,6 +25,12 @@ class Orifice(Law):
         Start value of the flow at the effort `level`.
     level : float
         Reference effort, a fixed parameter.
+
+    Examples
+    --------
+    >>> law = Orifice(1e-4, 1e5)
+    >>> [p.name for p in law.parameters("valve")]
+    ['full_valve', 'level_valve']
     """
 
     full: Positive = 1.0

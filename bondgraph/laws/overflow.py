@@ -28,6 +28,12 @@ class Overflow(SharedSlope):
         Typical displacement.
     top : float
         Level that is never reached; a fixed parameter.
+
+    Examples
+    --------
+    >>> law = Overflow(coefficient="k", top=0.5)
+    >>> [p.name for p in law.parameters("k")]
+    ['k', 'depth_k', 'top_k']
     """
 
     depth: float = 0.5

@@ -34,6 +34,13 @@ class Parametrised(Law):
         else than numbers.
     UnknownName
         If the law has no such field.
+
+    Examples
+    --------
+    >>> from bondgraph.laws import StopSum
+    >>> law = Parametrised(StopSum((1e-3, 2e-3), 0.6), ("thresholds",))
+    >>> [p.name for p in law.parameters("k")]
+    ['h_1_k', 'h_2_k', 'thresholds_1_k', 'thresholds_2_k']
     """
 
     inner: Annotated[Law, Bound("a law that is not lifted itself", lambda v: v.name != "lifted")]

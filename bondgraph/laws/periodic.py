@@ -28,6 +28,12 @@ class Periodic(Law):
         Typical amplitude, output units.
     reach : float
         Half range of `s`: over more periods the period is known better.
+
+    Examples
+    --------
+    >>> law = Periodic(2e-3)
+    >>> [p.name for p in law.parameters("k")]
+    ['a_k', 'b_k', 'period_k']
     """
 
     period: Positive = 1.0

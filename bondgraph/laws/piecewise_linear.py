@@ -17,6 +17,12 @@ class PiecewiseLinear(Law):
     """``sum_j c_j hat_j(s)``: any memoryless curve, zero at the two inner reference knots.
 
     Fixing two knots keeps offset and slope with the linear element.
+
+    Examples
+    --------
+    >>> law = PiecewiseLinear((-2e-3, -1e-3, 1e-3, 2e-3))
+    >>> [p.name for p in law.parameters("k")]
+    ['c_0_k', 'c_3_k']
     """
 
     knots: Rising = (-1.0, -0.5, 0.5, 1.0)

@@ -18,6 +18,12 @@ class Polynomial(Law):
 
     The scaled argument keeps the coefficients comparable: ``a_j`` is what the term adds at the
     edge of the range. As a storage law it derives from the energy ``integral e dq`` and so stores.
+
+    Examples
+    --------
+    >>> law = Polynomial(half=2e-3, orders=(3,))
+    >>> [p.name for p in law.parameters("k")]
+    ['a_3_k']
     """
 
     centre: float = 0.0

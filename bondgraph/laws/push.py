@@ -21,6 +21,12 @@ class Push(Stepwise):
     ----------
     end : float
         Start value of ``t_1``, s from the start of the run.
+
+    Examples
+    --------
+    >>> law = Push(1.2, 0.01, end=1.5)
+    >>> [p.name for p in law.parameters("d")]
+    ['h_d', 't_0_d', 't_1_d', 'rise_d']
     """
 
     end: float = 2.0

@@ -36,6 +36,12 @@ class Radiation(Law):
         Name of the parameter that is the element's resistance; "" for an own one.
     resistance : float
         Its start value where it is the law's own.
+
+    Examples
+    --------
+    >>> law = Radiation(1.0, 293.15, "r")
+    >>> [p.name for p in law.parameters("r")]
+    ['r', 'radiates_r', 'T_r']
     """
 
     share: NonNegative = 1.0

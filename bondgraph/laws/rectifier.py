@@ -19,6 +19,12 @@ class Rectifier(Law):
     ----------
     amount : float
         Start value, between 0 and 1.
+
+    Examples
+    --------
+    >>> law = Rectifier(1.0)
+    >>> [p.name for p in law.parameters("u")]
+    ['amount_u']
     """
 
     amount: float = 1.0

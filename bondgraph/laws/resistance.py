@@ -26,6 +26,12 @@ class NonlinearResistance(Law):
         Typical effort.
     level : float
         Reference flow, a fixed parameter.
+
+    Examples
+    --------
+    >>> law = NonlinearResistance(level=0.1)
+    >>> [p.name for p in law.parameters("r")]
+    ['a_2_r', 'a_3_r', 'level_r']
     """
 
     size: Positive = 1.0

@@ -40,6 +40,12 @@ class Rounding(Law):
         Any value of the grid.
     amount : float
         Start value; 1 rounds fully.
+
+    Examples
+    --------
+    >>> law = Rounding(1e-6)
+    >>> [p.name for p in law.parameters("x")]
+    ['amount_x', 'step_x', 'origin_x']
     """
 
     step: Positive = 1.0

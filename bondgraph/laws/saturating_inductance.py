@@ -30,6 +30,12 @@ class SaturatingInductance(Law):
         Start value of ``c``, 1/H.
     knee : float
         Start value of ``p_s``, V s.
+
+    Examples
+    --------
+    >>> law = SaturatingInductance(20.0, 0.05)
+    >>> [p.name for p in law.parameters("L")]
+    ['c_s_L', 'p_s_L']
     """
 
     change: NonNegative = 1.0

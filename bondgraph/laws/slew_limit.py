@@ -37,6 +37,12 @@ class SlewLimit(Law):
         Whether both directions are limited alike; if not, `slowness` is that of rising commands.
     falling : float
         Start value for falling commands where they are limited on their own.
+
+    Examples
+    --------
+    >>> law = SlewLimit(0.02)
+    >>> [p.name for p in law.parameters("F")]
+    ['slowness_F']
     """
 
     slowness: NonNegative = 0.01

@@ -24,6 +24,13 @@ class Sliding(Law):
     ----------
     operator : Operator
         Force from displacement; passive with its output as effort, else the law may give energy.
+
+    Examples
+    --------
+    >>> from bondgraph.hysteresis import MaxwellResistiveCapacitor
+    >>> law = Sliding(MaxwellResistiveCapacitor((60.0, 40.0), (1e-4, 3e-4)))
+    >>> [p.name for p in law.parameters("d")]
+    []
     """
 
     operator: Operator

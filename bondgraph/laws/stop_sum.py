@@ -36,6 +36,12 @@ class StopSum(Law):
         Thresholds grow with the rate; ``b`` is a parameter.
     speed : float
         Typical rate of `s`, units of `s` per second.
+
+    Examples
+    --------
+    >>> law = StopSum((1e-3, 2e-3), 0.6)
+    >>> [p.name for p in law.parameters("k")]
+    ['h_1_k', 'h_2_k']
     """
 
     thresholds: tuple[NonNegative, ...] = (1.0,)

@@ -20,6 +20,13 @@ class TimedSlope(Clocked):
     ----------
     course : Clocked
         A tone or an onset that stands beside a slope; its unit is that of the slope.
+
+    Examples
+    --------
+    >>> from bondgraph.laws import Onset
+    >>> law = TimedSlope(Onset(1.2, free_standing=False))
+    >>> [p.name for p in law.parameters("k")]
+    ['h_k', 't_0_k', 'rise_k']
     """
 
     course: Annotated[

@@ -28,6 +28,12 @@ class Tone(Clocked):
         Typical amplitude, output units.
     free_standing : bool
         The element is nothing but the disturbance; otherwise the deviation is added to its slope.
+
+    Examples
+    --------
+    >>> law = Tone(50.0)
+    >>> [p.name for p in law.parameters("d")]
+    ['a_d', 'b_d', 'freq_d']
     """
 
     frequency: Positive = 1.0

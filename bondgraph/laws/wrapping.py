@@ -24,6 +24,12 @@ class Wrapping(Law):
         One turn, units of `s`.
     low : float
         Where a turn begins.
+
+    Examples
+    --------
+    >>> law = Wrapping(6.283185307179586)
+    >>> [p.name for p in law.parameters("angle")]
+    []
     """
 
     turn: Positive = 1.0

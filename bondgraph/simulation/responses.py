@@ -64,6 +64,12 @@ def impulse_response(
 
     As a converter would give it; parameters are those of `step_response`. For a linear model it is
     the answer to an impulse at half the first interval, to second order in the interval.
+
+    Examples
+    --------
+    >>> rung = impulse_response(graph, t)
+    >>> round(float(rung["x"].max()), 4)  # m
+    0.0285
     """
     time = even_grid(graph.name, time)
     pulse = np.zeros(time.size)

@@ -92,6 +92,12 @@ def simulate(
     integrator : {"cvodes", "idas"}, optional
         One of SUNDIALS instead of ours, for comparison: slower, its tolerance `accuracy` over a
         thousand. See `bondgraph.simulation.sundials.record` for memory; laws that jump are refused.
+
+    Examples
+    --------
+    >>> moved = simulate(graph, t, {"F": force})
+    >>> round(float(moved["x"].max()), 5)  # m
+    0.00725
     """
     if integrator is not None and integrator not in INTEGRATORS:
         raise unknown_name("integrator", integrator, "simulate", INTEGRATORS)

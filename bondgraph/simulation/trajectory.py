@@ -40,6 +40,11 @@ class Trajectory:
         Steps that CVODES or IDAS took in all runs, 0 without them.
     hold : {"hold", "linear", "band-limited"}
         What the inputs did between samples.
+
+    Examples
+    --------
+    >>> list(simulate(graph, t, {"F": force}).to_pandas())
+    ['x']
     """
 
     name: str

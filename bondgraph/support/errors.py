@@ -20,6 +20,14 @@ class BondsightError(Exception):
     ----------
     message : str
         What is wrong, where, why, and what to try. Line breaks become spaces.
+
+    Examples
+    --------
+    >>> try:
+    ...     graph["mas"]
+    ... except BondsightError as error:
+    ...     print(error)
+    no element 'mas' in positioner. Known: body, F, m, d, k, x
     """
 
     def __str__(self) -> str:
@@ -28,15 +36,42 @@ class BondsightError(Exception):
 
 
 class UnknownName(BondsightError, KeyError):
-    """A name (channel, parameter, element, recording, ...) that nothing carries."""
+    """A name (channel, parameter, element, recording, ...) that nothing carries.
+
+    Examples
+    --------
+    >>> try:
+    ...     run["X"]
+    ... except UnknownName as error:
+    ...     print(error)
+    no channel 'X' in recording run. Did you mean 'x'? Known: F, x
+    """
 
 
 class UnusableInput(BondsightError, ValueError):
-    """A file, unit or value that cannot be used as it is."""
+    """A file, unit or value that cannot be used as it is.
+
+    Examples
+    --------
+    >>> try:
+    ...     simulate(graph, t[:1], {})
+    ... except UnusableInput as error:
+    ...     print(error)
+    positioner: time needs at least two samples on one axis
+    """
 
 
 class GraphError(BondsightError, ValueError):
-    """A bond graph that is not well formed or has a true causal conflict."""
+    """A bond graph that is not well formed or has a true causal conflict.
+
+    Examples
+    --------
+    >>> try:
+    ...     R("2nd", 1.0)
+    ... except GraphError as error:
+    ...     print(error)
+    element name '2nd' is not an identifier: it is the address of the element in ...
+    """
 
 
 def nearest(name: str, known: Iterable[str], count: int = 3) -> tuple[str, ...]:

@@ -38,8 +38,8 @@ def add_study_options(p: argparse.ArgumentParser) -> None:
     )
     add_several(p, "--own", "NAME", [], "parameters with a value in every recording")
     p.add_argument("--hold", choices=("hold", "linear", "band-limited", "estimate"), default=None,
-                   help="commands between samples: hold as of a converter, linear (the default), "
-                   "band-limited, or what fits best")  # fmt: skip
+                   help="commands between samples: hold as of a converter, linear, band-limited, "
+                   "or what fits best (the default)")  # fmt: skip
     p.add_argument("--noise", choices=("white", "coloured"), default="white",
                    help="of the readings (default: %(default)s)")  # fmt: skip
     p.add_argument("--rest", action="store_true", help="every recording begins at rest")
@@ -75,7 +75,7 @@ def study_from(options: argparse.Namespace, graph: BondGraph) -> tuple[Study, tu
     """
     from identification.datasets.opening import open_recording
     from identification.study.specification import Nuisances
-    from identification.study.study import Study
+    from identification.study.study import ESTIMATED, Study
 
     maps = mapping_of(options.maps)
     more = reading_of(options)
@@ -88,7 +88,7 @@ def study_from(options: argparse.Namespace, graph: BondGraph) -> tuple[Study, tu
         _free(options, graph),
         {n: _number("--fix", n, v) for n, v in _pairs("--fix", options.fix)},
         initial="rest" if options.rest else "free",
-        hold=options.hold or "linear",
+        hold=options.hold or ESTIMATED,
         noise=options.noise,
         nuisances=Nuisances(
             offsets=not options.no_offsets,

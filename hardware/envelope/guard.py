@@ -49,6 +49,15 @@ class GuardedOutput:
     ------
     UnusableInput
         If the value of the device after power-up or the safe value cannot be reached.
+
+    Examples
+    --------
+    >>> with virtual_bench() as bench:
+    ...     output = bench.output
+    ...     _ = output.power_up()
+    ...     _ = output.ramp(20.0)
+    ...     print(output.present)
+    20.0
     """
 
     __slots__ = ("_clamp", "_clamped", "_converter", "_cuts", "_line", "_probe")

@@ -45,6 +45,12 @@ class GuardedWave:
         Guard of the same device; its envelope, converter and clamping hold here too.
     raw : RawWave
         Handed over for good.
+
+    Examples
+    --------
+    >>> from hardware import P840_1_UNIPOLAR, check_wave
+    >>> swing = 40.0 - 40.0 * np.cos(2 * np.pi * 10.0 * np.arange(100) * 1e-3)
+    >>> check_wave(P840_1_UNIPOLAR, swing, 1e3)  # what prepare() of a guarded wave asks first
     """
 
     __slots__ = (

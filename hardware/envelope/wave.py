@@ -46,6 +46,15 @@ def check_wave(
     ------
     LimitViolation
         Which limit, at which sample and time, by how much, and what to try.
+
+    Examples
+    --------
+    >>> from hardware import P840_1_UNIPOLAR, LimitViolation
+    >>> try:
+    ...     check_wave(P840_1_UNIPOLAR, np.array([0.0, 50.0, 120.0]), rate=10e3)
+    ... except LimitViolation as refusal:
+    ...     print(refusal)
+    wave: 120 V at sample 2 (200 us) is 20 V outside the limits 0 .. 100 V (1 of 3 ...
     """
     wave = finite_wave(volts, "wave")
     rate = finite_number(rate, "wave: rate")

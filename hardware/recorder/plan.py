@@ -48,6 +48,12 @@ class TakePlan:
     ------
     UnusableInput
         If shapes or numbers cannot be used.
+
+    Examples
+    --------
+    >>> plan = TakePlan(np.linspace(0.0, 10.0, 200), 5e3, "ramp", "none")
+    >>> plan.volts.size / plan.rate  # s
+    0.04
     """
 
     volts: NDArray[np.float64]

@@ -40,6 +40,14 @@ class Taken:
         On one time base, in SI, with provenance.
     path, journal : Path
         Where it is stored, and its raw data.
+
+    Examples
+    --------
+    >>> with virtual_bench() as bench:
+    ...     plan = TakePlan(np.linspace(0.0, 10.0, 200), 5e3, "slow")
+    ...     taken = record(bench.station(plan), plan, folder / "slow")
+    >>> sorted(taken.recording.channels)
+    ['V', 'V_mon', 'x']
     """
 
     recording: Recording
@@ -79,6 +87,14 @@ def record(
         A device failed; what had arrived is in the journal.
     UnusableInput
         The files cannot be written, or what arrived cannot be put together.
+
+    Examples
+    --------
+    >>> with virtual_bench() as bench:
+    ...     plan = TakePlan(np.linspace(0.0, 10.0, 200), 5e3, "ramp")
+    ...     taken = record(bench.station(plan), plan, folder / "ramp")
+    >>> taken.recording.n, taken.path.name
+    (200, 'ramp.npz')
     """
     check(station, plan)
     path, archive = new_files(target)

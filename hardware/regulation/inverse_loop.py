@@ -36,6 +36,15 @@ class InverseLoop:
     ------
     UnusableInput
         Gains that are not stable around any actuator, or an operator that has no inverse.
+
+    Examples
+    --------
+    >>> from bondgraph.hysteresis import PrandtlIshlinskii
+    >>> operator = PrandtlIshlinskii((0.0, 10.0), (4e-8, 1e-8))  # m over V
+    >>> loop = InverseLoop(operator, proportional=0.0, integral=100.0, rate=1e3)
+    >>> low, high = loop.reach(0.0, 100.0)
+    >>> round(high * 1e6, 2)  # um
+    4.9
     """
 
     def __init__(

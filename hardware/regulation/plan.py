@@ -42,6 +42,11 @@ class LoopPlan:
     ------
     UnusableInput
         If shapes or numbers cannot be used.
+
+    Examples
+    --------
+    >>> LoopPlan(4e-6 * np.sin(np.linspace(0.0, 6.0, 500)), rate=1e3).reference.size
+    500
     """
 
     reference: NDArray[np.float64]

@@ -70,6 +70,15 @@ def record_loop(
     ------
     UnusableInput, LimitViolation, HardwareError
         As `regulate`; what had arrived is in the journal.
+
+    Examples
+    --------
+    >>> from hardware.regulation import OpenLoop
+    >>> with virtual_bench() as bench:
+    ...     plan = LoopPlan(np.linspace(0.0, 10.0, 50), 500.0, "x", voltage=True)
+    ...     done = record_loop(bench.loop(plan), plan, OpenLoop(), folder / "loop")
+    >>> done.recording.n
+    50
     """
     check_rate(bench, plan)
     path, archive = new_files(target)

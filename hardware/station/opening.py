@@ -47,6 +47,12 @@ class OpenStation:
     ------
     HardwareError
         A device is not there; those opened before are closed again.
+
+    Examples
+    --------
+    >>> with virtual_bench() as station:
+    ...     print(station.settings.name)
+    virtual bench
     """
 
     def __init__(self, settings: StationSettings) -> None:
@@ -143,7 +149,14 @@ class OpenStation:
 
 
 def open_station(settings: StationSettings) -> OpenStation:
-    """Open all devices of a bench; see `OpenStation`."""
+    """Open all devices of a bench; see `OpenStation`.
+
+    Examples
+    --------
+    >>> with virtual_bench() as station:  # on a real one open_station(read_settings(path))
+    ...     print(station.settings.output.kind)
+    mf634
+    """
     return OpenStation(settings)
 
 

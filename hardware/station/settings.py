@@ -213,6 +213,12 @@ class StationSettings:
         amplifier's place, and all voltages are its control voltage.
     noise : mapping
         Standard deviation of the noise of channels, SI, where it is known: recordings carry it.
+
+    Examples
+    --------
+    >>> _ = (folder / "bench.toml").write_text(STATION)
+    >>> read_settings(folder / "bench.toml").output.kind
+    'mf634'
     """
 
     name: str
@@ -249,6 +255,13 @@ def read_settings(path: str | Path) -> StationSettings:
         One line: no such file, no TOML, a key missing, unknown or of another type.
     UnknownName
         Via `UnusableInput`, with the nearest names.
+
+    Examples
+    --------
+    >>> _ = (folder / "station.toml").write_text(STATION)
+    >>> settings = read_settings(folder / "station.toml")
+    >>> settings.name, settings.envelope.v_max
+    ('laboratory', 80.0)
     """
     return settings_from(toml_of(Path(path), "a station file"), Path(path).name)
 

@@ -47,6 +47,12 @@ class ModelPlant:
         A source, sensor or parameter that the model does not have.
     UnusableInput
         A model that cannot stand on a bench.
+
+    Examples
+    --------
+    >>> plant = ModelPlant(graph, "F", "x", step=1e-3)
+    >>> float(plant.advance(np.full(3, 8.0)).x[-1]) > 0
+    True
     """
 
     def __init__(

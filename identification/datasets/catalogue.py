@@ -142,6 +142,15 @@ def load(name: str, folder: Folder = None) -> LoadedRecording:
         If no recording has this name.
     UnusableInput
         If the file is not there: the line names the variable, the source and the file.
+
+    Examples
+    --------
+    >>> from bondsight import BondsightError
+    >>> try:
+    ...     load("silverbax")
+    ... except BondsightError as error:
+    ...     print(error)
+    no known recording 'silverbax' in identification.datasets. Did you mean 'silverbox' ...
     """
     known, place = about(name), recordings_folder(folder)
     entry, own = known

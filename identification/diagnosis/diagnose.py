@@ -97,6 +97,14 @@ class Diagnosis:
         Where in the recording it leaves it.
     asked : Asked or None
         The statement that was diagnosed.
+
+    Examples
+    --------
+    >>> (step,) = found.findings
+    >>> step.answer, step.chosen.effect, step.chosen.element
+    ('exact', 'coulomb_friction', 'd')
+    >>> round(found.repaired.values["F_c_d"], 2)
+    0.8
     """
 
     kind: str
@@ -227,6 +235,12 @@ def diagnose(
     ------
     GraphError, UnusableInput
         The model or the channels cannot be used; one line says why.
+
+    Examples
+    --------
+    >>> found = diagnose(graph, rubbing)
+    >>> [step.chosen.label for step in found.findings]
+    ['coulomb_friction at d']
     """
     begin = time.perf_counter()
     say = progress or _silent

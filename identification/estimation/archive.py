@@ -74,6 +74,11 @@ def save_fit(
     ------
     UnusableInput
         Another ending, a model that has no JSON form, or a file that cannot be written.
+
+    Examples
+    --------
+    >>> len(save_fit(fit, folder / "fit.npz"))  # its SHA-256
+    64
     """
     target = Path(path)
     if target.suffix.lower() != ".npz":
@@ -122,6 +127,13 @@ def open_fit(
     UnusableInput
         One line: no such file, damaged, another version, or a recording that is missing or
         differs.
+
+    Examples
+    --------
+    >>> from bondsight import save_fit
+    >>> _ = save_fit(fit, folder / "kept.npz")
+    >>> open_fit(folder / "kept.npz").values == fit.values
+    True
     """
     file = Path(path)
     document, arrays = read_archive(file, SCHEMA)

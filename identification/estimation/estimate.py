@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
@@ -23,7 +24,7 @@ from identification.estimation.cautions import (
 from identification.estimation.estimates import estimates_of
 from identification.estimation.holds import chosen, possible
 from identification.estimation.intervals import interval_covariance
-from identification.estimation.levenberg_marquardt import FitStatus
+from identification.estimation.levenberg_marquardt import FitStatus, foreseen
 from identification.estimation.methods import METHODS
 from identification.estimation.methods.method import FitOptions, FitTask, Method, MethodSolution
 from identification.estimation.result import Estimation, simulate_validation
@@ -38,6 +39,8 @@ ROUNDS = 8
 FAR_OFF, PATIENT = 10.0, 1e-6
 ROUGH = 1e-3
 """Tolerance while noise and sub-steps are not settled."""
+USUAL = "linear"
+"""Behaviour of the commands between samples that is fitted first."""
 
 
 def estimate(
@@ -96,7 +99,7 @@ def estimate(
     # tiny matrices: threads of the linear algebra only get in each other's way
     try:
         with calm():
-            made = _settled(study, chosen, options, start)
+            made = _with_best_hold(study, chosen, options, start)
             result = _finished(study, chosen, optimiser, *made)
     except BondsightError:
         raise
@@ -140,22 +143,93 @@ def _going(solution: MethodSolution) -> bool:
 
 
 Made = tuple[SettledSetting, JointProblem, MethodSolution]
+Settled = tuple[SettledSetting, JointProblem, MethodSolution, tuple[str, ...]]
+
+
+def _with_best_hold(
+    study: Study, method: Method, options: FitOptions, start: Estimation | None
+) -> Settled:
+    """Fit with the usual behaviour between samples; anew where another is clearly better."""
+    if study.hold != ESTIMATED:
+        return (*_settled(study, method, options, start), ())
+    if method.hears_noise and start is None:
+        # a filter explains a wrong command by noise: free runs choose
+        free_run = METHODS["single_shooting"]
+        hold = _with_best_hold(study, free_run, replace(options, report=None), None)[0].hold
+        made = _settled(study, method, options, None, hold)
+    else:
+        made = _settled(study, method, options, start)
+        hold = made[0].hold
+        with suppress(KeyboardInterrupt):
+            hold = hold if start is not None else _better_hold(study, method, options, *made)
+        if hold != made[0].hold:
+            again = _settled(study, method, options, None, hold)
+            made = min((made, again), key=_level)
+    setting = made[0]
+    best = ": fits best" if setting.hold != USUAL else ""
+    note = f"the commands are taken as {_HOLD_WORDS[setting.hold]} between samples{best}"
+    return (*made, (note,))
+
+
+_HOLD_WORDS = {"linear": "linear", "hold": "held", "band-limited": "band-limited"}
+
+
+def _better_hold(
+    study: Study,
+    method: Method,
+    options: FitOptions,
+    setting: SettledSetting,
+    stack: JointProblem,
+    solution: MethodSolution,
+) -> str:
+    """Return the behaviour that would leave the least misfit after one step of the unknowns.
+
+    With the sub-steps that the fit came to: with few of them a wrong behaviour may fit best.
+    """
+    if not _going(solution):
+        return setting.hold
+    costs: dict[str, float] = {}
+    rates = [n for p in stack.problems for n in p.engine.input_rates]
+    for hold in possible(HOLDS, rates):
+        steps = tuple(max(n, 2 if hold == "band-limited" else 1) for n in setting.n_fine)
+        trial = replace(
+            setting, hold=hold, n_sub=steps, n_fine=steps, corrections=(None,) * len(steps)
+        )
+        if solution.readings is not None:  # no free run: the method itself has to say
+            costs[hold] = _solve(study, method, options, trial, solution.point)[2].trace[-1]
+            continue
+        there = study.stack(trial)
+        found = there.evaluate(solution.point)
+        system = there.normal(found, solution.point)
+        left = foreseen(there, system, solution.point)
+        if np.isfinite(left):
+            costs[hold] = left / max(there.count(found), 1)
+    return chosen(costs, USUAL) if costs else setting.hold
+
+
+def _level(made: Made) -> float:
+    """Log of the mean square misfit, whatever noise was taken from it."""
+    setting, _, solution = made
+    levels = np.concatenate([np.log(f) for f in setting.floors])
+    return float(np.log(max(solution.trace[-1], 1e-300)) + 2.0 * levels.mean())
 
 
 def _settled(
-    study: Study, method: Method, options: FitOptions, start: Estimation | None
-) -> tuple[SettledSetting, JointProblem, MethodSolution, tuple[str, ...]]:
+    study: Study,
+    method: Method,
+    options: FitOptions,
+    start: Estimation | None,
+    hold: str | None = None,
+) -> Made:
     setting = study.first_setting if start is None else _fitting(study, start.setting)
+    if hold is not None:
+        steps = tuple(max(n, 2 if hold == "band-limited" else 1) for n in setting.n_sub)
+        setting = replace(setting, hold=hold, n_sub=steps, n_fine=steps)
     point = None if start is None else start.point
-    notes: list[str] = []
     rough = replace(options, tolerance=max(options.tolerance, ROUGH))
     if method.hears_noise:
         rough = options
-    if study.hold == ESTIMATED:
-        setting, stack, solution = _best_hold(study, method, rough, setting, point)
-        notes.append(f"the commands are {_HOLD_WORDS[setting.hold]} between samples: fits best")
-    else:
-        setting, stack, solution = _solve(study, method, rough, setting, point)
+    setting, stack, solution = _solve(study, method, rough, setting, point)
     if not method.hears_noise and solution.trace[-1] > FAR_OFF and _going(solution):
         # far from the noise a slow valley is no end: noise taken from there would flatten it
         trace = solution.trace
@@ -178,10 +252,7 @@ def _settled(
         trace = solution.trace
         setting, stack, solution = made
         solution = replace(solution, trace=(*trace, *solution.trace[1:]))
-    return setting, stack, solution, tuple(notes)
-
-
-_HOLD_WORDS = {"linear": "linear", "hold": "held", "band-limited": "band-limited"}
+    return setting, stack, solution
 
 
 def _fitting(study: Study, setting: SettledSetting) -> SettledSetting:
@@ -201,25 +272,6 @@ def _solve(
     stack = study.stack(setting)
     begin = stack.start() if point is None or point.theta.size != stack.n else point
     return setting, stack, method.solve(FitTask(study, setting, stack, begin, options))
-
-
-def _best_hold(
-    study: Study,
-    method: Method,
-    options: FitOptions,
-    setting: SettledSetting,
-    point: JointPoint | None,
-) -> Made:
-    """Fit with each behaviour between samples; linear unless another is clearly better."""
-    made: dict[str, Made] = {}
-    rates = [n for p in study.stack(setting).problems for n in p.engine.input_rates]
-    for hold in possible(HOLDS, rates):
-        steps = tuple(max(n, 2 if hold == "band-limited" else 1) for n in setting.n_sub)
-        trial = replace(setting, hold=hold, n_sub=steps, n_fine=steps)
-        made[hold] = _solve(study, method, options, trial, point)
-        if made[hold][2].status is FitStatus.CANCELLED:
-            break
-    return made[chosen({hold: found[2].trace[-1] for hold, found in made.items()}, "linear")]
 
 
 def _finished(

@@ -15,7 +15,16 @@ from identification.study.scaled import Free
 
 @dataclass(frozen=True)
 class Estimate:
-    """A fitted number with its 95 % interval."""
+    """A fitted number with its 95 % interval.
+
+    Examples
+    --------
+    >>> fit.estimates[0].name, fit.estimates[0].unit
+    ('m', 'kg')
+    >>> low, high = fit.estimates[0].ci95
+    >>> low < 0.54 < high
+    True
+    """
 
     name: str
     value: float

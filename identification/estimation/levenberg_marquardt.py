@@ -187,9 +187,14 @@ def _bent(stack: JointProblem, at: _Stand, there: _Stand) -> tuple[ResidualEvalu
 
 def _promised(stack: JointProblem, system: NormalEquations, point: JointPoint) -> float:
     """Return by how much an undamped step lowers the sum of squares, as the derivatives say."""
+    return float(system.right @ system.right) - foreseen(stack, system, point)
+
+
+def foreseen(stack: JointProblem, system: NormalEquations, point: JointPoint) -> float:
+    """Return the sum of squares after an undamped step, as the derivatives say."""
     delta = stack.step(system, point, 0.0).theta - point.theta
     after = system.right - system.factor @ delta
-    return float(system.right @ system.right - after @ after)
+    return float(after @ after)
 
 
 def _unstick(stack: JointProblem, at: _Stand) -> _Stand | None:

@@ -66,6 +66,11 @@ class Estimation:
     seconds : float
     filtered : Filtered or None
         Process noise, innovations and filtered states, where the method has a Kalman filter.
+
+    Examples
+    --------
+    >>> fit.status.value, [e.name for e in fit.estimates], [e.name for e in fit.nuisances]
+    ('converged', ['m', 'd', 'k'], ['delay x', 'offset x'])
     """
 
     study: Study

@@ -64,6 +64,12 @@ class Starts:
         Starts asked for; more than `arrivals` only if it was cancelled.
     names : tuple of str
         Labels of the unknowns.
+
+    Examples
+    --------
+    >>> starts = many_starts(study, 4, jobs=1)
+    >>> len(starts.arrivals)
+    4
     """
 
     arrivals: tuple[Arrival, ...]
@@ -123,6 +129,12 @@ def many_starts(
     ------
     UnusableInput
         If no start can be simulated, or `count` is not positive.
+
+    Examples
+    --------
+    >>> starts = many_starts(study, 4, jobs=1)
+    >>> round(starts.best.values["m"], 2)
+    0.54
     """
     begin = time.perf_counter()
     if count < 1:

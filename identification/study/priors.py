@@ -12,7 +12,13 @@ from identification.study.scaled import Free
 
 @dataclass(frozen=True)
 class Prior(ABC):
-    """What is known of a parameter before the data; abstract."""
+    """What is known of a parameter before the data; abstract.
+
+    Examples
+    --------
+    >>> isinstance(LogNormal(4.0, 2.0), Prior)
+    True
+    """
 
     @abstractmethod
     def on_theta(self, free: Free) -> tuple[float, float]:
@@ -21,7 +27,15 @@ class Prior(ABC):
 
 @dataclass(frozen=True)
 class Normal(Prior):
-    """Gaussian prior; `mean` and `sd` in the parameter's unit, sd > 0."""
+    """Gaussian prior; `mean` and `sd` in the parameter's unit, sd > 0.
+
+    Examples
+    --------
+    >>> from bondsight import Vary
+    >>> weighed = Vary("m", prior=Normal(0.5, 0.05))
+    >>> round(estimate(study.changed(free=(weighed, "d", "k"))).values["m"], 2)
+    0.54
+    """
 
     mean: float
     sd: float
@@ -40,7 +54,15 @@ class Normal(Prior):
 
 @dataclass(frozen=True)
 class LogNormal(Prior):
-    """The logarithm is Gaussian: about two thirds of the weight within `factor` of `median`."""
+    """The logarithm is Gaussian: about two thirds of the weight within `factor` of `median`.
+
+    Examples
+    --------
+    >>> from bondsight import Vary
+    >>> guessed = Vary("d", prior=LogNormal(4.0, 2.0))
+    >>> round(estimate(study.changed(free=("m", guessed, "k"))).values["d"], 1)
+    5.1
+    """
 
     median: float
     factor: float

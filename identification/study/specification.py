@@ -28,6 +28,11 @@ class Vary:
         Typical size of a parameter that may be zero or negative.
     own : bool
         A value in every recording instead of a common one.
+
+    Examples
+    --------
+    >>> Vary("k", lower=1e3, upper=4e3)
+    Vary(name='k', start=None, lower=1000.0, upper=4000.0, prior=None, scale=None, own=False)
     """
 
     name: str
@@ -79,6 +84,14 @@ class Nuisances:
         large (a command: by which it acts too strongly), fitted within its bounds, one for all
         recordings. A factor that ends at a bound is said: it belongs into the model, or the
         calibration is wrong.
+
+    Examples
+    --------
+    >>> from bondsight import Known
+    >>> chain = Nuisances(lags=False, gains={"x": Known(1.0, 0.02)})
+    >>> fitted = estimate(study.changed(nuisances=chain))
+    >>> [e.name for e in fitted.nuisances]
+    ['gain_x', 'offset x']
     """
 
     offsets: bool = True

@@ -88,8 +88,9 @@ class Study:
     initial : "free", "rest" or mapping of str to float
         Initial states: fitted in each recording; the rest under its first inputs; or some known
         (SI) and the others fitted.
-    hold : {"linear", "hold", "band-limited", "estimate"}
-        What the commands do between samples; "estimate" takes the one that fits best.
+    hold : {"estimate", "linear", "hold", "band-limited"}
+        What the commands do between samples; "estimate" takes linear, unless that leaves more than
+        the noise and another fits clearly better.
     noise : {"white", "coloured"} or mapping of str to float or sequence of float
         Noise of the readings: estimated as white or as autoregressive, or known standard
         deviations of some readings (SI; the others white).
@@ -132,7 +133,7 @@ class Study:
     free: tuple[Vary, ...] = ()
     fixed: Mapping[str, float] = field(default_factory=dict)
     initial: str | Mapping[str, float] = "free"
-    hold: str = "linear"
+    hold: str = ESTIMATED
     noise: str | Mapping[str, float | Sequence[float]] = "white"
     nuisances: Nuisances = field(default_factory=Nuisances)
     splits: tuple[Split, ...] = ()
@@ -151,7 +152,7 @@ class Study:
         fixed: Mapping[str, float] | None = None,
         *,
         initial: str | Mapping[str, float] = "free",
-        hold: str = "linear",
+        hold: str = ESTIMATED,
         noise: str | Mapping[str, float | Sequence[float]] = "white",
         nuisances: Nuisances | None = None,
         splits: Split | Sequence[Split] | None = None,

@@ -118,6 +118,7 @@ class Case:
             self.graph,
             self.recording(number),
             tuple(free),
+            hold="linear",
             noise=self.model,
             nuisances=NO_NUISANCES,
             splits=Split(slice(0, n), slice(n, n), "all samples"),
@@ -168,6 +169,14 @@ class Coverage:
     failed : int
         Trials whose fit did not converge; they are not counted as hits or misses.
     counts : tuple of Count
+
+    Examples
+    --------
+    >>> from identification.uncertainty.coverage import Case
+    >>> case = Case("positioner", graph, t, {"F": force}, {"x": 2e-6}, ("m", "d", "k"))
+    >>> counted = coverage(case, 5, kinds=("fisher",))
+    >>> counted.trials, counted.failed
+    (5, 0)
     """
 
     case: str
@@ -276,6 +285,13 @@ def coverage(
         Number of the first trial.
     progress : callable, optional
         Called with trials done, trials in all and a text; Ctrl-C keeps the finished trials.
+
+    Examples
+    --------
+    >>> from identification.uncertainty.coverage import Case
+    >>> case = Case("positioner", graph, t, {"F": force}, {"x": 2e-6}, ("m", "d", "k"))
+    >>> coverage(case, 5, kinds=("fisher",)).overall("fisher") >= 0.6  # of five trials
+    True
     """
     from joblib import delayed
 

@@ -198,6 +198,11 @@ def from_estimation(estimation: Estimation) -> FitView:
     ------
     UnusableInput
         Its method does not minimise the simulated misfit, or the fit broke.
+
+    Examples
+    --------
+    >>> [p.name for p in from_estimation(fit).parameters]
+    ['m', 'd', 'k']
     """
     if estimation.method not in SIMULATED:
         raise UnusableInput(

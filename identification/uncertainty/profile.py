@@ -52,6 +52,14 @@ class Profile:
         By how much that fit lowers the sum of squares.
     status : str
         ``complete``, or why it ended early.
+
+    Examples
+    --------
+    >>> from bondsight import profiles
+    >>> (profile,) = profiles(fit, ["d"])
+    >>> low, high = profile.interval
+    >>> low < 5.1 < high
+    True
     """
 
     name: str

@@ -193,6 +193,12 @@ def profiles(
         All parameters when not given.
     jobs : int
         Processes (joblib; the backend follows `joblib.parallel_config`).
+
+    Examples
+    --------
+    >>> (profile,) = profiles(fit, ["m"])
+    >>> profile.shape
+    'two-sided'
     """
     from joblib import delayed
 

@@ -47,6 +47,13 @@ class StructuralIdentifiability:
         Ratio of the smallest nonzero to the largest zero singular value; infinite if exact.
     blocks : tuple of FlatBlock
         Dead parameters and groups with what they do determine.
+
+    Examples
+    --------
+    >>> from bondsight import identifiability
+    >>> answer = identifiability(graph, ["m", "d", "k"])
+    >>> answer.rank, len(answer.free)
+    (3, 3)
     """
 
     name: str
@@ -114,6 +121,12 @@ def identifiability(
         A name of `free` is no parameter.
     UnusableInput
         The graph has no reading or no free parameter.
+
+    Examples
+    --------
+    >>> print(identifiability(graph))
+    positioner: 3 of 3 numbers can be determined (exactly)
+      determined: m, d, k
     """
     graph.require_sound()
     names = _free(graph, free)

@@ -82,6 +82,12 @@ class Comparison:
     contestants : tuple of Contestant
     nested : tuple of Nested
         Likelihood-ratio tests of fits that free less of the same model.
+
+    Examples
+    --------
+    >>> poorer = estimate(study.changed(free=("d", "k")))
+    >>> [c.name for c in compare({"m d k": fit, "d k": poorer}).contestants]
+    ['m d k', 'd k']
     """
 
     contestants: tuple[Contestant, ...]
@@ -128,6 +134,12 @@ def compare(fits: Mapping[str, Any]) -> Comparison:
     ------
     UnusableInput
         Fewer than two fits, or fits that were not scored on the same samples.
+
+    Examples
+    --------
+    >>> poorer = estimate(study.changed(free=("d", "k")))
+    >>> compare({"m d k": fit, "d k": poorer}).best.name
+    'm d k'
     """
     if len(fits) < 2:
         raise UnusableInput(f"{len(fits)} fit is nothing to compare; give two or more by name")

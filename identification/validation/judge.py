@@ -37,6 +37,13 @@ class Judgement:
         Noise and distortion of each record whose drive repeats.
     estimation : Estimation or None
         What was judged, if it was one.
+
+    Examples
+    --------
+    >>> from bondsight import judge
+    >>> judgement = judge(fit)
+    >>> judgement.remarks == (), len(judgement.channels)
+    (False, 1)
     """
 
     material: ValidationData
@@ -106,6 +113,11 @@ def judge(
     ------
     UnusableInput
         If no sample is scored, or the value is no fit.
+
+    Examples
+    --------
+    >>> print(str(judge(fit)).splitlines()[0])
+    positioner: nothing to object to
     """
     if isinstance(fit, Starts):
         starts, fit = starts or tuple(map(float, fit.costs)), fit.best

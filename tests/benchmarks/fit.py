@@ -144,9 +144,9 @@ def stack_study(
         {"V_in": "V", "x": "m", "i": "A"},
     )
     if free is None:
-        return Study(made, r), truth
+        return Study(made, r, hold="linear"), truth
     held = {n: v for n, v in truth.items() if n not in free}
-    return Study(made, r, tuple(free), held), truth
+    return Study(made, r, tuple(free), held, hold="linear"), truth
 
 
 def worst_miss(result: Estimation, truth: dict[str, float]) -> float:
@@ -274,7 +274,7 @@ def _row(
 def _by_samples(n: int) -> Study:
     return Study(
         duffing(), duffing_record(n, accuracy=ROUGH), tuple(TRUTH), initial="rest",
-        noise={"x": NOISE}, nuisances=NO_NUISANCES, n_sub=1,
+        noise={"x": NOISE}, nuisances=NO_NUISANCES, n_sub=1, hold="linear",
     )  # fmt: skip
 
 
@@ -295,7 +295,7 @@ def _plain(study: Study) -> Study:
 def _by_records(n: int) -> Study:
     return Study(
         duffing(), [duffing_record(4096, k, ROUGH) for k in range(n)], tuple(TRUTH),
-        initial="rest", noise={"x": NOISE}, nuisances=NO_NUISANCES, n_sub=1,
+        initial="rest", noise={"x": NOISE}, nuisances=NO_NUISANCES, n_sub=1, hold="linear",
     )  # fmt: skip
 
 
@@ -304,7 +304,7 @@ def _starts(say: Printer, share: float) -> None:
     free = tuple(Vary(n, lower=v / 4, upper=v * 4) for n, v in TRUTH.items())
     study = Study(
         duffing(), duffing_record(4096, accuracy=ROUGH), free, initial="rest", noise={"x": NOISE},
-        nuisances=NO_NUISANCES, n_sub=1,
+        nuisances=NO_NUISANCES, n_sub=1, hold="linear",
     )  # fmt: skip
     sizes = sorted({max(1, int(n * share)) for n in (1, 2, 4, 8, 16, 32)})
     many_starts(study, 2, max_iterations=4)

@@ -84,7 +84,7 @@ def by_us(recording: Recording, repeats: int) -> Fitted:
     everything = Split(slice(0, recording.n), slice(recording.n, recording.n), "all samples")
     study = Study(
         duffing(), recording, tuple(TRUTH), initial="rest", noise={"x": NOISE},
-        nuisances=NO_NUISANCES, splits=everything,
+        nuisances=NO_NUISANCES, splits=everything, hold="linear",
     )  # fmt: skip
     estimate(study)  # compiles
     wall, processor, made = _spent(lambda: estimate(study), repeats)

@@ -161,7 +161,7 @@ def fits(samples: int = 300) -> Iterator[str]:
         truth = {n: graph.parameters[n].value for n in free}
         study = Study(
             graph, recording, tuple(Vary(n, start=1.3 * v) for n, v in truth.items()),
-            initial="rest", nuisances=NO_NUISANCES,
+            initial="rest", hold="linear", nuisances=NO_NUISANCES,
         )  # fmt: skip
         yield f"{graph.name}, fitted; true " + _values(truth)
         first = None

@@ -46,6 +46,24 @@ class Port(Junction):
     common : {"", "effort", "flow"}
         The port becomes a 0-junction (common effort) or a 1-junction; by default the kind of the
         junction inside it is bonded to, else a 1-junction.
+
+    Examples
+    --------
+    >>> from bondgraph.graph.composing.hierarchy import use
+    >>> def joint():
+    ...     with BondGraph("spring and damper") as g:
+    ...         pair = One("pair")
+    ...         Port("end", unit="N") >> pair >> C("k", stiffness=2e3, unit="N/m")
+    ...         pair >> R("d", 4.0, unit="N*s/m")
+    ...     return g
+    >>> def carriage():
+    ...     with BondGraph("carriage") as g:
+    ...         body = One("body")
+    ...         Se("F", unit="N") >> body >> I("m", 0.5, unit="kg")
+    ...         body >> use(joint(), "foot").end
+    ...     return g
+    >>> carriage().check(), "foot_k" in carriage().elements
+    ((), True)
     """
 
     unit: str = ""

@@ -122,6 +122,13 @@ class Effect(ABC):
     it from those), `simpler` (effects it contains as special cases), `source` of the law. `home`
     is False where the effect can sit but seldom does: such a place counts only if it explains more
     than every home.
+
+    Examples
+    --------
+    >>> from identification.diagnosis.catalogue import CATALOGUE
+    >>> (friction,) = [e for e in CATALOGUE if e.name == "coulomb_friction"]
+    >>> friction.kind, [e.name for e in friction.places(graph)]
+    ('dissipative', ['d'])
     """
 
     name: ClassVar[str]

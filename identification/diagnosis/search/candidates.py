@@ -127,6 +127,12 @@ class DiagnosisOptions:
         Effects of the user beside the catalogue.
     holds : tuple of str
         Behaviours of the commands between samples that may be chosen; one where it is known.
+
+    Examples
+    --------
+    >>> quick = DiagnosisOptions(effects=1, without=("coulomb_friction",))
+    >>> quick.effects, quick.samples
+    (1, 24000)
     """
 
     jobs: int = -1

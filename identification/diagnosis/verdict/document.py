@@ -31,7 +31,14 @@ _PART = {"name": str, "sha256": str, "samples": int}
 
 
 def verdict(d: Diagnosis) -> dict[str, Any]:
-    """Return the verdict as plain data (schema ``bondsight.verdict/1``)."""
+    """Return the verdict as plain data (schema ``bondsight.verdict/1``).
+
+    Examples
+    --------
+    >>> document = verdict(found)
+    >>> document["schema"], document["verdict"]
+    ('bondsight.verdict/1', 'missing_physics')
+    """
     last = d.repaired or d.nominal
     floor = {} if d.data is None else dict(zip(d.data.names, map(float, d.data.floor), strict=True))
     return {
@@ -252,7 +259,13 @@ def normalised_error(f: Fit, part: str = "test") -> dict[str, float]:
 
 
 def write_verdict(d: Diagnosis, folder: Path) -> Path:
-    """Write ``verdict.json`` atomically; returns its path."""
+    """Write ``verdict.json`` atomically; returns its path.
+
+    Examples
+    --------
+    >>> write_verdict(found, folder).name
+    'verdict.json'
+    """
     target = folder / "verdict.json"
     write_atomically(target, json.dumps(verdict(d), indent=2, allow_nan=False) + "\n")
     return target

@@ -198,6 +198,15 @@ def optimal_multisine(
     ------
     UnusableInput
         If the candidates do not determine the parameters.
+
+    Examples
+    --------
+    >>> proposal = optimal_multisine(
+    ...     graph, "F", {"x": 2e-6}, rate=200.0, period=400, band=(0.5, 40.0), chosen=("m", "d"),
+    ...     nuisances=(), rms=2.0, unit="N",
+    ... )
+    >>> proposal.signal.kind
+    'D-optimal multisine'
     """
     if corner is not None and not corner > 0.0:
         raise UnusableInput(f"design: the corner of {corner} Hz must be positive")

@@ -42,6 +42,13 @@ class Signal:
         Samples of turning points or steps.
     notes : tuple of str
         What else a reader of the record should know.
+
+    Examples
+    --------
+    >>> from identification import sweep
+    >>> chirp = sweep(200.0, 1.0, 30.0, 4.0, amplitude=8.0, name="F", unit="N")
+    >>> chirp.kind
+    'linear sweep'
     """
 
     name: str

@@ -45,6 +45,12 @@ def sweep(
     ------
     UnusableInput
         If a frequency is not below the Nyquist rate, or another number cannot be used.
+
+    Examples
+    --------
+    >>> chirp = sweep(200.0, 1.0, 30.0, 4.0, amplitude=8.0, name="F", unit="N")
+    >>> chirp.values.size, chirp.unit
+    (801, 'N')
     """
     if kind not in ("linear", "log"):
         raise unknown_name("kind of sweep", kind, "sweep", ("linear", "log"))

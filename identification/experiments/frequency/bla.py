@@ -54,6 +54,18 @@ def best_linear_approximation(
     ------
     UnusableInput
         If the recordings do not fit together or a line is not excited.
+
+    Examples
+    --------
+    >>> from identification import multisine
+    >>> tone = multisine(200.0, 400, band=(1.0, 30.0), rms=2.0, periods=6, name="F", unit="N")
+    >>> answer = simulate(graph, tone.time, {"F": tone.values}, hold="band-limited")
+    >>> periodic = Recording.from_arrays(
+    ...     "tones", {"t[s]": tone.time, "F[N]": tone.values, "x[m]": answer["x"]}
+    ... )
+    >>> found = best_linear_approximation(periodic, ["F"], ["x"], period=400, discard=1600)
+    >>> found.response.shape
+    (59, 1, 1)
     """
     records = [recordings] if isinstance(recordings, Recording) else list(recordings)
     if not records:

@@ -191,6 +191,20 @@ def distortions(
         Excited lines; found from the inputs if not given.
     highest : int, optional
         Last line given out; three times the last excited one, below the Nyquist rate.
+
+    Examples
+    --------
+    >>> from identification import multisine
+    >>> tone = multisine(
+    ...     200.0, 400, band=(1.0, 30.0), kind="random_odd", periods=6, name="F", unit="N"
+    ... )
+    >>> answer = simulate(graph, tone.time, {"F": tone.values}, hold="band-limited")
+    >>> periodic = Recording.from_arrays(
+    ...     "tones", {"t[s]": tone.time, "F[N]": tone.values, "x[m]": answer["x"]}
+    ... )
+    >>> level = distortions(periodic, ["F"], ["x"], period=400, discard=800).level("x")
+    >>> level.odd < 0.01
+    True
     """
     records = [recordings] if isinstance(recordings, Recording) else list(recordings)
     if not records:

@@ -38,6 +38,18 @@ class FrequencyResponse:
         How it was found, in words.
     realisations, periods : int
         Records, and the fewest periods in one; 0 periods if the data are not periodic.
+
+    Examples
+    --------
+    >>> from identification import best_linear_approximation, multisine
+    >>> tone = multisine(200.0, 400, band=(1.0, 30.0), rms=2.0, periods=6, name="F", unit="N")
+    >>> answer = simulate(graph, tone.time, {"F": tone.values}, hold="band-limited")
+    >>> periodic = Recording.from_arrays(
+    ...     "tones", {"t[s]": tone.time, "F[N]": tone.values, "x[m]": answer["x"]}
+    ... )
+    >>> found = best_linear_approximation(periodic, ["F"], ["x"], period=400, discard=1600)
+    >>> round(float(1 / abs(found.response[0, 0, 0])), -2)  # the stiffness
+    2000.0
     """
 
     name: str
