@@ -278,7 +278,9 @@ def stiffness_from_weight(recording: Recording, mass: float) -> Interval:
     x = _held(recording)
     tenth = x.size // 10
     if tenth < LEAST_REST:
-        raise UnusableInput(f"{recording.name}: {x.size} samples; record at least {10 * LEAST_REST}")
+        raise UnusableInput(
+            f"{recording.name}: {x.size} samples; record at least {10 * LEAST_REST}"
+        )
     total = np.concatenate(([0.0], np.cumsum(x)))
     mean = (total[2 * tenth :] - total[: -2 * tenth]) / (2 * tenth)
     # between the means of two tenths on either side of a tenth

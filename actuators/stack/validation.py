@@ -37,8 +37,9 @@ class Validation:
         Range of the displacement, its noise from sample to sample, and how far it still crept
         while it rested (m).
     errors : dict of str to ndarray
-        Model less measurement from the end of the rest on (m): of the operator with its creep; of the complete model, which is the lumped stack with the
-        operator as its hysteresis; of the lumped stack with Maxwell elements, if they are known.
+        Model less measurement from the end of the rest on (m): of the operator with its creep; of
+        the complete model, which is the lumped stack with the operator as its hysteresis; of the
+        lumped stack with Maxwell elements, if they are known.
     """
 
     name: str
@@ -115,7 +116,9 @@ def validate(
         found["complete model: lumped + Maxwell"] = _complete(stack, graph, record, history)
     errors = {k: (x - record.x)[record.resting :] for k, x in found.items()}
     third = max(record.resting // 3, 1)
-    crept = float(record.x[record.resting - third : record.resting].mean() - record.x[:third].mean())
+    crept = float(
+        record.x[record.resting - third : record.resting].mean() - record.x[:third].mean()
+    )
     return Validation(record.name, float(np.ptp(record.x)), record.noise, crept, errors)
 
 

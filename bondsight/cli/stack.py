@@ -11,6 +11,10 @@ from bondgraph.support.errors import UnusableInput, unknown_name
 from bondsight.cli.arguments import OUT, add_map, mapping_of, positive
 
 CHANNELS = ("V_in", "x", "F_e")
+UNKNOWN = (
+    "of the thesis, and T is as good as it: a free ramp tells T / k only; k tell --load (a force, "
+    "or --weight KG), --step with --mass, or --stiffness"
+)
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -155,12 +159,9 @@ def _stiffness(options: argparse.Namespace) -> tuple[Interval, Ringing | None]:
         k, source = Interval.of(_above_zero("--stiffness", options.stiffness), error), "as given"
     elif ringing is not None:
         k = ringing.stiffness(options.mass)
-        source = "from the ringing; stiffer than at constant voltage if R_e C is not short beside it"
+        source = "from the ringing: more than at constant voltage unless R_e C is short beside it"
     else:
-        k, source = Interval.of(65e6, options.stiffness_error), (
-            "of the thesis, and T is as good as it: a free ramp tells only T / k; k tell --load "
-            "(a force, or --weight KG), --step with --mass, or --stiffness"
-        )
+        k, source = Interval.of(65e6, options.stiffness_error), UNKNOWN
     print(f"stiffness: {said_of(k, 1e-6)} N/um, {source}")
     return k, ringing
 

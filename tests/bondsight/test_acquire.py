@@ -53,6 +53,7 @@ def test_a_simulated_take_ends_with_its_seal(
         (["--simulated", "--effect", "creeep"], "creeep"),
         (["--simulated", "--diagnose", "no_such_model"], "no_such_model"),
         (["--simulated", "--signal", "sine"], "sine:HZ"),
+        (["--simulated", "--signal", "hold:3"], "write hold:SECONDS:VOLTS"),
         (["--simulated", "--signal", "sine:9999"], "stay below half"),
         (["--simulated", "--samples", "10"], "too few"),
         (["--simulated", "--signal", "ramp"], "write ramp:SECONDS"),

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 from actuators.stack.identified import IdentifiedStack
+from actuators.stack.ramps import stiffness_from_load
 from bondgraph.hysteresis import operator_from_dict
 from bondgraph.signals.recording import Recording
 from bondsight.cli.bench_serve import station_writer
@@ -89,6 +90,48 @@ def test_what_is_found_is_what_stands_there(session: Session) -> None:
     assert "thesis 3.52" in session.said
 
 
+def test_the_complete_model_on_a_record_that_no_fit_has_seen(
+    session: Session, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    loading, loops, held = (str(session.folder / f"{n}.npz") for n in ("loading", "loops", "held"))
+    k, _ = short_circuit()
+    assert not main(
+        ["stack", "identify", loading, loops, "--validate", held, "--stiffness", str(k),
+         "--plays", "14", "--out", str(tmp_path / "stack.json")]
+    )  # fmt: skip
+    said = capsys.readouterr().out
+    rows = re.findall(
+        r"^  (operator and creep|complete model: .+?) +[\d.]+ nm +([\d.]+) %", said, re.M
+    )
+    share = {name: float(percent) for name, percent in rows}
+    assert share["complete model: lumped + operator"] < 1.0
+    assert share["operator and creep"] < 1.0
+    assert share["complete model: lumped + Maxwell"] < 2.0
+    # the takes follow each other within tenths of a second
+    assert "crept by" in said
+
+
+def test_a_gauge_in_a_take_tells_the_stiffness(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    pressed = BENCH["plant"] | {"press": [4.0, 0.8]}
+    config = config_from(BENCH | {"plant": pressed, "fronts": ["interferometer", "card", "gauge"]})
+    with BenchServer(config) as server:
+        station_writer(tmp_path / "station.toml", config)(server.addresses)
+        station = str(tmp_path / "station.toml")
+        assert not main(
+            ["acquire", station, "--signal", "hold:2:0", "--rate", "500", "--name", "pressed",
+             "--out", str(tmp_path), "--quiet"]
+        )  # fmt: skip
+    assert "gauge: " in capsys.readouterr().out
+    recording = Recording.open(tmp_path / "pressed.npz")
+    assert recording.units["F"] == "N"
+    assert np.ptp(np.asarray(recording["F"])) == pytest.approx(4.0, abs=0.1)
+    found = stiffness_from_load(recording)
+    assert found.value == pytest.approx(short_circuit()[0], rel=0.01)
+    assert abs(found.value - short_circuit()[0]) < 4.0 * found.error
+
+
 def test_the_loop_before_and_after(
     session: Session, capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
@@ -159,6 +202,10 @@ def test_words_that_make_no_sense(
         (["stack", "charge", held], "takes no file"),
         (["stack", "mechanical", held, "--stiffness", "-1"], "above 0"),
         (["stack", "mechanical", held, "--map", "y=x"], "F_e"),
+        (["stack", "mechanical", held, "--weight", "0.5"], "give --load"),
+        (["stack", "mechanical", held, "--load", held], "hold the voltage"),
+        (["stack", "mechanical", held, "--load", held, "--weight", "0"], "above 0"),
+        (["stack", "identify", held, "--validate", str(session.folder / "no.npz")], "no.npz"),
         (["stack", "mechanical", held, "--step", held, "--mass", "0.1"], "no step"),
     ):
         extra = ["--out", out] if words[0] == "compensate" and "--out" not in words else []
