@@ -48,6 +48,7 @@ threadpool_limits(1)  # small matrices: threads would only wait for each other
 # %config InlineBackend.figure_formats = ['png']
 plt.rcParams.update({"figure.dpi": 90, "axes.grid": True, "grid.alpha": 0.3})
 
+os.environ["BONDSIGHT_BENCH_SIOS_TIMEOUT"] = "60"  # s; a busy machine may be slow
 started = Path.cwd()
 scratch = TemporaryDirectory()
 os.chdir(scratch.name)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 import shutil
 import tomllib
@@ -52,6 +53,14 @@ def short_circuit() -> tuple[float, float]:
     p = draw_truth(SEED, "none", None, None).plant
     k = p.k / (1.0 + p.k * p.T**2 * p.C_q)
     return k, k * p.T * p.C_q
+
+
+@pytest.fixture(scope="module", autouse=True)
+def patient() -> Iterator[None]:
+    """Let the wire of the interferometer wait: a busy machine may be slow."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("BONDSIGHT_BENCH_SIOS_TIMEOUT", "60")
+        yield
 
 
 @pytest.fixture(scope="module")
@@ -183,6 +192,44 @@ def test_a_target_that_cannot_be_followed_moves_nothing(
     assert len(error.strip().splitlines()) == 1
     assert re.search(said, error)
     assert len(session.server.rig.trigger_edges) == steps
+
+
+def test_what_cannot_be_done_moves_nothing(
+    session: Session, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    volt = np.linspace(0.0, 100.0, 500)
+    bare = Recording("bare", volt / 100.0, {"V": volt, "x": 5e-8 * volt}, {"V": "V", "x": "m"})
+    no_rest = str(bare.save(tmp_path / "bare.npz"))
+    content = json.loads(Path(session.fit).read_text(encoding="utf-8"))
+    dead = {"kind": "al_janaideh", "q": 1e-8, "c": 1.0, "sigma": 5.0, "alpha": -9e-9, "beta": 0.0,
+            "count": 3}  # fmt: skip
+    no_inverse = tmp_path / "dead.json"
+    no_inverse.write_text(json.dumps({**content, "operator": dead}), encoding="utf-8")
+    fast = tmp_path / "fast.toml"
+    text = Path(session.station).read_text(encoding="utf-8")
+    fast.write_text(text.replace("[interferometer]", "[interferometer]\nrate = 1.2e6"))
+    target = ["--target", "sine:1:0:2e-6:0.5", "--out", str(tmp_path / "v.npz")]
+    at = ["--station", session.station]
+    rig = session.server.rig
+    edges, now = len(rig.trigger_edges), session.server.extremes
+    for words, said in (
+        (["stack", "identify", no_rest], "rest before the voltage moves"),
+        (["stack", "identify", session.fit], "stack.json"),
+        (["compensate", no_rest, *target, *at], "rest before the voltage moves"),
+        (["compensate", str(no_inverse), *target, *at], "no inverse"),
+        (["compensate", session.fit, *target, *at, "--rate", "20000"], "us"),
+        (["compensate", session.fit, *target, *at, "--closed", "20000"], "allows 5 kHz"),
+        (["compensate", session.fit, *target, *at, "--closed", "-1"], "above 0"),
+        (["compensate", session.fit, *target, "--station", str(fast), "--closed", "500"], "16000"),
+        (["compensate", session.fit, *target, "--closed", "500"], "--station"),
+    ):
+        assert main(words) == 2, words
+        error = capsys.readouterr().err
+        assert said in error, (words, error)
+        assert len(error.strip().splitlines()) == 1, error
+    assert len(rig.trigger_edges) == edges
+    assert session.server.extremes == now
+    assert not list(tmp_path.glob("bench-*"))
 
 
 def test_words_that_make_no_sense(
