@@ -123,7 +123,7 @@ def test_the_complete_model_on_a_record_that_no_fit_has_seen(
 def test_a_gauge_in_a_take_tells_the_stiffness(
     capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
-    pressed = BENCH["plant"] | {"press": [4.0, 0.8]}
+    pressed = BENCH["plant"] | {"press": [4.0, 2.0]}
     config = config_from(BENCH | {"plant": pressed, "fronts": ["interferometer", "card", "gauge"]})
     with BenchServer(config) as server:
         station_writer(tmp_path / "station.toml", config)(server.addresses)
@@ -217,7 +217,7 @@ def test_what_cannot_be_done_moves_nothing(
         (["stack", "identify", session.fit], "stack.json"),
         (["compensate", no_rest, *target, *at], "rest before the voltage moves"),
         (["compensate", str(no_inverse), *target, *at], "no inverse"),
-        (["compensate", session.fit, *target, *at, "--rate", "20000"], "us"),
+        (["compensate", session.fit, *target, *at, "--rate", "100000"], "neither a block"),
         (["compensate", session.fit, *target, *at, "--closed", "20000"], "allows 5 kHz"),
         (["compensate", session.fit, *target, *at, "--closed", "-1"], "above 0"),
         (["compensate", session.fit, *target, "--station", str(fast), "--closed", "500"], "16000"),
@@ -250,7 +250,7 @@ def test_words_that_make_no_sense(
         (["stack", "mechanical", held, "--stiffness", "-1"], "above 0"),
         (["stack", "mechanical", held, "--map", "y=x"], "F_e"),
         (["stack", "mechanical", held, "--weight", "0.5"], "give --load"),
-        (["stack", "mechanical", held, "--load", held], "hold the voltage"),
+        (["stack", "mechanical", held, "--load", held], "channels in N"),
         (["stack", "mechanical", held, "--load", held, "--weight", "0"], "above 0"),
         (["stack", "identify", held, "--validate", str(session.folder / "no.npz")], "no.npz"),
         (["stack", "mechanical", held, "--step", held, "--mass", "0.1"], "no step"),
