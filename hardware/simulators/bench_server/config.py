@@ -187,6 +187,8 @@ class BenchConfig:
         press = self.plant.press
         if press and not (len(press) == 2 and press[1] > 0.0):
             raise ValueError(f"bench: press = {list(press)} must be [N, s], the time above 0")
+        if press and self.plant.name != "stack":
+            raise ValueError(f"bench: press = {list(press)} is for plant 'stack', whose k is known")
         if self.plant.sealed and self.plant.seed is not None:
             raise ValueError("bench: a sealed plant takes no seed: who knows it knows the truth")
 
