@@ -132,7 +132,8 @@ def _ascii(rig: Rig, config: BenchConfig, stand: Stand) -> BenchDevice:
 def _gauge(rig: Rig, config: BenchConfig, stand: Stand) -> BenchDevice:
     from hardware.simulators.gauge import GaugeFront
 
-    front = GaugeFront(rig, config.gauge, stand.press and stand.press.force)
+    pressed = None if stand.press is None else stand.press.force
+    front = GaugeFront(rig, config.gauge, pressed)
     return BenchDevice(front, {"gauge": _answers(front.faults)})
 
 

@@ -115,5 +115,5 @@ def _stack(p: PlantConfig) -> Stand:
         raise ValueError(f"bench: {error.args[0]}") from None
     plant, at = StackPlant(truth, span=p.drift_span), truth.plant
     stiffness = at.k / (1.0 + at.k * at.T**2 * at.C_q)
-    press = Press(*p.press, stiffness) if p.press else None
+    press = Press(p.press[0], p.press[1], stiffness) if p.press else None
     return Stand(plant, truth.as_dict(), truth.noise.x_rms, truth.noise.i_rms, press)
