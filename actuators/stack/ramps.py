@@ -24,6 +24,8 @@ LEAST_REST = 8
 """Samples."""
 STILL = 1e-4
 """Share of the voltage span within which a voltage rests."""
+GRAVITY = 9.80665
+"""m/s^2."""
 AT_ZERO = 1e-2
 """Share of the voltage span within which a virgin curve has to begin."""
 
@@ -82,7 +84,8 @@ class FromRest:
         """
         span, top = float(np.ptp(self.volt)), int(np.argmax(self.volt))
         away = self.volt[top:] - self.volt[0]
-        back = np.flatnonzero(away <= 2.0 * STILL * span)
+        # a triangle that is played once ends a sample before the first voltage
+        back = np.flatnonzero(away <= 10.0 * STILL * span)
         if not back.size:
             return None
         part = np.flatnonzero(away[: int(back[0]) + 1] <= 0.05 * span) + top
@@ -226,26 +229,85 @@ def mean_of(values: Iterable[Interval]) -> Interval:
 
 
 def stiffness_from_load(recording: Recording) -> Interval:
-    """Return k (N/m) from a ramp of a recorded force at constant voltage: ``dx = dF / k``.
+    """Return k (N/m) from a recorded force at constant voltage: ``dx = dF / k``.
+
+    A force ``F_e`` acts along x, ``F`` is that of a gauge, which presses against it. A steady
+    drift of x is taken off.
 
     Raises
     ------
     UnusableInput
         If no force moves, or the voltage does.
     """
-    force, x = channel_in(recording, "N"), channel_in(recording, "m")
-    volts = [np.asarray(recording[c]) for c in recording.channels if recording.units[c] == "V"]
-    if any(np.ptp(v) > 0.01 * (1.0 + np.abs(v).max()) for v in volts):
-        raise UnusableInput(
-            f"{recording.name}: voltage and force move together; hold the voltage while loading"
-        )
+    force, x = channel_in(recording, "N"), _held(recording)
     if not np.ptp(force) > 0.0:
         raise UnusableInput(f"{recording.name}: the force is constant; load and unload the stack")
-    f = force - force.mean()
-    compliance = float(f @ x) / float(f @ f)
-    rest = x - x.mean() - compliance * f
+    if "F" in recording.channels and "F_e" not in recording.channels:
+        force = -force
+    columns = np.column_stack((force, np.ones(x.size), np.linspace(-1.0, 1.0, x.size)))
+    found = np.linalg.pinv(columns) @ x
+    compliance, rest = float(found[0]), x - columns @ found
     rho = min(max(float(rest[1:] @ rest[:-1]) / max(float(rest @ rest), 1e-300), 0.0), 0.99)
-    error = math.sqrt(float(rest @ rest) / (x.size - 2) / float(f @ f) * (1 + rho) / (1 - rho))
+    own = float(np.linalg.norm(np.linalg.pinv(columns)[0]))
+    error = own * math.sqrt(float(rest @ rest) / (x.size - 3) * (1 + rho) / (1 - rho))
     if not compliance > 0.0:
         raise UnusableInput(f"{recording.name}: x falls with the force; turn the sign of the force")
     return Interval.of(1.0 / compliance, error / compliance**2)
+
+
+def stiffness_from_weight(recording: Recording, mass: float) -> Interval:
+    """Return k (N/m) from the step of x when a mass (kg) is put on the upright stack, or taken off.
+
+    The two tenths of the record before and behind the step are averaged, less the tenth in which
+    somebody's hands are there.
+
+    Raises
+    ------
+    UnusableInput
+        If the voltage moves, the mass is none, or no step stands out.
+
+    Examples
+    --------
+    >>> x = np.where(np.arange(1000) < 400, 0.0, -0.5 * 9.80665 / 60e6)
+    >>> r = Recording("weight", np.arange(1000) / 100.0, {"V": 0 * x, "x": x}, {"V": "V", "x": "m"})
+    >>> round(stiffness_from_weight(r, 0.5).value / 1e6, 6)
+    60.0
+    """
+    if not mass > 0.0:
+        raise UnusableInput(f"--weight {mass:g}: give the mass that is put on, kg, above 0")
+    x = _held(recording)
+    tenth = x.size // 10
+    if tenth < LEAST_REST:
+        raise UnusableInput(
+            f"{recording.name}: {x.size} samples; record at least {10 * LEAST_REST}"
+        )
+    total = np.concatenate(([0.0], np.cumsum(x)))
+    mean = (total[2 * tenth :] - total[: -2 * tenth]) / (2 * tenth)
+    # between the means of two tenths on either side of a tenth
+    steps = mean[3 * tenth :] - mean[: -3 * tenth]
+    at = int(np.argmax(np.abs(steps)))
+    sides = [x[at : at + 2 * tenth], x[at + 3 * tenth : at + 5 * tenth]]
+    # what moves slowly counts: the halves of a side may differ
+    halves = [h.mean() for side in sides for h in np.array_split(side, 2)]
+    error = math.hypot(halves[0] - halves[1], halves[2] - halves[3]) / 2.0
+    error = max(error, math.hypot(*(float(np.std(s)) for s in sides)) / math.sqrt(2 * tenth))
+    step = abs(float(steps[at]))
+    if not step > 6.0 * error:
+        raise UnusableInput(
+            f"{recording.name}: no step of x stands out ({1e9 * step:.2g} nm, known to "
+            f"{1e9 * error:.2g} nm); put the mass on in the middle of the record, or a larger one"
+        )
+    return Interval.of(mass * GRAVITY / step, mass * GRAVITY / step**2 * error)
+
+
+def _held(recording: Recording) -> FloatArray:
+    """Return the displacement of a record whose voltage is held."""
+    volts = {c: np.asarray(recording[c]) for c in recording.channels if recording.units[c] == "V"}
+    # a monitor has its noise; the command has none
+    asked = [volts[c] for c in USUAL if c in volts] or list(volts.values())
+    if any(np.ptp(v) > 0.01 * (1.0 + np.abs(v).max()) for v in asked):
+        raise UnusableInput(
+            f"{recording.name}: voltage and force move together; hold the voltage while loading "
+            "(bondsight acquire --signal hold:SECONDS:VOLTS)"
+        )
+    return channel_in(recording, "m")

@@ -39,9 +39,9 @@ def add_acquire_command(verbs: Any) -> None:
     )  # fmt: skip
     p.add_argument(
         "--signal", default="session",
-        help="session, sine:HZ, ramp:SECONDS, triangle:HZ, staircase:STEPS:SECONDS, "
-        "multisine:LOWEST_HZ:HIGHEST_HZ, reversals:CURVES:VOLTS_A_SECOND (each may end with "
-        ":LOW:HIGH volts), demagnetise:VOLTS, or a file",
+        help="session, hold:SECONDS:VOLTS, sine:HZ, ramp:SECONDS, triangle:HZ, "
+        "staircase:STEPS:SECONDS, multisine:LOWEST_HZ:HIGHEST_HZ, reversals:CURVES:VOLTS_A_SECOND "
+        "(each may end with :LOW:HIGH volts), demagnetise:VOLTS, or a file",
     )  # fmt: skip
     p.add_argument(
         "--erase", type=float, default=None, metavar="VOLTS",

@@ -151,6 +151,11 @@ def _sine(a: _Asked, frequency: float) -> FloatArray:
     return np.asarray(a.low + 0.5 * a.span * swing)
 
 
+def _hold(a: _Asked, seconds: float, volts: float) -> FloatArray:
+    """Stay at one voltage, while somebody loads the actuator."""
+    return np.full(max(2, round(a.within(seconds) * a.rate)), volts)
+
+
 def _ramp(a: _Asked, seconds: float) -> FloatArray:
     """Go up once: the loading curve of the thesis (section 6.2)."""
     return loading_ramp(a.low, a.high, a.within(seconds), a.rate).volt
@@ -189,6 +194,7 @@ def _reversals(a: _Asked, curves: float, slew: float) -> FloatArray:
 
 
 SHAPES: Mapping[str, tuple[tuple[str, ...], Callable[..., FloatArray]]] = {
+    "hold": (("SECONDS", "VOLTS"), _hold),
     "sine": (("HZ",), _sine),
     "ramp": (("SECONDS",), _ramp),
     "triangle": (("HZ",), _triangle),

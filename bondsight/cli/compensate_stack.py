@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from actuators.compensation.identified_tracking import Compensation
     from actuators.stack.identified import IdentifiedStack
     from bondgraph.support.ops import FloatArray
+    from hardware.regulation import LoopPlan
 
 INTEGRAL = 0.3
 """Integral gain over the rate of a loop; with a sample and a half of delay 60 degrees are left."""
@@ -42,12 +43,16 @@ def compensate_stack(options: argparse.Namespace) -> int:
         from hardware.station import read_settings
 
         settings = read_settings(options.station)
+    elif options.closed:
+        raise UnusableInput("--closed: a loop needs a bench; give --station FILE")
     limits = UNIPOLAR if settings is None else settings.envelope.limits
     stack = _stack_of(options.source)
     rate = real_number("--rate", options.rate)
     target = target_of(options.target, rate, "m")
     made = compensation(stack, target, rate, limits)
     writable(out.parent)
+    if settings is not None:
+        _check_bench(options, settings, out.parent)
     time = np.arange(target.size) / rate
     voltage = Recording(
         out.stem, time, {"V": made.inverse, "x_ref": target}, {"V": "V", "x_ref": "m"}
@@ -113,6 +118,31 @@ def _stack_of(sources: list[Path]) -> IdentifiedStack:
     return identify_stack(recordings, Interval.of(65e6, 0.0), name=sources[0].stem).stack
 
 
+def _check_bench(options: argparse.Namespace, settings: Any, folder: Path) -> None:
+    """Refuse what the last of the runs would fail at, before the first one moves anything."""
+    from hardware.regulation import check_rate
+    from hardware.station import open_station
+    from hardware.storage import new_files
+
+    for name in ("plain-gain", "inverse", *(["closed"] if options.closed else [])):
+        new_files(folder / f"bench-{name}")
+    if options.closed:
+        plan = _loop(options)
+        with open_station(settings) as bench:
+            check_rate(bench.loop(plan), plan)
+
+
+def _loop(options: argparse.Namespace) -> LoopPlan:
+    from hardware.regulation import LoopPlan
+
+    rate = real_number("--closed", options.closed)
+    if rate <= 0.0:
+        raise UnusableInput(f"--closed {rate:g}: give ticks a second above 0")
+    return LoopPlan(
+        target_of(options.target, rate, "m"), rate, name="closed", asked={"target": options.target}
+    )
+
+
 def _measured(
     options: argparse.Namespace, settings: Any, made: Compensation, stack: IdentifiedStack
 ) -> dict[str, FloatArray]:
@@ -146,13 +176,11 @@ def _closed(
     """Close the loop on the bench; return reference and displacement at its ticks (m)."""
     import numpy as np
 
-    from hardware.regulation import InverseLoop, LoopPlan, record_loop
+    from hardware.regulation import InverseLoop, record_loop
     from hardware.station import open_station
 
-    rate = real_number("--closed", options.closed)
-    reference = target_of(options.target, rate, "m")
-    plan = LoopPlan(reference, rate, name="closed", asked={"target": options.target})
-    controller = InverseLoop(stack.operator, 0.0, INTEGRAL * rate, rate)
+    plan = _loop(options)
+    controller = InverseLoop(stack.operator, 0.0, INTEGRAL * plan.rate, plan.rate)
     folder = (options.out or OUT / "voltage").parent
     with open_station(settings) as bench:
         done = record_loop(bench.loop(plan), plan, controller, folder / "bench-closed")

@@ -11,6 +11,10 @@ from bondgraph.support.errors import UnusableInput, unknown_name
 from bondsight.cli.arguments import OUT, add_map, mapping_of, positive
 
 CHANNELS = ("V_in", "x", "F_e")
+UNKNOWN = (
+    "of the thesis, and T is as good as it: a free ramp tells T / k only; k tell --load (a force, "
+    "or --weight KG), --step with --mass, or --stiffness"
+)
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -42,13 +46,24 @@ def add_stack_command(verbs: Any) -> None:
     g = p.add_argument_group("identify and mechanical")
     g.add_argument("--stiffness", type=float, metavar="N/M", help="k (default: 65e6, the thesis)")
     g.add_argument("--stiffness-error", type=float, default=0.0, metavar="N/M", help="one sigma")
-    g.add_argument("--load", type=Path, metavar="FILE", help="k from a ramp of a recorded force")
-    g.add_argument("--step", type=Path, metavar="FILE", help="damping from the ringing of a step")
-    g.add_argument("--mass", type=float, metavar="KG", help="moved, for the damping")
+    g.add_argument(
+        "--load", type=Path, metavar="FILE",
+        help="k from a recorded force at constant voltage: F_e along x, or F of a gauge against it",
+    )  # fmt: skip
+    g.add_argument(
+        "--weight", type=float, metavar="KG",
+        help="put on the upright stack, or taken off, while --load was recorded: no force needed",
+    )  # fmt: skip
+    g.add_argument("--step", type=Path, metavar="FILE", help="damping, k from its ringing")
+    g.add_argument("--mass", type=float, metavar="KG", help="moved, known: for --step")
     g.add_argument("--capacitance", type=float, default=1.5e-6, metavar="F", help="clamped")
     g.add_argument(
         "--plays", type=positive, nargs="+", action="extend", metavar="J",
         help="numbers of plays to try (default 4 to 16); held-out samples choose",
+    )  # fmt: skip
+    g.add_argument(
+        "--validate", type=Path, metavar="FILE",
+        help="then hold the complete model against this recording, which no fit sees; taken last",
     )  # fmt: skip
     g.add_argument("--erased", action="store_true", help="every recording began demagnetised")
     add_map(g)
@@ -73,6 +88,8 @@ def _stack(options: argparse.Namespace) -> int:
 
 def _identify(options: argparse.Namespace) -> int:
     from actuators.stack.identification import COUNTS, identify_stack
+    from actuators.stack.ramps import from_rest
+    from actuators.stack.validation import validate
     from bondsight.cli.output import writable
 
     out = options.out or OUT / "stack.json"
@@ -80,6 +97,9 @@ def _identify(options: argparse.Namespace) -> int:
         raise UnusableInput(f"stack identify --out {out}: write what was found to a .json file")
     writable(out.parent)
     recordings = _opened(options.files, _maps(options))
+    fresh = _opened([options.validate], _maps(options)) if options.validate else []
+    for r in fresh:
+        from_rest(r)  # refused before minutes are spent on a fit
     stiffness, ringing = _stiffness(options)
     found = identify_stack(
         recordings, stiffness, capacitance=_above_zero("--capacitance", options.capacitance),
@@ -88,6 +108,8 @@ def _identify(options: argparse.Namespace) -> int:
         name=options.files[0].stem if options.files else "",
     )  # fmt: skip
     print(found)
+    if fresh:
+        print(validate(found.stack, fresh[0], () if options.erased else recordings))
     found.stack.save(out)
     print(f"identified: {out}")
     return 0
@@ -110,7 +132,7 @@ def _ramps(options: argparse.Namespace) -> Callable[[], Figure]:
 def _stiffness(options: argparse.Namespace) -> tuple[Interval, Ringing | None]:
     """Return k and the ringing, and say where k is from: load, user, ringing, or the thesis."""
     from actuators.stack.identification import said_of
-    from actuators.stack.ramps import Interval, stiffness_from_load
+    from actuators.stack.ramps import Interval, stiffness_from_load, stiffness_from_weight
     from actuators.stack.step_response import fit_step
 
     ringing = None
@@ -122,18 +144,24 @@ def _stiffness(options: argparse.Namespace) -> tuple[Interval, Ringing | None]:
         mass = _above_zero("--mass", options.mass)
         print(f"  damping {said_of(ringing.damping(mass))} N s/m (thesis 80)")
         print(f"  k = m (w^2 + s^2) = {said_of(ringing.stiffness(mass), 1e-6)} N/um")
+    if options.weight is not None and options.load is None:
+        raise UnusableInput("--weight: give --load, a recording in which the mass is put on")
     if options.load is not None:
-        k, source = (
-            stiffness_from_load(_opened([options.load], _maps(options))[0]),
-            f"from {options.load.name}",
+        loaded = _opened([options.load], _maps(options))[0]
+        k = (
+            stiffness_from_load(loaded)
+            if options.weight is None
+            else stiffness_from_weight(loaded, options.weight)
         )
+        source = f"from {options.load.name}"
     elif options.stiffness is not None:
         error = options.stiffness_error
         k, source = Interval.of(_above_zero("--stiffness", options.stiffness), error), "as given"
     elif ringing is not None:
-        k, source = ringing.stiffness(options.mass), "from the ringing"
+        k = ringing.stiffness(options.mass)
+        source = "from the ringing: more than at constant voltage unless R_e C is short beside it"
     else:
-        k, source = Interval.of(65e6, options.stiffness_error), "of the thesis; give --stiffness"
+        k, source = Interval.of(65e6, options.stiffness_error), UNKNOWN
     print(f"stiffness: {said_of(k, 1e-6)} N/um, {source}")
     return k, ringing
 

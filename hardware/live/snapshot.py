@@ -5,6 +5,7 @@ from __future__ import annotations
 import textwrap
 import threading
 import time
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, final
 
@@ -12,10 +13,10 @@ import numpy as np
 
 from bondgraph.support.errors import BondsightError, UnusableInput
 from bondgraph.support.whole_file import regular_target, replacing
-from hardware.live.state import LiveState
+from hardware.live.state import ChannelState, LiveState, StreamState
 from hardware.live.text import one_line
 
-_SHOWN = ("x", "V", "V_mon", "i")
+_SHOWN = ("x", "V", "F", "V_mon", "i")
 _MAX_PANELS = 4
 
 
@@ -108,8 +109,12 @@ def draw(state: LiveState, path: Path) -> None:
     height = 1.4 + 1.8 * max(1, len(shown))
     figure = Figure(figsize=(8.0, height))
     # fixed margins: a layout that is computed costs four times the drawing
-    figure.subplots_adjust(0.11, 0.3 / height, 0.97, 1.0 - 1.3 / height, hspace=0.35)
+    turning = [pair for stream in state.streams for pair in _quadrature(stream)]
+    right = 0.66 if turning else 0.97
+    figure.subplots_adjust(0.11, 0.3 / height, right, 1.0 - 1.3 / height, hspace=0.35)
     FigureCanvasAgg(figure)
+    for cosine, sine in turning[:1]:
+        _lissajous(figure.add_axes((0.73, 0.3 / height, 0.25, 2.0 / height)), cosine, sine)
     panels: Any = figure.subplots(max(1, len(shown)), 1, squeeze=False)[:, 0]
     for panel, (s, c) in zip(panels, shown, strict=False):
         panel.plot(np.arange(c.recent.size) - c.recent.size + 1, c.recent, linewidth=1.0)
@@ -126,6 +131,26 @@ def draw(state: LiveState, path: Path) -> None:
     )
     with replacing(path) as stream:
         figure.savefig(stream, format="png", dpi=90)
+
+
+def _quadrature(stream: StreamState) -> Iterator[tuple[ChannelState, ChannelState]]:
+    """Yield cosine and sine of an interferometer that tells them."""
+    by_name = {c.name: c for c in stream.channels}
+    if {"cos", "sin"} <= set(by_name):
+        yield by_name["cos"], by_name["sin"]
+
+
+def _lissajous(panel: Any, cosine: ChannelState, sine: ChannelState) -> None:
+    """Draw the newest of the two signals over each other: a circle where the head is adjusted."""
+    panel.plot(cosine.recent, sine.recent, ".", markersize=2.0)
+    # all so far, so that the axes do not move with every picture
+    reach = 1.1 * max(abs(v) for c in (cosine, sine) for v in (c.low, c.high, 1e-300))
+    if np.isfinite(reach):
+        panel.set(xlim=(-reach, reach), ylim=(-reach, reach))
+    panel.set_aspect("equal")
+    panel.set_title("cos, sin", fontsize=8, loc="left")
+    panel.grid(alpha=0.3)
+    panel.tick_params(labelsize=7)
 
 
 def _order(name: str) -> int:

@@ -18,6 +18,7 @@ from bondgraph.support.arrays import FloatArray as Array
 from bondgraph.support.errors import UnusableInput
 from hardware.contracts import Flag
 from hardware.optics import Ellipse
+from hardware.recorder.beside import INSTANT, beside
 from hardware.recorder.correcting import corrected
 from hardware.recorder.marking import of_flags, of_losses, slip, with_jitter_judged
 from hardware.recorder.plan import TakePlan
@@ -26,7 +27,8 @@ from hardware.synchrony import Alignment, Budget, ClockWiring, Stream, align, me
 
 Words = NDArray[np.uint16]
 OUTPUT = "output"
-INSTANT = "instant"
+SENSOR = "interferometer"
+"""What is aligned with it."""
 TAKEN = "clock"
 """Channel of the sensor: when it took its sample, by its own clock (s)."""
 NOT_STORED = (INSTANT, "sample", TAKEN)
@@ -66,7 +68,7 @@ def assemble(
     origins: Sequence[StreamOrigin],
     wiring: ClockWiring,
     *,
-    sensor: str = "interferometer",
+    sensor: str = SENSOR,
     length: str = "x",
     copy: str = "V_copy",
     index: float = 1.0,
@@ -112,6 +114,8 @@ def assemble(
         made = _two_clocks(
             drive, measured, plan, known[sensor].nominal_rate, wiring, length=length, copy=copy
         )
+    slow = [journal.read(n) for n in journal.streams if n not in (OUTPUT, sensor)]
+    made = _with_slow(made, drive, [s for s in slow if INSTANT in s.channels], plan.rate)
     lost = (*of_losses(drive), *of_losses(measured))
     made = without_gaps(replace(made, sentences=(*improved.sentences, *lost, *made.sentences)))
     made = replace(made, sentences=(*made.sentences, *of_flags(made.flags)))
@@ -171,6 +175,25 @@ def _same_clock(drive: StreamData, measured: StreamData, plan: TakePlan) -> Asse
         {drive.layout.name: drive.flags[a], measured.layout.name: marks}, clocks,
         (*alone, *said),
     )  # fmt: skip
+
+
+def _with_slow(
+    made: Assembled, drive: StreamData, slow: Sequence[StreamData], rate: float
+) -> Assembled:
+    """Add sensors that are read now and then, by the program's instants of the output."""
+    if slow and INSTANT not in drive.channels:
+        names = ", ".join(s.layout.name for s in slow)
+        said = f"{names}: in the journal only, as the output does not tell when it wrote"
+        return replace(made, sentences=(*made.sentences, said))
+    for stream in slow:
+        at = np.searchsorted(drive.numbers, np.rint(made.time * rate)).clip(0, drive.n - 1)
+        found, said = beside(stream, drive.channels[INSTANT][at])
+        made = replace(
+            made, channels={**made.channels, **found},
+            units={**made.units, **{k: stream.layout.units[k] for k in found}},
+            sentences=(*made.sentences, said),
+        )  # fmt: skip
+    return made
 
 
 def _in_step(

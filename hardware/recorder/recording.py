@@ -11,7 +11,7 @@ from typing import Any
 from bondgraph.signals.recording import Recording
 from bondgraph.support.errors import UnusableInput
 from hardware.contracts import Air
-from hardware.recorder.assembling import OUTPUT, assemble, recording_of
+from hardware.recorder.assembling import OUTPUT, SENSOR, assemble, recording_of
 from hardware.recorder.keeping import end_of, ended
 from hardware.recorder.plan import TakePlan
 from hardware.recorder.station import Station
@@ -111,7 +111,7 @@ def record(
         air = air_of(raw)
         try:
             made = assemble(
-                raw, plan, origins, wiring or wiring_of(plan, station, origins[-1].nominal_rate),
+                raw, plan, origins, wiring or wiring_of(plan, station, _rate_of(origins)),
                 index=1.0 if air is None else air.index, ellipse=station.ellipse,
             )  # fmt: skip
         except UnusableInput as error:
@@ -142,6 +142,11 @@ def origins_of(station: Station, plan: TakePlan) -> tuple[StreamOrigin, ...]:
     """Return devices and nominal rates of all streams."""
     output = StreamOrigin(OUTPUT, station.output.identity, plan.rate)
     return (output, *(StreamOrigin(s.stream, s.identity, s.rate) for s in station.sensors))
+
+
+def _rate_of(origins: tuple[StreamOrigin, ...]) -> float:
+    """Return the nominal rate (Hz) of the sensor that is aligned."""
+    return next((o.nominal_rate for o in origins if o.stream == SENSOR), origins[-1].nominal_rate)
 
 
 def _stated(plan: TakePlan) -> ClockAlignment | None:

@@ -7,12 +7,13 @@ request ``D``, the answer sign, five digits with the point, unit, mode, judgemen
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import final
 
 import numpy as np
 
+from hardware.simulators.arrays import Array
 from hardware.simulators.controllers.serving import Serving, TcpDoorway
 from hardware.simulators.noise import white
 from hardware.simulators.rig import Rig
@@ -46,14 +47,18 @@ class GaugeConfig:
     seed: int = 0
 
 
+Pressed = Callable[[Array], Array]
+"""Force (N) at times (s) that presses the gauge against the bench, instead of its spring."""
+
+
 @final
 class SimulatedGauge:
     """What answers."""
 
     terminator = b"\r"
 
-    def __init__(self, rig: Rig, config: GaugeConfig) -> None:
-        self._rig, self._config = rig, config
+    def __init__(self, rig: Rig, config: GaugeConfig, pressed: Pressed | None) -> None:
+        self._rig, self._config, self._pressed = rig, config, pressed
         self._waiting = b""
 
     def feed(self, data: bytes) -> Iterator[bytes]:
@@ -69,11 +74,15 @@ class SimulatedGauge:
     def force(self, number: int) -> float:
         """Return reading `number` since the start of the bench (N)."""
         c = self._config
-        x = float(self._rig.seen(np.array([number / c.rate])).x[0])
+        when = np.array([number / c.rate])
+        if self._pressed is not None:
+            force = float(self._pressed(when)[0])
+        else:
+            force = c.spring * float(self._rig.seen(when).x[0])
         normal, chance, way = (float(white(c.seed, number, 1, s)[0]) for s in (11, 12, 13))
         # chance is normal: its tail of the wanted share
         spoiled = 0.5 * math.erfc(chance / math.sqrt(2.0)) < c.outliers
-        return c.spring * x + c.noise * normal + (math.copysign(c.size, way) if spoiled else 0.0)
+        return force + c.noise * normal + (math.copysign(c.size, way) if spoiled else 0.0)
 
     def _reading(self) -> bytes:
         c = self._config
@@ -92,7 +101,10 @@ class GaugeFront(Serving):
     rig : Rig
         The bench.
     config : GaugeConfig, optional
+    pressed : callable, optional
     """
 
-    def __init__(self, rig: Rig, config: GaugeConfig | None = None) -> None:
-        super().__init__(SimulatedGauge(rig, config or GaugeConfig()), TcpDoorway())
+    def __init__(
+        self, rig: Rig, config: GaugeConfig | None = None, pressed: Pressed | None = None
+    ) -> None:
+        super().__init__(SimulatedGauge(rig, config or GaugeConfig(), pressed), TcpDoorway())

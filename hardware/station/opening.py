@@ -91,6 +91,8 @@ class OpenStation:
         sensors, preparation, remarks = _sensors(
             self.interferometer, self.settings.interferometer, plan
         )
+        if self._gauge is not None:
+            sensors = (*sensors, self._gauge)
         return Station(
             self.clock, self.output, wave, sensors, preparation, parked(self.output),
             self._driven.gains, self.settings.amplifier.lag, self.settings.amplifier.lag_error,

@@ -53,6 +53,7 @@ def test_a_simulated_take_ends_with_its_seal(
         (["--simulated", "--effect", "creeep"], "creeep"),
         (["--simulated", "--diagnose", "no_such_model"], "no_such_model"),
         (["--simulated", "--signal", "sine"], "sine:HZ"),
+        (["--simulated", "--signal", "hold:3"], "write hold:SECONDS:VOLTS"),
         (["--simulated", "--signal", "sine:9999"], "stay below half"),
         (["--simulated", "--samples", "10"], "too few"),
         (["--simulated", "--signal", "ramp"], "write ramp:SECONDS"),
@@ -151,6 +152,8 @@ def turning_points(volts: np.ndarray) -> list[float]:
 
 def test_signals_of_the_thesis_and_of_memories_go_where_they_say() -> None:
     e = P840_1_UNIPOLAR
+    held, _ = waveform("hold:0.5:20", 1e3, 99, e, 0)
+    assert (held.size, np.ptp(held), held[0]) == (500, 0.0, 20.0)
     ramp, rate = waveform("ramp:10", 1e3, 99, e, 0)
     assert (ramp.size, rate, ramp[0], ramp[-1]) == (10_001, 1e3, 0.0, 100.0)
     np.testing.assert_allclose(np.diff(ramp), 0.01, atol=1e-12)

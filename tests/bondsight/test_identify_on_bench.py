@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 import shutil
 import tomllib
@@ -13,6 +14,7 @@ import numpy as np
 import pytest
 
 from actuators.stack.identified import IdentifiedStack
+from actuators.stack.ramps import stiffness_from_load
 from bondgraph.hysteresis import operator_from_dict
 from bondgraph.signals.recording import Recording
 from bondsight.cli.bench_serve import station_writer
@@ -53,6 +55,14 @@ def short_circuit() -> tuple[float, float]:
     return k, k * p.T * p.C_q
 
 
+@pytest.fixture(scope="module", autouse=True)
+def patient() -> Iterator[None]:
+    """Let the wire of the interferometer wait: a busy machine may be slow."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("BONDSIGHT_BENCH_SIOS_TIMEOUT", "60")
+        yield
+
+
 @pytest.fixture(scope="module")
 def session(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Session]:
     folder = tmp_path_factory.mktemp("bench")
@@ -87,6 +97,48 @@ def test_what_is_found_is_what_stands_there(session: Session) -> None:
     assert sum(stack.creep.weights) == pytest.approx(0.04, rel=0.35)
     assert "chosen: ang" in session.said
     assert "thesis 3.52" in session.said
+
+
+def test_the_complete_model_on_a_record_that_no_fit_has_seen(
+    session: Session, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    loading, loops, held = (str(session.folder / f"{n}.npz") for n in ("loading", "loops", "held"))
+    k, _ = short_circuit()
+    assert not main(
+        ["stack", "identify", loading, loops, "--validate", held, "--stiffness", str(k),
+         "--plays", "14", "--out", str(tmp_path / "stack.json")]
+    )  # fmt: skip
+    said = capsys.readouterr().out
+    rows = re.findall(
+        r"^  (operator and creep|complete model: .+?) +[\d.]+ nm +([\d.]+) %", said, re.M
+    )
+    share = {name: float(percent) for name, percent in rows}
+    assert share["complete model: lumped + operator"] < 1.0
+    assert share["operator and creep"] < 1.0
+    assert share["complete model: lumped + Maxwell"] < 2.0
+    # the takes follow each other within tenths of a second
+    assert "crept by" in said
+
+
+def test_a_gauge_in_a_take_tells_the_stiffness(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    pressed = BENCH["plant"] | {"press": [4.0, 2.0]}
+    config = config_from(BENCH | {"plant": pressed, "fronts": ["interferometer", "card", "gauge"]})
+    with BenchServer(config) as server:
+        station_writer(tmp_path / "station.toml", config)(server.addresses)
+        station = str(tmp_path / "station.toml")
+        assert not main(
+            ["acquire", station, "--signal", "hold:2:0", "--rate", "500", "--name", "pressed",
+             "--out", str(tmp_path), "--quiet"]
+        )  # fmt: skip
+    assert "gauge: " in capsys.readouterr().out
+    recording = Recording.open(tmp_path / "pressed.npz")
+    assert recording.units["F"] == "N"
+    assert np.ptp(np.asarray(recording["F"])) == pytest.approx(4.0, abs=0.1)
+    found = stiffness_from_load(recording)
+    assert found.value == pytest.approx(short_circuit()[0], rel=0.01)
+    assert abs(found.value - short_circuit()[0]) < 4.0 * found.error
 
 
 def test_the_loop_before_and_after(
@@ -142,6 +194,44 @@ def test_a_target_that_cannot_be_followed_moves_nothing(
     assert len(session.server.rig.trigger_edges) == steps
 
 
+def test_what_cannot_be_done_moves_nothing(
+    session: Session, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    volt = np.linspace(0.0, 100.0, 500)
+    bare = Recording("bare", volt / 100.0, {"V": volt, "x": 5e-8 * volt}, {"V": "V", "x": "m"})
+    no_rest = str(bare.save(tmp_path / "bare.npz"))
+    content = json.loads(Path(session.fit).read_text(encoding="utf-8"))
+    dead = {"kind": "al_janaideh", "q": 1e-8, "c": 1.0, "sigma": 5.0, "alpha": -9e-9, "beta": 0.0,
+            "count": 3}  # fmt: skip
+    no_inverse = tmp_path / "dead.json"
+    no_inverse.write_text(json.dumps({**content, "operator": dead}), encoding="utf-8")
+    fast = tmp_path / "fast.toml"
+    text = Path(session.station).read_text(encoding="utf-8")
+    fast.write_text(text.replace("[interferometer]", "[interferometer]\nrate = 1.2e6"))
+    target = ["--target", "sine:1:0:2e-6:0.5", "--out", str(tmp_path / "v.npz")]
+    at = ["--station", session.station]
+    rig = session.server.rig
+    edges, now = len(rig.trigger_edges), session.server.extremes
+    for words, said in (
+        (["stack", "identify", no_rest], "rest before the voltage moves"),
+        (["stack", "identify", session.fit], "stack.json"),
+        (["compensate", no_rest, *target, *at], "rest before the voltage moves"),
+        (["compensate", str(no_inverse), *target, *at], "no inverse"),
+        (["compensate", session.fit, *target, *at, "--rate", "100000"], "neither a block"),
+        (["compensate", session.fit, *target, *at, "--closed", "20000"], "allows 5 kHz"),
+        (["compensate", session.fit, *target, *at, "--closed", "-1"], "above 0"),
+        (["compensate", session.fit, *target, "--station", str(fast), "--closed", "500"], "16000"),
+        (["compensate", session.fit, *target, "--closed", "500"], "--station"),
+    ):
+        assert main(words) == 2, words
+        error = capsys.readouterr().err
+        assert said in error, (words, error)
+        assert len(error.strip().splitlines()) == 1, error
+    assert len(rig.trigger_edges) == edges
+    assert session.server.extremes == now
+    assert not list(tmp_path.glob("bench-*"))
+
+
 def test_words_that_make_no_sense(
     session: Session, capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
@@ -159,6 +249,10 @@ def test_words_that_make_no_sense(
         (["stack", "charge", held], "takes no file"),
         (["stack", "mechanical", held, "--stiffness", "-1"], "above 0"),
         (["stack", "mechanical", held, "--map", "y=x"], "F_e"),
+        (["stack", "mechanical", held, "--weight", "0.5"], "give --load"),
+        (["stack", "mechanical", held, "--load", held], "channels in N"),
+        (["stack", "mechanical", held, "--load", held, "--weight", "0"], "above 0"),
+        (["stack", "identify", held, "--validate", str(session.folder / "no.npz")], "no.npz"),
         (["stack", "mechanical", held, "--step", held, "--mass", "0.1"], "no step"),
     ):
         extra = ["--out", out] if words[0] == "compensate" and "--out" not in words else []

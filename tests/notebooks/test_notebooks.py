@@ -56,7 +56,12 @@ def as_before(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]
     os.environ.update(environment)
 
 
-HEAVY = ("07_what_do_my_data_determine", "08_a_persons_proof", "09_a_bench_session")
+HEAVY = (
+    "07_what_do_my_data_determine",
+    "08_a_persons_proof",
+    "09_a_bench_session",
+    "11_the_thesis_in_one_hour",
+)
 """What these show is tested part by part; as a whole they are for `make proofs`."""
 
 

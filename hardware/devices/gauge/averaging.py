@@ -1,8 +1,8 @@
 """Forces averaged with outliers excluded, as the stack actuator thesis had to (section 8.3).
 
 The thesis does not say what it took for an outlier. Here it is a reading more than `FAR` robust
-standard deviations (1.4826 of the median distance) from the median of its `NEAR` neighbours: a
-single reading that jumps, not the wandering of an output that is not steady.
+standard deviations (1.4826 of the median distance) from the median of its `NEAR` neighbours and
+from that of their pairs: a single reading that jumps, not the wandering of an unsteady output.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.ndimage import median_filter
+from numpy.typing import NDArray
 
 from bondgraph.support.arrays import FloatArray
 from bondgraph.support.errors import UnusableInput
@@ -59,14 +59,34 @@ def averaged(values: FloatArray, volts: float = float("nan")) -> Averaged:
     x = x[np.isfinite(x)]
     if x.size < FEWEST:
         raise UnusableInput(f"averaging: {x.size} readings; give at least {FEWEST} at each voltage")
-    off = np.abs(x - median_filter(x, size=min(NEAR, x.size), mode="mirror"))
-    # readings in whole steps may all agree: one step is never far
-    steps = np.diff(np.unique(x))
-    spread = max(1.4826 * float(np.median(off)), float(steps.min()) if steps.size else 0.0)
-    kept = x[off <= FAR * spread]
+    kept = x[~outlying(x)]
     return Averaged(
         volts, float(kept.mean()), _standard_error(kept), int(kept.size), int(x.size - kept.size)
     )
+
+
+def outlying(x: FloatArray) -> NDArray[np.bool_]:
+    """Return which of finite readings (n,) are outliers.
+
+    Examples
+    --------
+    >>> int(np.flatnonzero(outlying(np.array([1.0, 1.1, 0.9, 1.0, 4.0, 1.05, 0.95])))[0])
+    4
+    """
+    # a force that rises steadily is no outlier of its neighbours, so means of pairs count too
+    reach = min(NEAR // 2, x.size - 1)
+    wide = np.pad(x, reach, mode="reflect")
+    shifted = [wide[k : k + x.size] for k in range(2 * reach + 1)]
+    pairs = [0.5 * (shifted[k] + shifted[-1 - k]) for k in range(reach)]
+    return _far(x, np.median(shifted, axis=0)) & _far(x, np.median(pairs, axis=0))
+
+
+def _far(x: FloatArray, expected: FloatArray) -> NDArray[np.bool_]:
+    off = np.abs(x - expected)
+    # readings in whole steps may all agree: one step is never far
+    steps = np.diff(np.unique(x))
+    spread = max(1.4826 * float(np.median(off)), float(steps.min()) if steps.size else 0.0)
+    return np.asarray(off > FAR * spread)
 
 
 def plateaus(volts: FloatArray, values: FloatArray, skip: int) -> tuple[Averaged, ...]:

@@ -47,7 +47,8 @@ class ForceGauge:
     """
 
     stream = "gauge"
-    done = False
+    done = True
+    """Asked reading by reading, nothing is ever outstanding: no take waits for it."""
 
     def __init__(self, transport: Transport, clock: Clock, rate: float = 100.0) -> None:
         if real_number("gauge: rate", rate) <= 0.0:

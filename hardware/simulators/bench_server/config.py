@@ -45,6 +45,8 @@ class PlantConfig:
         Of noise, vibration and turbulence.
     vibration : tuple of (float, float)
         Frequency (Hz) and amplitude (m) of lines of the floor.
+    press : (float, float), or ()
+        Somebody presses on the stack, with so many N at most, once in so many s.
     keep : float
         Past that devices can ask for (s).
     """
@@ -64,6 +66,7 @@ class PlantConfig:
     noise_i: float = math.nan
     noise_seed: int = 0
     vibration: tuple[tuple[float, float], ...] = ()
+    press: tuple[float, ...] = ()
     keep: float = 40.0
 
 
@@ -181,6 +184,11 @@ class BenchConfig:
             value = getattr(self, name)
             if not (math.isfinite(value) and value >= 0.0):
                 raise ValueError(f"bench: {name} = {value!r} must be finite and >= 0")
+        press = self.plant.press
+        if press and not (len(press) == 2 and press[1] > 0.0):
+            raise ValueError(f"bench: press = {list(press)} must be [N, s], the time above 0")
+        if press and self.plant.name != "stack":
+            raise ValueError(f"bench: press = {list(press)} is for plant 'stack', whose k is known")
         if self.plant.sealed and self.plant.seed is not None:
             raise ValueError("bench: a sealed plant takes no seed: who knows it knows the truth")
 

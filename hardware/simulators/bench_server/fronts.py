@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, fields
 from typing import Any, Protocol
 
 from hardware.simulators.bench_server.config import BenchConfig
+from hardware.simulators.bench_server.plants import Stand
 from hardware.simulators.control import Fault
 from hardware.simulators.rig import Rig
 
@@ -47,9 +48,9 @@ def _by_itself(volts: float) -> None:
     """Do nothing: the device has its own watchdog and only needs the time to pass."""
 
 
-def make_device(name: str, rig: Rig, config: BenchConfig, noise: float = 0.0) -> BenchDevice:
-    """Make one of the devices of a configuration; `noise` is of its displacement (m)."""
-    return _MAKERS[name](rig, config, noise)
+def make_device(name: str, rig: Rig, config: BenchConfig, stand: Stand) -> BenchDevice:
+    """Make one of the devices of a configuration, before what stands there."""
+    return _MAKERS[name](rig, config, stand)
 
 
 def stub_library() -> str | None:
@@ -62,7 +63,7 @@ def stub_library() -> str | None:
         return None
 
 
-def _interferometer(rig: Rig, config: BenchConfig, noise: float) -> BenchDevice:
+def _interferometer(rig: Rig, config: BenchConfig, stand: Stand) -> BenchDevice:
     from hardware.simulators.siosifm import AirAround, InterferometerFront
 
     a = config.air
@@ -79,14 +80,14 @@ def _interferometer(rig: Rig, config: BenchConfig, noise: float) -> BenchDevice:
         air=air,
         quadrature=config.quadrature,
         dead_path=a.dead_path,
-        noise=noise,
+        noise=stand.noise_x,
         clocked_blocks=config.clocked == "block",
         seed=config.plant.noise_seed,
     )
     return BenchDevice(front, {"interferometer": _setting("interferometer", front.faults)})
 
 
-def _card(rig: Rig, config: BenchConfig, noise: float) -> BenchDevice:
+def _card(rig: Rig, config: BenchConfig, stand: Stand) -> BenchDevice:
     from hardware.simulators.registers import AmplifierData, CardFront, Wires
 
     direct = config.driver != "amplifier"
@@ -104,19 +105,19 @@ def _card(rig: Rig, config: BenchConfig, noise: float) -> BenchDevice:
     return BenchDevice(front, {"card": _setting("card", front.faults)}, drive)
 
 
-def _gcs(rig: Rig, config: BenchConfig, noise: float) -> BenchDevice:
+def _gcs(rig: Rig, config: BenchConfig, stand: Stand) -> BenchDevice:
     from hardware.simulators.controllers import CommandWatchdog, GcsFront, GcsModel
 
     dog = CommandWatchdog(config.watchdog) if config.watchdog else None
     front = GcsFront(
         rig,
         config.controller,
-        GcsModel(noise=noise, watchdog=dog, seed=config.plant.noise_seed),
+        GcsModel(noise=stand.noise_x, watchdog=dog, seed=config.plant.noise_seed),
     )
     return BenchDevice(front, {"controller": _answers(front.faults)}, _by_itself)
 
 
-def _ascii(rig: Rig, config: BenchConfig, noise: float) -> BenchDevice:
+def _ascii(rig: Rig, config: BenchConfig, stand: Stand) -> BenchDevice:
     from hardware.simulators.controllers import ASCII_DEVICES, AsciiFront, CommandWatchdog
 
     name = config.ascii_model or next(iter(ASCII_DEVICES))
@@ -128,14 +129,15 @@ def _ascii(rig: Rig, config: BenchConfig, noise: float) -> BenchDevice:
     return BenchDevice(front, {"controller": _answers(front.faults)}, _by_itself)
 
 
-def _gauge(rig: Rig, config: BenchConfig, noise: float) -> BenchDevice:
+def _gauge(rig: Rig, config: BenchConfig, stand: Stand) -> BenchDevice:
     from hardware.simulators.gauge import GaugeFront
 
-    front = GaugeFront(rig, config.gauge)
+    pressed = None if stand.press is None else stand.press.force
+    front = GaugeFront(rig, config.gauge, pressed)
     return BenchDevice(front, {"gauge": _answers(front.faults)})
 
 
-_MAKERS: Mapping[str, Callable[[Rig, BenchConfig, float], BenchDevice]] = {
+_MAKERS: Mapping[str, Callable[[Rig, BenchConfig, Stand], BenchDevice]] = {
     "interferometer": _interferometer,
     "card": _card,
     "gcs": _gcs,

@@ -19,6 +19,7 @@ from hardware.simulators.plants import (
     Disturbed,
     HystereticPlant,
     PlatePlant,
+    Press,
     SensorNoise,
     StackPlant,
     UltrasonicPlant,
@@ -38,12 +39,15 @@ class Stand:
         Plain values for JSON.
     noise_x, noise_i : float
         White noise of the readings (m, A); that of the displacement is left to the devices.
+    press : Press, optional
+        Force that somebody exerts, which a gauge reads.
     """
 
     plant: Plant
     truth: Mapping[str, Any] = field(default_factory=dict)
     noise_x: float = 0.0
     noise_i: float = 0.0
+    press: Press | None = None
 
 
 PlantMaker = Callable[[PlantConfig], Stand]
@@ -83,9 +87,11 @@ def stand_of(config: BenchConfig, others: Mapping[str, PlantMaker] | None = None
     disturbances = _disturbances(p, config.air)
     if i:
         disturbances.append(SensorNoise(0.0, i, p.noise_seed))
+    if bare.press is not None:
+        disturbances.append(bare.press)
     if disturbances:
         plant = Disturbed(plant, *disturbances)
-    return Stand(plant, bare.truth, x, i)
+    return Stand(plant, bare.truth, x, i, bare.press)
 
 
 def _disturbances(p: PlantConfig, air: AirConfig) -> list[Disturbance]:
@@ -107,5 +113,7 @@ def _stack(p: PlantConfig) -> Stand:
         truth = draw_truth(seed, effect, p.place or None, p.strength or None)
     except (KeyError, ValueError) as error:
         raise ValueError(f"bench: {error.args[0]}") from None
-    plant = StackPlant(truth, span=p.drift_span)
-    return Stand(plant, truth.as_dict(), truth.noise.x_rms, truth.noise.i_rms)
+    plant, at = StackPlant(truth, span=p.drift_span), truth.plant
+    stiffness = at.k / (1.0 + at.k * at.T**2 * at.C_q)
+    press = Press(p.press[0], p.press[1], stiffness) if p.press else None
+    return Stand(plant, truth.as_dict(), truth.noise.x_rms, truth.noise.i_rms, press)

@@ -40,7 +40,7 @@ class BenchServer:
         self.rig = Rig(made.plant, keep=config.plant.keep)
         self.envelope = SealedEnvelope.closed(made.truth)
         self.devices: dict[str, BenchDevice] = {
-            name: make_device(name, self.rig, config, made.noise_x) for name in config.fronts
+            name: make_device(name, self.rig, config, made) for name in config.fronts
         }
         faults: dict[str, Fault] = {}
         for device in self.devices.values():

@@ -3,6 +3,7 @@
 from hardware.simulators.plants.disturbance import AirPath as AirPath
 from hardware.simulators.plants.disturbance import Disturbance as Disturbance
 from hardware.simulators.plants.disturbance import Disturbed as Disturbed
+from hardware.simulators.plants.disturbance import Press as Press
 from hardware.simulators.plants.disturbance import SensorNoise as SensorNoise
 from hardware.simulators.plants.disturbance import Vibration as Vibration
 from hardware.simulators.plants.memory import Creeping as Creeping

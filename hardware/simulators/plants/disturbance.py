@@ -125,6 +125,33 @@ class Vibration:
 
 
 @dataclass(frozen=True, slots=True)
+class Press:
+    """A slow force against the motion, ``F/2 (1 - cos 2 pi t / period)``: ``x`` falls by F / k.
+
+    Parameters
+    ----------
+    largest : float
+        N.
+    period : float
+        s; long against the swings of the actuator.
+    stiffness : float
+        At constant voltage, N/m.
+    """
+
+    largest: float
+    period: float
+    stiffness: float
+
+    def force(self, time: Array) -> Array:
+        """Return the force (N) at times (s)."""
+        return np.asarray(0.5 * self.largest * (1.0 - np.cos(2.0 * np.pi * time / self.period)))
+
+    def added(self, first: int, count: int, step: float) -> tuple[Array | float, Array | float]:
+        """Return what is added to the displacement (m)."""
+        return -self.force(_times(first, count, step)) / self.stiffness, 0.0
+
+
+@dataclass(frozen=True, slots=True)
 class SensorNoise:
     """White noise at the steps of the plant; between them it is interpolated with the readings.
 

@@ -24,8 +24,10 @@ from actuators.stack.ramps import (
     from_rest,
     mean_of,
     stiffness_from_load,
+    stiffness_from_weight,
 )
 from actuators.stack.step_response import fit_step
+from actuators.stack.validation import rms, validate
 from bondgraph.hysteresis import AlJanaideh, KelvinVoigtCreep, MaxwellResistiveCapacitor
 from bondgraph.hysteresis.errors import NotInvertible
 from bondgraph.hysteresis.fitting.loop_records import LoopRecords
@@ -134,6 +136,35 @@ def test_complete_model_on_a_validation_record(identified: Identification) -> No
         replace(identified.stack, capacitance=None).graph()
 
 
+def test_validation_knows_what_the_stack_has_seen(
+    records: tuple[Recording, Recording], identified: Identification
+) -> None:
+    ramp, loops = session()
+    time = np.arange(1500) / RATE
+    beats = 35.0 * (1.0 - np.cos(2 * np.pi * 2 * time)) * (1.0 - 0.3 * time)
+    volt = np.concatenate((ramp, loops, REST, beats))
+    x = simulate(stack(), np.arange(volt.size) / RATE, {"V_in": volt})["x"]
+    seen = ramp.size + loops.size
+    noisy = x[seen:] + NOISE * np.random.default_rng(2).standard_normal(volt.size - seen)
+    fresh = recording("fresh", volt[seen:], noisy)
+    found = validate(identified.stack, fresh, records)
+    assert 100 * NOISE < found.span
+    for name, error in found.errors.items():
+        assert rms(error) < (4 if "Maxwell" not in name else 20) * NOISE, name
+        assert error.size == noisy.size - from_rest(fresh).resting
+    complete = "complete model: lumped + operator"
+    assert complete in str(found)
+    assert "crept" not in str(found)
+    virgin = validate(identified.stack, fresh)
+    assert rms(virgin.errors[complete]) > 3 * rms(found.errors[complete])
+    drifting = recording(
+        "fresh", volt[seen:], noisy + 40 * NOISE * np.exp(-np.arange(noisy.size) / 90)
+    )
+    assert "crept" in str(validate(identified.stack, drifting, records))
+    with pytest.raises(UnusableInput, match="--capacitance"):
+        validate(replace(identified.stack, capacitance=None), fresh)
+
+
 def test_inner_curves_are_those_of_the_models() -> None:
     """Slowly, the charge drives the elements to the voltage that is left: eq. (6.6) and (5.1)."""
     volt, _ = session()
@@ -168,6 +199,22 @@ def test_stiffness_and_damping() -> None:
         stiffness_from_load(Recording("both", time, {"F_e": force, "x": x, "V": force}, units))
     with pytest.raises(UnusableInput, match="turn the sign"):
         stiffness_from_load(Recording("down", time, {"F_e": -force, "x": x, "V": 0 * x}, units))
+
+    gauge = Recording(
+        "gauge", time, {"F": -force, "x": x + 1e-8 * time, "V": 0.0 * time},
+        {"F": "N", "x": "m", "V": "V"},
+    )  # fmt: skip
+    assert stiffness_from_load(gauge).value == pytest.approx(62e6, rel=0.01)
+
+    put_on = np.interp(time, [0.9, 1.0], [0.0, -0.5 * 9.80665 / 62e6]) + x - force / 62e6
+    upright = Recording("upright", time, {"x": put_on, "V": 0.0 * time}, {"x": "m", "V": "V"})
+    k = stiffness_from_weight(upright, 0.5)
+    assert abs(k.value - 62e6) < 4.0 * k.error < 0.02 * 62e6
+    nothing = Recording("still", time, {"x": x - force / 62e6, "V": 0 * x}, {"x": "m", "V": "V"})
+    with pytest.raises(UnusableInput, match="no step of x stands out"):
+        stiffness_from_weight(nothing, 0.5)
+    with pytest.raises(UnusableInput, match="--weight -1"):
+        stiffness_from_weight(upright, -1.0)
 
     fast = np.arange(6000) / 400e3
     step = np.where(fast < 1e-3, 0.0, 5.0)

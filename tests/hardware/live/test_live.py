@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from matplotlib.image import imread
 
 from bondgraph.support.errors import UnusableInput
 from hardware.contracts import Chunk, Flag
@@ -24,6 +25,7 @@ from hardware.live import (
     one_line,
     render,
 )
+from hardware.live.snapshot import draw
 from hardware.live.text import engineering, spark
 from tests.counted import calls
 
@@ -264,6 +266,26 @@ def test_pictures_are_whole_and_faults_do_not_come_out(tmp_path: Path) -> None:
     for bad in ("live.jpg", "no/live.png"):
         with pytest.raises(UnusableInput):
             Snapshot(tmp_path / bad)
+
+
+def test_quadrature_is_drawn_as_a_figure_of_its_own(tmp_path: Path) -> None:
+    turn = np.linspace(0.0, 2.0 * np.pi, 240)
+
+    def shown(*names: str) -> tuple[int, int]:
+        """Return coloured pixels in the right third, and how high they stand."""
+        values = {"x": 1e-6 * turn, "cos": np.cos(turn), "sin": 0.8 * np.sin(turn)}
+        channels = tuple(ChannelState(n, "1", 0.0, -1.0, 1.0, values[n]) for n in names)
+        state = LiveState("run", 1.0, 1.0, (StreamState("i", 240, 240, channels=channels),))
+        draw(state, tmp_path / "live.png")
+        picture = imread(tmp_path / "live.png")[:, :, :3]
+        blue = (picture[:, :, 2] - picture[:, :, 0])[:, 2 * picture.shape[1] // 3 :] > 0.3
+        rows = np.flatnonzero(blue.any(axis=1))
+        return int(blue.sum()), int(np.ptp(rows)) if rows.size else 0
+
+    assert shown("x", "cos")[1] < shown("x", "cos", "sin")[1]
+    dots, high = shown("cos", "sin")
+    assert dots > 100
+    assert high > 50
 
 
 def test_a_refresh_costs_as_much_late_as_early_and_for_many_samples_as_for_few() -> None:

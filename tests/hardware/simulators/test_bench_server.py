@@ -147,6 +147,8 @@ def test_a_fault_of_the_configuration_that_does_not_exist_leaves_nothing_open() 
         ({"plant": {"sealed": True, "seed": 3}}, "bench: a sealed plant takes no seed"),
         ({"plant": {"sealed": 1}}, "bench.plant.sealed: bool is needed, not 1"),
         ({"plant": {"vibration": [[50.0]]}}, "bench.plant.vibration[0]: 2 values are needed"),
+        ({"plant": {"press": [4.0]}}, "bench: press = [4.0] must be [N, s]"),
+        ({"plant": {"press": [4.0, 2.0], "name": "m661"}}, "is for plant 'stack'"),
         ({"card": 3}, "bench.card: a table is needed, not 3"),
         ({"plant": {"seed": True}}, "bench.plant.seed: int is needed, not True"),
     ],

@@ -11,6 +11,7 @@ import pytest
 from bondgraph.support.errors import UnusableInput
 from hardware.contracts import Flag
 from hardware.devices.gauge import ForceGauge, averaged, plateaus
+from hardware.devices.gauge.averaging import outlying
 from hardware.devices.transport import TcpTransport
 from hardware.errors import HardwareError, LinkLost, ProtocolFault, TimedOut
 from hardware.simulators.controllers.faults import Fault
@@ -113,6 +114,17 @@ def test_outliers_are_left_out_and_wandering_is_not() -> None:
     assert found.uncertainty > 2.0 * clean.std() / np.sqrt(n)
     white = averaged(1.0 + 0.005 * rng.standard_normal(n))
     assert white.uncertainty == pytest.approx(0.005 / np.sqrt(n), rel=0.3)
+
+
+def test_a_force_that_moves_is_no_outlier_of_itself() -> None:
+    rng = np.random.default_rng(2)
+    n = 300
+    moving = 2.0 * (1.0 - np.cos(2.0 * np.pi * np.arange(n) / 100)) + 0.004 * rng.standard_normal(n)
+    at = rng.choice(n, 9, replace=False)
+    moving[at] += 0.8
+    found = np.flatnonzero(outlying(moving))
+    assert set(at) <= set(found)
+    assert found.size < 15
 
 
 def test_readings_in_whole_steps_are_no_outliers_of_each_other() -> None:
