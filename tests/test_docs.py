@@ -15,6 +15,7 @@ from typing import Any
 import pytest
 
 from bondsight.cli.main import _parser
+from identification.diagnosis.catalogue import CATALOGUE
 
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT / "docs"))
@@ -61,6 +62,14 @@ def test_every_public_name_has_an_example_that_runs(package: str, begun: dict[st
         assert test.examples, f"{package}.{name} has no example"
         runner.run(test)
     assert runner.summarize(verbose=False).failed == 0
+
+
+def test_authors_that_effects_name_with_a_year_stand_in_the_bibliography() -> None:
+    page = (ROOT / "docs/reference/bibliography.md").read_text(encoding="utf-8")
+    named = {e.source.split()[0].rstrip(",") for e in CATALOGUE if re.search(r"19|20", e.source)}
+    known = {n for n in named if n[0].isupper()} - {"Coulomb", "Duffing", "Torricelli"}
+    assert len(known) > 8
+    assert {n for n in known if n.split("-")[0] not in page} == set()
 
 
 def test_the_first_block_of_the_first_lesson_is_a_model_file() -> None:
