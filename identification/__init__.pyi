@@ -2,8 +2,8 @@ from identification.datasets import load as load
 from identification.diagnosis.catalogue.effect import Effect as Effect
 from identification.diagnosis.diagnose import Diagnosis as Diagnosis
 from identification.diagnosis.diagnose import diagnose as diagnose
-from identification.diagnosis.report.page import write_report as write_report
 from identification.diagnosis.search.candidates import DiagnosisOptions as DiagnosisOptions
+from identification.diagnosis.studio.page import write_report as write_report
 from identification.diagnosis.verdict.document import verdict as verdict
 from identification.diagnosis.verdict.document import write_verdict as write_verdict
 from identification.estimation.archive import open_fit as open_fit

@@ -20,8 +20,8 @@ from bondgraph.support.whole_file import write_atomically
 from bondsight.cli.progress import Bar
 from hardware.simulators import Truth, draw_truth, effects, record, seal
 from identification.diagnosis.diagnose import Diagnosis, diagnose
-from identification.diagnosis.report import write_report
 from identification.diagnosis.search.candidates import DiagnosisOptions
+from identification.diagnosis.studio import write_report
 from identification.diagnosis.verdict.document import verdict, write_verdict
 
 CHANNELS = {"V_in": "V", "x": "x", "i": "i"}

@@ -96,8 +96,8 @@ def diagnose_files(
     from bondgraph.signals.recording import Recording
     from bondsight.cli.progress import Bar, Deadline
     from identification.diagnosis.diagnose import STOPPED, characterised, diagnose
-    from identification.diagnosis.report import write_report
     from identification.diagnosis.search.candidates import DiagnosisOptions
+    from identification.diagnosis.studio import write_report
     from identification.diagnosis.verdict import in_words, verdict, write_verdict
     from identification.study.driven import require_driven
     from identification.study.study import ESTIMATED, Study

@@ -1,4 +1,1 @@
-"""The report of a diagnosis: one self-contained HTML page."""
-
-from identification.diagnosis.report.page import page as page
-from identification.diagnosis.report.page import write_report as write_report
+"""Sections, words and figures of the page of a diagnosis; the page itself is the studio."""

@@ -1,9 +1,9 @@
-"""Figures of the law that was found: loop, curve, drift or step response."""
+"""What was found over time, drawn: drift or step response; a law stands in the studio."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, TypeAlias
+from typing import Any
 
 import numpy as np
 
@@ -15,21 +15,13 @@ from identification.diagnosis.search.candidates import Candidate
 from identification.report.canvas import TILE, drawing, label, logarithmic, plain
 from identification.report.numbers import axis_scale
 from identification.report.style import AFTER, BEFORE, FLOOR, MUTED
-from identification.report.traces import sampled
 
-Draw: TypeAlias = Callable[[Any, float, float], None]
-MOST = 1500
-HEIGHT = 2.7
 MEMORY = 0.05
 """Part of the variance that must remain at one argument for a loop to be drawn."""
 
 
-TIMED = ("sensor_drift", "creep", "low_pass", "sensor_lag", "delay")
-"""Effects drawn over time, not in the plane of a law."""
-
-
 def law_figure(d: Diagnosis, trial: Candidate) -> tuple[str, str]:
-    """Return figure and caption of the law of `trial`; empty when there is nothing to draw."""
+    """Return figure and caption of `trial`: of a law words alone, else empty without a figure."""
     if trial.effect == "sensor_drift":
         return _drift(d, trial)
     if trial.effect == "creep":
@@ -37,9 +29,7 @@ def law_figure(d: Diagnosis, trial: Candidate) -> tuple[str, str]:
     if trial.effect in ("low_pass", "sensor_lag", "delay"):
         return _step(trial)
     found = path(trial)
-    if found is None:
-        return "", ""
-    return _loop(found) if many_valued(found) else _curve(found)
+    return "", "" if found is None else _said(found)
 
 
 def many_valued(p: LawPath, bins: int = 60) -> bool:
@@ -52,69 +42,18 @@ def many_valued(p: LawPath, bins: int = 60) -> bool:
     return inside > MEMORY * float(np.var(p.deviation))
 
 
-def _loop(p: LawPath) -> tuple[str, str]:
-    step = max(1, -(-p.argument.size // 2 // MOST))
-    s, w = p.argument[-MOST * step :: step], p.deviation[-MOST * step :: step]
-    whole = p.slope * s + w
-    gain, base = np.polyfit(s, whole, 1)
-    off = whole - (gain * s + base)
-    ends = np.array([s.min(), s.max()])
-
-    def draw(ax: Any, fs: float, fy: float) -> None:
-        ax.plot(fs * s, fy * whole, color=AFTER, lw=0.9, label="found law")
-        ax.plot(
-            fs * ends, fy * (gain * ends + base), color=BEFORE, ls="--", lw=1.1,
-            label="best straight line",
-        )  # fmt: skip
-
-    def rest(ax: Any, fs: float, fw: float) -> None:
-        ax.plot(fs * s, fw * off, color=AFTER, lw=0.9)
-
+def _said(p: LawPath) -> str:
+    """Say what the law plane shows of a law."""
+    where = "Its argument and output are those of the fitted model along the recording."
+    if not many_valued(p):
+        return f"The law plane above shows the curve over the range that was visited. {where}"
+    s, whole = p.argument, p.slope * p.argument + p.deviation
+    off = whole - np.polyval(np.polyfit(s, whole, 1), s)
     width = float(np.ptp(off)) / max(float(np.ptp(whole)), 1e-300)
-    caption = (
-        f"Rising and falling branches part: the loop is {100 * width:.3g} % of the full swing "
-        "high. The argument and the output are those of the fitted model along the recording."
+    return (
+        f"Rising and falling branches part: the loop in the law plane above is {100 * width:.3g} % "
+        f"of the full swing high. {where}"
     )
-    first = _pane("law", "the loop", p, s, whole, draw, legend=True)
-    return first + _pane("law-rest", "less the straight line", p, s, off, rest), caption
-
-
-def _curve(p: LawPath) -> tuple[str, str]:
-    order = np.argsort(p.argument, kind="stable")
-    s, w = sampled(p.argument[order], p.deviation[order], most=MOST)
-    whole = p.slope * s + w
-
-    def draw(ax: Any, fs: float, fy: float) -> None:
-        ax.plot(fs * s, fy * p.slope * s, color=BEFORE, ls="--", label="its straight line")
-        ax.plot(fs * s, fy * whole, color=AFTER, label="found law")
-
-    def rest(ax: Any, fs: float, fw: float) -> None:
-        ax.plot(fs * s, fw * w, ".", ms=3, color=AFTER, alpha=0.5, mew=0)
-        ax.plot(fs * s, fw * w, color=AFTER, lw=0.8)
-
-    first = _pane("law", "the law", p, s, whole, draw, legend=True)
-    return first + _pane("law-rest", "less its straight line", p, s, w, rest), (
-        "The curve over the range that the recording visited; points are where the model went."
-    )
-
-
-def _pane(
-    name: str, title: str, p: LawPath, s: Array, values: Array, draw: Draw, legend: bool = False
-) -> str:
-    """Draw something of the law over its argument, both in readable units."""
-    fs, us = axis_scale(p.argument_unit, float(np.abs(s).max()))
-    fy, uy = axis_scale(p.output_unit, float(np.abs(values).max()))
-    with drawing(name, HEIGHT, TILE) as canvas:
-        ax = canvas.ax
-        draw(ax, fs, fy)
-        ax.set_title(title)
-        ax.set_xlabel(label(p.argument_word, us))
-        ax.set_ylabel(label(p.output_word, uy))
-        if legend:
-            ax.legend(loc="upper left")
-        else:
-            ax.axhline(0.0, color=BEFORE, ls="--", lw=1.1)
-    return canvas.svg
 
 
 def _drift(d: Diagnosis, trial: Candidate) -> tuple[str, str]:

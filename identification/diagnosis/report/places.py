@@ -5,47 +5,25 @@ from __future__ import annotations
 from identification.diagnosis.diagnose import Diagnosis
 from identification.diagnosis.localisation.recording import words
 from identification.diagnosis.localisation.regions import Region
-from identification.diagnosis.report.found import places_of, regions_of
-from identification.diagnosis.report.where_figures import port_tiles, spectrum_tile, time_tile
+from identification.diagnosis.report.found import regions_of
 from identification.report import html
 from identification.report.numbers import prefixed, short
 
-PORTS = 2
 
-
-def places(d: Diagnosis, *, pictures: bool = True) -> str:
-    """Ranked regions in words and, if wanted, as pictures: times, bands, the found port."""
+def places(d: Diagnosis) -> str:
+    """Ranked regions in words; the studio shades and numbers those of time and frequency."""
     if d.nominal is None or d.data is None or d.kind == "insufficient_data":
         return ""
-    found = regions_of(d)
-    numbered, listed = list(enumerate(found, start=1)), html.numbered(map(region_words, found))
-    marks = "; the numbers are those of the list" if found else ""
-    tiles = []
-    for c, name in enumerate(d.data.names if pictures else ()):
-        tiles += [
-            html.figure(
-                time_tile(d, c, numbered),
-                f"Residual of {name} over time, with its noise (band){marks}.",
-            ),
-            html.figure(
-                spectrum_tile(d, c, numbered),
-                f"Spectrum of the residual of {name} over the noise floor (dashed){marks}.",
-            ),
-        ]
-    ports = [
-        html.tiles(*(html.figure(svg, caption) for svg, caption in port_tiles(d, element)))
-        for element in list(places_of(d)[0])[: PORTS if pictures else 0]
-    ]
+    listed = html.numbered(map(region_words, regions_of(d)))
     intro = (
         "Most concentrated first; two that hold mostly the same samples are listed once. The "
-        "misfit is the mean square residual over that of the noise."
+        "misfit is the mean square residual over that of the noise. The numbers are those of the "
+        "shaded stretches in the strip and the spectrum above."
     )
     return html.section(
         "Where in the recording the model fails",
-        html.paragraph(intro) if listed else html.paragraph(_even(d)),
+        html.paragraph(intro if listed else _even(d)),
         listed,
-        html.tiles(*tiles),
-        *([html.heading("at the place that was found"), *ports] if any(ports) else ()),
     )
 
 

@@ -1,9 +1,8 @@
-"""Sections of the report that show what was found: answer, fit, law, graph, equations."""
+"""Sections of the page that show what was found: answer, fit, law, graph, equations."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
 from dataclasses import replace
 
 from bondgraph.drawing.svg import svg
@@ -11,13 +10,9 @@ from bondgraph.support.errors import BondsightError
 from identification.diagnosis.catalogue import by_name
 from identification.diagnosis.diagnose import Diagnosis
 from identification.diagnosis.report import changed
-from identification.diagnosis.report.fit_figures import (
-    outputs_tile,
-    recording_figure,
-    residual_tile,
-)
-from identification.diagnosis.report.found import after_of, confidence_of, found_of, places_of
-from identification.diagnosis.report.law_figures import TIMED, law_figure
+from identification.diagnosis.report.found import after_of, found_of, places_of, warmth_of
+from identification.diagnosis.report.law_figures import law_figure
+from identification.diagnosis.report.recording_figure import recording_figure
 from identification.diagnosis.report.views import unit_of
 from identification.diagnosis.search.candidates import Candidate
 from identification.diagnosis.verdict import effect_parameters, normalised_error, sentence
@@ -72,28 +67,7 @@ def raw(d: Diagnosis) -> str:
 
 
 def before_after(d: Diagnosis) -> str:
-    """Show outputs on held-out samples and the errors in numbers."""
-    if d.nominal is None or d.data is None:
-        return ""
-    figures = []
-    for c, name in enumerate(d.data.names):
-        figures += [
-            html.figure(
-                outputs_tile(d, c),
-                f"{name} on a piece of the held-out samples, where the first model is furthest "
-                f"off; {_apart(d.data)}.",
-            ),
-            html.figure(
-                residual_tile(d, c),
-                f"Measured less simulated {name} over all scored samples, beside the noise of "
-                "the sensor.",
-            ),
-        ]
-    return html.section("Before and after, on held-out samples", _errors(d), html.tiles(*figures))
-
-
-def errors(d: Diagnosis) -> str:
-    """Give the errors in numbers, where figures stand elsewhere."""
+    """Give the errors in numbers; the studio draws the readings."""
     if d.nominal is None or d.data is None:
         return ""
     return html.section("Before and after, on held-out samples", _errors(d))
@@ -102,10 +76,10 @@ def errors(d: Diagnosis) -> str:
 def _apart(data: Data) -> str:
     """Say what was fitted to the held-out samples."""
     if not data.breaks:
-        return "they took no part in any fit"
+        return "They took no part in any fit."
     return (
-        "they took no part in any fit, except for the initial state of each held-out recording, "
-        "which is fitted to them"
+        "They took no part in any fit, except for the initial state of each held-out recording, "
+        "which is fitted to them."
     )
 
 
@@ -135,15 +109,15 @@ def _errors(d: Diagnosis) -> str:
         rows.append([f"{name}, noise floor", *[quantity(float(d.data.floor[c]), unit)] * 2, "", ""])
         kinds.append("quiet")
     heads = ("reading, model", "RMSE, train", "RMSE, held out", "error, train", "error, held out")
-    note = "The error is the norm of the residual over the norm of the centred reading."
+    note = (
+        "The error is the norm of the residual over the norm of the centred reading. Held-out "
+        f"samples are shaded above. {_apart(d.data)}"
+    )
     return html.table(heads, rows, (1, 2, 3, 4), kinds) + html.paragraph(note)
 
 
-def law(d: Diagnosis, *, planes: bool = True) -> str:
-    """Show the loop or curve of every effect that was found, with its parameters.
-
-    Without `planes` only what is drawn over time is drawn.
-    """
+def law(d: Diagnosis) -> str:
+    """Tell every effect that was found, with its parameters; draw those over time."""
     title = (
         "The law that was found" if d.kind == "missing_physics" else "The closest law, not named"
     )
@@ -151,8 +125,7 @@ def law(d: Diagnosis, *, planes: bool = True) -> str:
     for k, trial in enumerate(found_of(d)):
         # as the last repair has it, whose numbers are given below
         fitted = replace(trial, fit=after_of(d) or trial.fit)
-        pictured = planes or trial.effect in TIMED
-        svg_text, caption = law_figure(d, fitted) if pictured else ("", "")
+        svg_text, caption = law_figure(d, fitted)
         # the same figure is drawn once for every finding: ids must differ
         svg_text = svg_text.replace("law-", f"law{k}-") if k else svg_text
         own = effect_parameters(trial, d)
@@ -160,7 +133,7 @@ def law(d: Diagnosis, *, planes: bool = True) -> str:
         more = f" and {len(own) - MANY} more (see the parameters)" if len(own) > MANY else ""
         parts += [
             html.heading(f"{spaced(trial.effect)} at {trial.element}"),
-            html.figure(svg_text, caption, "tiles"),
+            html.figure(svg_text, caption, "tiles") if svg_text else html.paragraph(caption),
             html.paragraph(f"Fitted: {listed}{more}." if listed else ""),
             html.paragraph(_about(trial)),
         ]
@@ -188,7 +161,10 @@ def _about(trial: Candidate) -> str:
 
 
 def graph(d: Diagnosis) -> str:
-    """Draw the model as a bond graph, its elements shaded by the confidence of the place."""
+    """Draw the model as a bond graph, its elements shaded by the confidence of the place.
+
+    Empty if it cannot be drawn.
+    """
     marked, also = places_of(d)
     words = "The model as declared, as a bond graph."
     if marked:
@@ -197,23 +173,16 @@ def graph(d: Diagnosis) -> str:
         )
         words += (
             "The orange deepens with the plausibility of the place on held-out data: the chance "
-            "that its best effect lies that far behind the best of all by accident."
+            "that its best effect lies that far behind the best of all by accident, the same all "
+            "over a set that the data cannot tell."
         )
-    return html.section(
-        "Where in the model" if marked else "The model",
-        html.figure(drawn(d, confidence_of(d)), words, "graph"),
-    )
-
-
-def drawn(d: Diagnosis, shades: Mapping[str, float]) -> str:
-    """Return the graph with places marked and shaded; empty if it cannot be drawn."""
-    marked, also = places_of(d)
     try:
-        made = svg(d.graph, marked=marked, also=also, shades=shades)
+        made = svg(d.graph, marked=marked, also=also, shades=warmth_of(d))
     except BondsightError:
         return ""
     width = re.search(r' width="([\d.]+)"', made)
-    return html.legible(made, LEGIBLE * float(width.group(1)) if width else 0.0)
+    least = LEGIBLE * float(width.group(1)) if width else 0.0
+    return html.figure(html.legible(made, least), words, "graph")
 
 
 def equations(d: Diagnosis) -> str:

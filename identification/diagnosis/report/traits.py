@@ -4,19 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-import numpy as np
-
-from bondgraph.support.arrays import Array
 from identification.diagnosis.diagnose import Diagnosis
-from identification.diagnosis.localisation.recording import axes_of
-from identification.diagnosis.screening.port_history import PortHistory
 from identification.report import html
-from identification.report.canvas import TILE, drawing, label
-from identification.report.numbers import axis_scale
-from identification.report.style import AFTER, BEFORE
 from identification.report.words import stopped
 
-MOST = 900
 PORTS = 3
 DEPENDENCES = {
     "argument": "its present argument",
@@ -29,14 +20,16 @@ DEPENDENCES = {
 }
 
 
-def characterised(d: Diagnosis, *, pictures: bool = True) -> str:
-    """Sentence, shares and, if wanted, pictures of the latent signal at each port."""
+def characterised(d: Diagnosis) -> str:
+    """Sentence and shares of the latent signal at each port."""
     parts: list[str] = []
-    for k, (element, (character, found)) in enumerate([*d.traits.items()][:PORTS]):
+    for element, (character, _) in [*d.traits.items()][:PORTS]:
         parts += [
             html.heading(f"at {element}") if element else "",
             html.paragraph(stopped(character.words)),
-            html.tiles(*(_pictures(d, element, found.signal, k) if pictures else ())),
+            html.paragraph(
+                f"What {element} must have added is in its law plane." if element else ""
+            ),
             _shares(character.explained),
         ]
     if not any(parts):
@@ -59,34 +52,3 @@ def _shares(shares: Mapping[str, float]) -> str:
     ]
     heads = ("depends on", "", "held-out share of its variance")
     return html.table(heads, rows, (2,))
-
-
-def _pictures(d: Diagnosis, element: str, signal: Array, k: int) -> list[str]:
-    past = d.scene.past.get(element) if d.scene is not None else None
-    if past is None or signal.size != past.n or element not in d.graph.elements:
-        return []
-    axes = axes_of(d.graph, element, past)
-    return [
-        html.figure(
-            _scatter(f"trait-{k}-{j}", axis.values, signal, past, axis.name, axis.unit),
-            f"What {element} must have added, over {axis.name}; blue where it rises, orange "
-            "where it falls. Branches that part are memory or friction.",
-        )
-        for j, axis in enumerate(axes[:2] if len(axes) > 1 else ())
-    ]
-
-
-def _scatter(name: str, x: Array, w: Array, past: PortHistory, words: str, unit: str) -> str:
-    step = max(1, x.size // MOST)
-    moving = np.asarray(past.argument if past.moved is not None else past.rate)
-    x, w, rising = x[::step], w[::step], moving[::step] >= 0
-    fx, ux = axis_scale(unit, float(np.abs(x).max(initial=0.0)))
-    fw, uw = axis_scale("", float(np.abs(w).max(initial=0.0)))
-    with drawing(name, 2.5, TILE) as canvas:
-        ax = canvas.ax
-        for part, colour, said in ((rising, AFTER, "rising"), (~rising, BEFORE, "falling")):
-            ax.plot(fx * x[part], fw * w[part], ".", ms=2.5, mew=0, color=colour, label=said)
-        ax.set_xlabel(label(words, ux))
-        ax.set_ylabel(label("latent signal", uw or "SI"))
-        ax.legend(loc="best", markerscale=3)
-    return canvas.svg

@@ -1,4 +1,4 @@
-"""What the report looks at: the fits to compare, units, and a readable part of the record."""
+"""What the page looks at: the fits to compare, units, what is left."""
 
 from __future__ import annotations
 
@@ -6,19 +6,18 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bondgraph.signals.split import stretches
 from bondgraph.support.arrays import Array
 from identification.diagnosis.diagnose import Diagnosis
 from identification.diagnosis.report.found import after_of
 from identification.estimation.single_record import Fit
 from identification.report.style import AFTER, BEFORE
-from identification.report.traces import span, worst_stretch
+from identification.report.traces import span
 from identification.study.problem import Data
 
 
 @dataclass(frozen=True)
 class Curve:
-    """A fit with the word and the colour it has all over the report."""
+    """A fit with the word and the colour it has all over the page."""
 
     label: str
     fit: Fit
@@ -47,20 +46,6 @@ def unit_of(d: Diagnosis, name: str) -> str:
     if found is None and name in d.graph.elements:
         found = getattr(d.graph[name], "unit", "")
     return "" if found in (None, "1") else str(found)
-
-
-def bounds(part: slice | tuple[slice, ...], n: int) -> tuple[int, int]:
-    """First sample and end of a part of a record of `n` samples; of its last stretch."""
-    start, stop, _ = stretches(part)[-1].indices(n)
-    return start, stop
-
-
-def readable(data: Data, column: int, residual: Array | None = None) -> slice:
-    """Piece of the held-out samples with about six oscillations, where `residual` is largest."""
-    start, stop = bounds(data.split.test, data.n)
-    y = data.readings[start:stop, column]
-    found = worst_stretch(y, None if residual is None else residual[start:stop], 240)
-    return slice(start + found.start, start + found.stop)
 
 
 def scored(data: Data) -> slice:

@@ -1,4 +1,4 @@
-"""One page to look at a diagnosis with, from disk and without network."""
+"""The page of a diagnosis: what was found, to look and click with, from disk without network."""
 
 from identification.diagnosis.studio.page import page as page
-from identification.diagnosis.studio.page import write_studio as write_studio
+from identification.diagnosis.studio.page import write_report as write_report

@@ -1,4 +1,4 @@
-"""What the studio shows of a diagnosis, as plain data: readings, parts, planes, what is left."""
+"""What the studio shows of a diagnosis, as plain data: readings, parts, planes, ports."""
 
 from __future__ import annotations
 
@@ -17,13 +17,14 @@ from identification.diagnosis.report.places import region_words
 from identification.diagnosis.report.views import Curve, curves, residual, scored, unit_of
 from identification.diagnosis.studio.law_plane import planes
 from identification.diagnosis.studio.packing import kept, packed
+from identification.diagnosis.studio.port_misfit import port_misfits
 from identification.diagnosis.verdict import sentence
 from identification.report.numbers import axis_scale
 from identification.report.traces import thin_log
 from identification.statistics.correlation import autocorrelation, pieces_of
 from identification.study.problem import Data
 
-SAMPLES = 200_000
+SAMPLES = 50_000
 """Samples of a reading in the page at most; of longer records smallest and largest are kept."""
 LAGS = 60
 DRAWN = 2
@@ -50,14 +51,17 @@ def content(d: Diagnosis) -> dict[str, Any]:
         "samples": int(data.n),
         "labels": [c.label for c in shown],
         "parts": _parts(data),
-        "active": [
-            {"from": r.low, "to": r.high, "words": region_words(r), "of": r.channel}
-            for r in regions_of(d)
-            if r.kind == "time"
+        "regions": [
+            {
+                "number": k, "kind": r.kind, "from": r.low, "to": r.high, "of": r.channel,
+                "words": region_words(r),
+            }
+            for k, r in enumerate(regions_of(d), start=1)
         ],
         "readings": [_reading(d, data, k, shown, left[k], keep) for k in range(len(data.names))],
         "planes": planes(d),
-    }
+        "ports": port_misfits(d),
+    }  # fmt: skip
 
 
 def _experiment(d: Diagnosis, e: Experiment, *, drawn: bool) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""The studio as one page of HTML: scripts, styles and data inside, nothing fetched."""
+"""The page of a diagnosis in HTML: scripts, styles and data inside, nothing fetched."""
 
 from __future__ import annotations
 
@@ -10,36 +10,35 @@ from pathlib import Path
 from bondgraph.support.whole_file import write_atomically
 from identification.diagnosis.diagnose import Diagnosis
 from identification.diagnosis.report import checked, evidence, places, sections, traits
-from identification.diagnosis.report.found import warmth_of
+from identification.diagnosis.report.found import places_of
 from identification.diagnosis.studio.content import content
 from identification.diagnosis.studio.packing import embedded
 from identification.report import html
 
 
 def page(d: Diagnosis) -> str:
-    """Return the studio of `d` as HTML that opens from disk without network.
+    """Return the page of `d` as HTML that opens from disk without network.
 
     Its content-security policy allows the page's own script, known by its hash, and no request.
 
     Parameters
     ----------
     d : Diagnosis
-        Of any kind; without a fit the page has the sections of the report alone.
+        Of any kind; sections without content are left out.
     """
     script = _short(asset("plot.js") + asset("studio.js"))
-    panel = asset("panel.html").replace("<!--graph-->", sections.drawn(d, warmth_of(d)))
     parts = (
         sections.answer(d),
         sections.raw(d),
         evidence.advice(d),
-        html.trusted(panel),
-        sections.errors(d),
-        sections.law(d, planes=False),
+        _panel(d),
+        sections.before_after(d),
+        sections.law(d),
         sections.equations(d),
         evidence.rivals(d),
         checked.checked(d),
-        traits.characterised(d, pictures=False),
-        places.places(d, pictures=False),
+        traits.characterised(d),
+        places.places(d),
         evidence.parameters(d),
         checked.limits(d),
     )
@@ -49,14 +48,24 @@ def page(d: Diagnosis) -> str:
         f"<script>{script}</script>"
     )
     return html.page(
-        "diagnosis studio", f"Studio: {d.model} on {d.recording.name}", parts, source="diagnosis",
-        same="input", head=f"{head}\n<style>{asset('studio.css')}</style>", foot=foot,
+        "diagnosis studio", f"Diagnosis of {d.model} on {d.recording.name}", parts,
+        source="diagnosis", same="input", head=f"{head}\n<style>{asset('studio.css')}</style>",
+        foot=foot,
     )  # fmt: skip
 
 
-def write_studio(d: Diagnosis, folder: Path) -> Path:
-    """Write ``studio.html`` into `folder` atomically; returns its path."""
-    target = Path(folder) / "studio.html"
+def _panel(d: Diagnosis) -> str:
+    """Return what is clicked and looked at; without a fit the model alone."""
+    title = "Where in the model" if places_of(d)[0] else "The model"
+    if d.nominal is None or d.data is None:
+        return html.section(title, sections.graph(d))
+    made = asset("panel.html").replace("<!--title-->", title)
+    return html.trusted(made.replace("<!--graph-->", sections.graph(d)))
+
+
+def write_report(d: Diagnosis, folder: Path) -> Path:
+    """Write ``report.html`` into `folder` atomically; returns its path."""
+    target = Path(folder) / "report.html"
     write_atomically(target, page(d))
     return target
 

@@ -1,8 +1,8 @@
-// A plot on a canvas: traces thinned by minimum and maximum of every pixel, points, bands, cursor.
+// A plot on a canvas: traces thinned by minimum and maximum of every pixel, points, cells, bands, cursor.
 class Plot {
   constructor(host, options) {
     this.o = Object.assign({height: 220, pad: [10, 12, 40, 62], x: '', y: '', said: ''}, options);
-    this.lines = []; this.points = null; this.bands = []; this.levels = [];
+    this.lines = []; this.points = null; this.cells = null; this.bands = []; this.levels = [];
     this.view = null; this.home = null; this.cursor = null; this.rect = null; this.inks = {};
     this.canvas = document.createElement('canvas');
     this.canvas.tabIndex = 0;
@@ -35,6 +35,7 @@ class Plot {
     };
     for (const l of this.lines) if (l.on !== false) add(l.x, l.y);
     if (this.points) add(this.points.x, this.points.y);
+    if (this.cells) add(this.cells.x, this.cells.y);
     if (!(e[1] > e[0])) { e[0] -= 1; e[1] = e[0] + 2; }
     if (!(e[3] > e[2])) { e[2] -= 1; e[3] = e[2] + 2; }
     const my = 0.06 * (e[3] - e[2]), mx = this.o.fit ? 0 : 0.04 * (e[1] - e[0]);
@@ -99,9 +100,14 @@ class Plot {
     const shown = this.lines.filter(s => s.on !== false), courses = shown.map(s => this.course(s));
     if (this.o.fit) this.fitted(courses);
     g.save(); g.beginPath(); g.rect(l, t, w, h); g.clip();
+    if (this.cells) this.heat(g);
     for (const b of this.bands) this.band(g, b);
     g.restore();
     this.axes(g);
+    if (this.title) {
+      g.fillStyle = this.ink('ink'); g.font = '600 12px system-ui,sans-serif'; g.textAlign = 'left';
+      g.fillText(this.title, l, t - 8, w);
+    }
     g.save(); g.beginPath(); g.rect(l, t, w, h); g.clip();
     for (const v of this.levels) this.level(g, v);
     shown.forEach((s, i) => s.under && this.line(g, s, courses[i]));
@@ -138,11 +144,24 @@ class Plot {
     const x0 = this.px(b.from), x1 = Math.max(x0 + 1.5, this.px(b.to)), [, t, , h] = this.box();
     g.globalAlpha = b.alpha ?? 0.5; g.fillStyle = this.ink(b.ink); g.fillRect(x0, t, x1 - x0, h);
     g.globalAlpha = 1;
-    if (b.label && x1 - x0 > 8) {
+    if (b.number) {
+      g.fillStyle = this.ink('mark'); g.font = 'bold 11px system-ui,sans-serif'; g.textAlign = 'center';
+      g.fillText(b.number, (x0 + x1) / 2, t + 11);
+    } else if (b.label && x1 - x0 > 8) {
       g.fillStyle = this.ink('soft'); g.font = '11px system-ui,sans-serif'; g.textAlign = 'left';
       const [l, , w] = this.box(), from = Math.max(x0, l), room = Math.min(x1, l + w) - from - 6;
       if (g.measureText(b.label).width < room) g.fillText(b.label, from + 4, t + 12);
     }
+  }
+  heat(g) {
+    const {x, y, columns, mean, from, to} = this.cells, rows = mean.length / columns;
+    const w = (x[1] - x[0]) / columns, h = (y[1] - y[0]) / rows;
+    mean.forEach((v, i) => {
+      if (v !== v) return;
+      const a = this.px(x[0] + w * (i % columns)), b = this.py(y[0] + h * (1 + Math.floor(i / columns)));
+      g.fillStyle = Plot.warm((v - from) / (to - from));
+      g.fillRect(a, b, this.px(x[0] + w * (1 + i % columns)) - a + 0.5, this.py(y[0] + h * Math.floor(i / columns)) - b + 0.5);
+    });
   }
   level(g, v) {
     const [l, , w] = this.box(), y = this.py(v.y);
@@ -164,6 +183,10 @@ class Plot {
     }
     g.beginPath();
     let pen = false;
+    if (s.bars) s.bars.forEach(([a, b], i) => {
+      g.moveTo(c[2 * i], this.py(a)); g.lineTo(c[2 * i], this.py(b));
+      g.moveTo(c[2 * i] - 2, this.py(s.y[i])); g.lineTo(c[2 * i] + 2, this.py(s.y[i]));
+    });
     for (let i = 0; i < c.length; i += 2) {
       const y = c[i + 1];
       if (y !== y) { pen = false; continue; }
@@ -275,6 +298,12 @@ class Plot {
     c.addEventListener('dblclick', () => this.show(this.home[0], this.home[1]));
   }
 }
+// Pale yellow over orange to dark red, from 0 to 1.
+Plot.warm = s => {
+  const at = Math.max(0, Math.min(1, s)) * 2, k = Math.min(1, Math.floor(at)), f = at - k;
+  const stops = [[255, 246, 196], [253, 141, 60], [128, 0, 38]];
+  return `rgb(${stops[k].map((v, i) => Math.round(v + f * (stops[k + 1][i] - v)))})`;
+};
 Plot.hues = Array.from({length: 64}, (_, i) => {
   // dark blue over teal to yellow, told apart by lightness too
   const s = i / 63, mix = (a, b, c) => Math.round(s < 0.5 ? a + 2 * s * (b - a) : b + (2 * s - 1) * (c - b));

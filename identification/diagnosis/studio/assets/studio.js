@@ -60,6 +60,9 @@ function build() {
   plots.left = new Plot($('left'), {height: 230, fit: true, x: 'time (s)', y: over, shown, ...walk});
   plots.spectrum = new Plot($('spectrum'), {height: 230, x: 'frequency (Hz)', y: over, logX: true, logY: true});
   plots.whiteness = new Plot($('whiteness'), {height: 230, x: 'lag (samples)', y: 'autocorrelation'});
+  ['map0', 'map1', 'history', 'amplitude'].forEach((n, k) => {
+    plots[n] = new Plot($(n), {height: 240, pad: [24, 12, 40, 62], logY: k > 1, y: k > 1 ? 'misfit / noise' : ''});
+  });
   plots.plane = new Plot($('plane'), {height: 380, flat: true, brushed: r => brushPlane(r), pointed: nearest});
   const key = (colour, text, area) => {
     const e = made('span', '', $('keys')), k = made('span', '', e);
@@ -70,7 +73,7 @@ function build() {
   key('measured', 'measured');
   data.labels.forEach((l, k) => key(ink(k), l));
   for (const words of new Set(data.parts.map(p => p.words))) key(held(words), words, true);
-  if (data.active.length) key('active', 'where the model fails most', true);
+  if (data.regions.some(r => r.kind === 'time')) key('active', 'where the model fails most', true);
 }
 const held = words => words.includes('no choice') ? 'held' : 'looked';
 
@@ -101,7 +104,7 @@ function showReading(k) {
   plots.recording.say(`${r.label} over ${short(time[time.length - 1] - time[0])} s: measured` +
     `${data.labels.map(l => ', ' + l).join('')}. Held out: ${parts.slice(0, 6).join('; ') || 'nothing'}.`);
   plots.left.say(`What is left of ${r.name} over the noise, ${words}.`);
-  plots.strip.say(`Strip of the mismatch of ${r.name}. ${data.active.map(a => a.words).join(' ')}`);
+  plots.strip.say(`Strip of the mismatch of ${r.name}. ${data.regions.map(r => r.words).join('. ')}`);
   plots.spectrum.say(`Spectrum of what is left of ${r.name} over that of the noise.`);
   plots.whiteness.say(`Autocorrelation of what is left of ${r.name}, with the band of white noise.`);
 }
@@ -123,13 +126,14 @@ function rolling(y) {
 
 function bands() {
   const name = readings[state.reading].name, parts = data.parts.map(p => ({...p, ink: held(p.words), alpha: 1, label: p.words}));
-  const active = data.active.filter(a => !a.of || a.of === name).map(a => ({...a, ink: 'active', alpha: 0.6}));
+  const worst = kind => data.regions.filter(r => r.kind === kind && (!r.of || r.of === name)).map(r => ({...r, ink: 'active', alpha: 0.6}));
   const chosen = runs().map(([a, b]) => ({from: a, to: b, ink: 'pick', alpha: 0.22}));
   const bare = parts.map(p => ({...p, label: ''}));
   plots.recording.bands = [...parts, ...chosen];
-  plots.strip.bands = [...bare, ...active, ...chosen];
+  plots.strip.bands = [...bare, ...worst('time'), ...chosen];
   plots.left.bands = [...bare, ...chosen];
-  for (const n of ['recording', 'strip', 'left']) plots[n].later();
+  plots.spectrum.bands = worst('frequency').map(r => ({...r, from: Math.log10(Math.max(r.from, 1e-9)), to: Math.log10(r.to)}));
+  for (const n of ['recording', 'strip', 'left', 'spectrum']) plots[n].later();
 }
 
 // Stretches of time whose points are picked.
@@ -174,7 +178,44 @@ function choose(name) {
   }
   plot.reset();
   saidPlane();
+  showPort(name);
   walkTo(state.cursor);
+}
+
+// Misfit over displacement and velocity of a port, and along its history.
+function showPort(name) {
+  const p = data.ports[name];
+  $('port').hidden = !p;
+  if (!p) return;
+  const log = text => floats(text).map(v => Math.log10(Math.max(v, 1e-3)));
+  const maps = p.maps.map(m => ({...m, mean: log(m.mean)})), all = maps.flatMap(m => [...m.mean].filter(v => v === v));
+  const from = Math.min(0, ...all), to = Math.max(from + 0.5, ...all);
+  $('port-of').textContent = name;
+  ['map0', 'map1'].forEach((n, k) => {
+    $(n).hidden = !maps[k];
+    if (!maps[k]) return;
+    Object.assign(plots[n].o, {x: p.xLabel, y: p.yLabel});
+    plots[n].cells = {...maps[k], from, to};
+    plots[n].title = maps[k].label;
+    plots[n].say(`${maps[k].label}: misfit of ${p.of} by ${p.xLabel} and ${p.yLabel}.`);
+  });
+  ['history', 'amplitude'].forEach((n, k) => {
+    const f = p.profiles[k];
+    plots[n].o.x = f.xLabel;
+    plots[n].levels = [{y: 0}];
+    plots[n].lines = f.curves.map((c, i) => {
+      const y = floats(c.y), e = floats(c.e);
+      return {x: floats(c.x), y: log(c.y), ink: ink(i), bars: Array.from(y, (v, j) => [v - Math.min(e[j], 0.9 * v), v + e[j]].map(Math.log10))};
+    });
+    plots[n].say(`Misfit of ${p.of} by ${f.xLabel}.`);
+  });
+  for (const n of ['map0', 'map1', 'history', 'amplitude']) plots[n].reset();
+  $('port-key').replaceChildren();
+  const key = made('span', `mean square misfit of ${p.of} over the noise: ${short(10 ** from)} `, $('port-key'));
+  made('span', '', key).className = 'ramp warm';
+  key.append(` ${short(10 ** to)}`);
+  $('port-said').textContent = 'Blank: hardly visited. Bars: two standard errors; dashed: the noise. ' +
+    'A law with memory that is missing shows as a slope over the way since the last turn.';
 }
 
 // Least-squares line through a path.
@@ -254,13 +295,13 @@ function walkTo(t) {
 function hatch() {
   const drawn = document.querySelector('#graph svg');
   if (!drawn) return;
-  const space = 'http://www.w3.org/2000/svg', node = (tag, given, parent) => {
+  const space = drawn.namespaceURI, node = (tag, given, parent) => {
     const e = document.createElementNS(space, tag);
     for (const [k, v] of Object.entries(given)) e.setAttribute(k, v);
     parent.append(e);
     return e;
   };
-  drawn.removeAttribute('role'); // its elements are buttons
+  drawn.removeAttribute('role'); drawn.removeAttribute('aria-label'); // its elements are buttons
   const pattern = node('pattern', {id: 'hatch', width: 7, height: 7, patternUnits: 'userSpaceOnUse', patternTransform: 'rotate(45)'}, node('defs', {}, drawn));
   node('line', {x1: 0, y1: 0, x2: 0, y2: 7, stroke: '#c2410c', 'stroke-width': 1.6, opacity: 0.55}, pattern);
   for (const g of drawn.querySelectorAll('.element')) {
