@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import hashlib
+import re
 from importlib.resources import files
 from pathlib import Path
 
@@ -14,6 +15,9 @@ from identification.diagnosis.report.found import places_of
 from identification.diagnosis.studio.content import content
 from identification.diagnosis.studio.packing import embedded
 from identification.report import html
+
+BESIDE = 640
+"""Pixels of the graph up to which the law plane stands beside it."""
 
 
 def page(d: Diagnosis) -> str:
@@ -59,8 +63,11 @@ def _panel(d: Diagnosis) -> str:
     title = "Where in the model" if places_of(d)[0] else "The model"
     if d.nominal is None or d.data is None:
         return html.section(title, sections.graph(d))
-    made = asset("panel.html").replace("<!--title-->", title)
-    return html.trusted(made.replace("<!--graph-->", sections.graph(d)))
+    graph = sections.graph(d)
+    width = re.search(r'<svg[^>]* width="([\d.]+)"', graph)
+    wide = "wide" if width and float(width.group(1)) > BESIDE else ""
+    made = asset("panel.html").replace("<!--title-->", title).replace("<!--wide-->", wide)
+    return html.trusted(made.replace("<!--graph-->", graph))
 
 
 def write_report(d: Diagnosis, folder: Path) -> Path:

@@ -27,7 +27,7 @@ from identification.diagnosis.diagnose import Diagnosis, characterised, diagnose
 from identification.diagnosis.explanation.next_experiment import Experiment
 from identification.diagnosis.report.found import confidence_of, warmth_of
 from identification.diagnosis.search.candidates import DiagnosisOptions
-from identification.diagnosis.studio import page, write_studio
+from identification.diagnosis.studio import page, write_report
 from identification.diagnosis.studio.content import content
 from identification.diagnosis.studio.live import LiveStudio
 from identification.diagnosis.studio.packing import embedded, kept, packed
@@ -142,7 +142,7 @@ def test_names_of_a_user_stay_text(found: Diagnosis) -> None:
 
 
 def test_nothing_in_the_page_points_out_of_it(found: Diagnosis, tmp_path: Path) -> None:
-    made = write_studio(found, tmp_path).read_text("utf-8")
+    made = write_report(found, tmp_path).read_text("utf-8")
     assert "default-src 'none'" in made
     places = re.findall(r"""(?:src|href|action)\s*=\s*["']([^"']*)|url\(([^)]*)\)""", made)
     assert all(a.startswith("#") or b.startswith("#") or not (a or b) for a, b in places)
@@ -191,7 +191,7 @@ def test_it_tells_steps_while_they_are_made_and_then_the_page() -> None:
 @pytest.fixture(scope="module")
 def tried(found: Diagnosis, tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
     folder = tmp_path_factory.mktemp("studio")
-    file = write_studio(found, folder)
+    file = write_report(found, folder)
     assert CHROMIUM is not None
     done = subprocess.run(
         [CHROMIUM, *QUIET, f"--user-data-dir={folder / 'profile'}", "--dump-dom",

@@ -88,7 +88,7 @@ class Plot {
     return a;
   }
   draw() {
-    const c = this.canvas, ratio = window.devicePixelRatio || 1, W = c.clientWidth, H = this.o.height;
+    const c = this.canvas, ratio = Plot.fine || window.devicePixelRatio || 1, W = c.clientWidth, H = this.o.height;
     if (!W || !this.view) return;
     if (c.width !== Math.round(W * ratio) || c.height !== Math.round(H * ratio)) {
       c.width = Math.round(W * ratio); c.height = Math.round(H * ratio);
@@ -146,7 +146,7 @@ class Plot {
     g.globalAlpha = 1;
     if (b.number) {
       g.fillStyle = this.ink('mark'); g.font = 'bold 11px system-ui,sans-serif'; g.textAlign = 'center';
-      g.fillText(b.number, (x0 + x1) / 2, t + 11);
+      g.fillText(b.number, (x0 + x1) / 2, t + 11 + 12 * (b.below || 0));
     } else if (b.label && x1 - x0 > 8) {
       g.fillStyle = this.ink('soft'); g.font = '11px system-ui,sans-serif'; g.textAlign = 'left';
       const [l, , w] = this.box(), from = Math.max(x0, l), room = Math.min(x1, l + w) - from - 6;
@@ -217,7 +217,7 @@ class Plot {
     const [l, t, w, h] = this.box(), v = this.view;
     g.font = '11px system-ui,sans-serif'; g.strokeStyle = this.ink('line'); g.lineWidth = 1;
     g.fillStyle = this.ink('soft'); g.textAlign = 'center';
-    if (!this.o.bare) for (const x of Plot.ticks(v[0], v[1], w / 90, this.o.logX)) {
+    if (!this.o.bare) for (const x of Plot.ticks(v[0], v[1], w / 70, this.o.logX)) {
       const p = Math.round(this.px(x)) + 0.5;
       g.beginPath(); g.moveTo(p, t); g.lineTo(p, t + h); g.stroke();
       g.fillText(Plot.text(x, this.o.logX), p, t + h + 15);

@@ -126,13 +126,13 @@ function rolling(y) {
 
 function bands() {
   const name = readings[state.reading].name, parts = data.parts.map(p => ({...p, ink: held(p.words), alpha: 1, label: p.words}));
-  const worst = kind => data.regions.filter(r => r.kind === kind && (!r.of || r.of === name)).map(r => ({...r, ink: 'active', alpha: 0.6}));
+  const worst = kind => data.regions.filter(r => r.kind === kind && (!r.of || r.of === name)).map(r => ({...r, ink: 'active', alpha: kind === 'time' ? 0.6 : 0.2}));
   const chosen = runs().map(([a, b]) => ({from: a, to: b, ink: 'pick', alpha: 0.22}));
   const bare = parts.map(p => ({...p, label: ''}));
   plots.recording.bands = [...parts, ...chosen];
   plots.strip.bands = [...bare, ...worst('time'), ...chosen];
   plots.left.bands = [...bare, ...chosen];
-  plots.spectrum.bands = worst('frequency').map(r => ({...r, from: Math.log10(Math.max(r.from, 1e-9)), to: Math.log10(r.to)}));
+  plots.spectrum.bands = worst('frequency').map((r, i) => ({...r, below: i, from: Math.log10(Math.max(r.from, 1e-9)), to: Math.log10(r.to)}));
   for (const n of ['recording', 'strip', 'left', 'spectrum']) plots[n].later();
 }
 
@@ -284,6 +284,8 @@ function walkTo(t) {
   for (const n of ['recording', 'strip', 'left']) { plots[n].cursor = state.cursor; plots[n].later(); }
   const at = Math.min(planeTime.length - 1, Plot.find(planeTime, state.cursor));
   if (plots.plane.points) { plots.plane.points.near = at; plots.plane.later(); }
+  const r = readings[state.reading], k = Math.min(time.length - 1, Plot.find(time, state.cursor));
+  $('at').textContent = `at ${time[k].toPrecision(4)} s: ${[r.measured, ...r.fits].map((y, i) => `${['measured', ...data.labels][i]} ${short(y[k])}`).join(', ')}`;
   for (const g of document.querySelectorAll('#graph .bond')) {
     const p = planes[g.dataset.head] || planes[g.dataset.tail];
     const wide = p && p.most > 0 ? 1.7 + 5 * Math.sqrt(Math.abs(p.power[at]) / p.most) : 1.7;
@@ -389,14 +391,27 @@ function start() {
     $('next').hidden = false;
     for (const e of data.experiments) experiment(e);
   }
-  showReading(0);
+  const size = r => r.left[0].reduce((s, v) => v === v ? s + v * v : s, 0);
+  const worst = readings.reduce((a, r, k) => size(r) > size(readings[a]) ? k : a, 0);
+  $('reading').value = worst;
+  showReading(worst);
   const warmest = Object.entries(data.warmth).filter(([n]) => planes[n]).sort((a, b) => b[1] - a[1])[0];
   choose([...data.places, warmest?.[0], ...Object.keys(planes)].find(n => planes[n]));
   walkTo(time[Math.floor(time.length / 2)]);
   dark(night.matches);
+  // on paper: the grid and the width of the page that is printed, lower and twice as fine
   let was = false;
-  addEventListener('beforeprint', () => { was = document.documentElement.classList.contains('dark'); dark(false); Object.values(plots).forEach(p => p.draw()); });
-  addEventListener('afterprint', () => dark(was));
+  const printing = on => {
+    document.body.classList.toggle('printing', on);
+    Plot.fine = on ? 2 : 0;
+    for (const p of Object.values(plots)) {
+      p.o.height *= on ? 0.8 : 1.25;
+      p.canvas.style.height = p.o.height + 'px';
+      p.draw();
+    }
+  };
+  addEventListener('beforeprint', () => { was = document.documentElement.classList.contains('dark'); dark(false); printing(true); });
+  addEventListener('afterprint', () => { printing(false); dark(was); });
 }
 
 // What a test asks the page to do to itself; the answer is read from the document.
