@@ -6,10 +6,13 @@ import argparse
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from bondgraph.support.errors import UnusableInput
 from bondsight.cli.diagnose import add_diagnosis_options, diagnose_files
+
+if TYPE_CHECKING:
+    from identification.diagnosis.studio.live import LiveStudio
 
 ENDINGS = (".csv", ".npz", ".mat")
 MOST = 200
@@ -18,7 +21,7 @@ MOST = 200
 
 def add_studio_command(verbs: Any) -> None:
     """Add ``studio VERDICT-FOLDER|RECORDING --model M`` to the sub-commands."""
-    p = verbs.add_parser("studio", help="look at a diagnosis: one page, graph to residual")
+    p = verbs.add_parser("studio", help="diagnose again, or watch while it searches")
     p.add_argument(
         "recordings", nargs="+", metavar="RECORDING",
         help="what `diagnose` takes, or the folder of a verdict: its recording, known by its hash "
@@ -37,30 +40,31 @@ def _run(options: argparse.Namespace) -> int:
         folder = Path(options.recordings[0])
         options.recordings, options.seed = recordings_of(folder)
     if not options.live:
-        return _written(options, None)[0]
+        return diagnose_files(options)[0]
     from identification.diagnosis.studio.live import LiveStudio
 
     with LiveStudio() as live:
         print(f"studio:  {live.address}", flush=True)
-        code, page = _written(options, live)
-        live.finish(page.read_text("utf-8"))
+        code, _ = diagnose_files(options, watch=stoppable(live))
+        live.finish((options.out / "report.html").read_text("utf-8"))
         print(f"{live.address} shows it until Ctrl-C", flush=True)
         with suppress(KeyboardInterrupt):
             live.wait()
     return code
 
 
-def _written(
-    options: argparse.Namespace, watch: Callable[[str, float], None] | None
-) -> tuple[int, Path]:
-    """Diagnose and write the page; returns the exit code and its path."""
-    from identification.diagnosis.diagnose import characterised
-    from identification.diagnosis.studio import write_studio
+def stoppable(live: LiveStudio) -> Callable[[str, float], None]:
+    """Return a progress that tells `live`, and ends the search as Ctrl-C does once it is asked."""
+    from bondsight.cli.progress import SEARCHED
 
-    code, found = diagnose_files(options, watch=watch)
-    path = write_studio(characterised(found), options.out)
-    print(f"studio:  {path}")
-    return code, path
+    def told(text: str, fraction: float) -> None:
+        live(text, fraction)
+        if live.stopped and fraction < SEARCHED:
+            stop = KeyboardInterrupt()
+            stop.add_note("stopped before anything was named, so nothing was written")
+            raise stop
+
+    return told
 
 
 def recordings_of(folder: Path) -> tuple[list[str], int]:

@@ -295,7 +295,8 @@ def _round(
         if trial is not None:
             found.append((label, trial))
         if progress is not None:
-            progress(f"fitting {label}", begin + (end - begin) * done / len(tasks))
+            level = "" if trial is None else f": {trial.train:.4g} times the noise"
+            progress(f"fitting {label}{level}", begin + (end - begin) * done / len(tasks))
     return [t for _, t in sorted(found, key=lambda pair: pair[0])]
 
 

@@ -30,6 +30,7 @@ class LiveStudio:
         self._steps: list[tuple[str, float]] = []
         self._page = ""
         self._ended = False
+        self._stop = threading.Event()
         self._news = threading.Condition()
         self._server = ThreadingHTTPServer((HERE, port), _handler(self))
         self._server.daemon_threads = True
@@ -39,6 +40,15 @@ class LiveStudio:
     def address(self) -> str:
         """Where a browser finds it."""
         return f"http://{HERE}:{self._server.server_port}/"
+
+    @property
+    def stopped(self) -> bool:
+        """Whether somebody has asked to stop with what is known."""
+        return self._stop.is_set()
+
+    def stop(self) -> None:
+        """Ask to stop."""
+        self._stop.set()
 
     def __enter__(self) -> LiveStudio:
         """Begin to serve."""
@@ -84,8 +94,25 @@ class LiveStudio:
 
 def _handler(studio: LiveStudio) -> type[BaseHTTPRequestHandler]:
     class Handler(BaseHTTPRequestHandler):
+        def _own(self) -> bool:
+            """Whether the request names this address, and no other page sent it."""
+            here = studio.address.rstrip("/")
+            return (
+                self.headers.get("Host") == here.removeprefix("http://")
+                and self.headers.get("Origin", here) == here
+            )
+
+        def do_POST(self) -> None:
+            if not self._own():
+                self.send_error(403)
+            elif self.path == "/stop":
+                studio.stop()
+                self._send("text/plain", "stopping")
+            else:
+                self.send_error(404)
+
         def do_GET(self) -> None:
-            if self.headers.get("Host") != studio.address.removeprefix("http://").rstrip("/"):
+            if not self._own():
                 self.send_error(403)
             elif self.path == "/":
                 self._send("text/html; charset=utf-8", studio.shown())
@@ -110,6 +137,7 @@ def _handler(studio: LiveStudio) -> type[BaseHTTPRequestHandler]:
                     told += len(steps)
                     lines = [f"event: step\ndata: {json.dumps(s)}\n\n" for s in steps]
                     lines += ["event: made\ndata: 1\n\n"] if made else [":\n\n"]
+                    lines += ["event: ended\ndata: 1\n\n"] if ended and not made else []
                     self.wfile.write("".join(lines).encode())
                     self.wfile.flush()
             except OSError:  # the browser has gone

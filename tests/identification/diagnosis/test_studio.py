@@ -22,7 +22,7 @@ from bondgraph.signals.recording import Recording
 from bondgraph.signals.split import stretches
 from bondgraph.simulation.simulate import simulate
 from bondgraph.support.errors import UnusableInput
-from bondsight.cli.studio import recordings_of
+from bondsight.cli.studio import recordings_of, stoppable
 from identification.diagnosis.diagnose import Diagnosis, characterised, diagnose
 from identification.diagnosis.explanation.next_experiment import Experiment
 from identification.diagnosis.report.found import confidence_of, warmth_of
@@ -31,6 +31,7 @@ from identification.diagnosis.studio import page, write_report
 from identification.diagnosis.studio.content import content
 from identification.diagnosis.studio.live import LiveStudio
 from identification.diagnosis.studio.packing import embedded, kept, packed
+from identification.diagnosis.studio.page import policy
 from identification.diagnosis.verdict import write_verdict
 from tests.patience import HANGS
 from tests.spring import spring
@@ -91,6 +92,32 @@ def test_readings_and_what_is_left_are_the_fits(found: Diagnosis, shown: dict[st
     band = reading["correlations"][1]["band"]
     assert np.abs(before).max() > 10 * band
     assert np.mean(np.abs(after) < band) > 0.8
+
+
+def test_the_misfit_by_the_state_of_a_port_is_high_before_and_noise_after(
+    shown: dict[str, Any],
+) -> None:
+    port = shown["ports"]["d"]
+    assert (port["of"], port["xLabel"]) == ("x", "position of d (mm)")
+    before, after = (numbers(m["mean"]) for m in port["maps"])
+    assert before.size == after.size == 20 * 14
+    known = np.isfinite(before)
+    np.testing.assert_array_equal(known, np.isfinite(after))
+    assert np.median(before[known]) > 100
+    assert 0.5 < np.median(after[known]) < 2
+    for p in port["profiles"]:
+        worse, well = (numbers(c["y"]) for c in p["curves"])
+        assert (worse > 10 * well).all()
+
+
+def test_regions_keep_the_numbers_of_the_list(found: Diagnosis, shown: dict[str, Any]) -> None:
+    assert [r["number"] for r in shown["regions"]] == list(range(1, len(shown["regions"]) + 1))
+    listed = re.search(
+        "Where in the recording the model fails</h2>(.*?)</section>", page(found), re.S
+    )
+    assert listed is not None
+    for r in shown["regions"]:
+        assert html.escape(r["words"]) in listed.group(1)
 
 
 def test_every_held_out_stretch_is_there(found: Diagnosis, shown: dict[str, Any]) -> None:
@@ -183,6 +210,15 @@ def test_it_tells_steps_while_they_are_made_and_then_the_page() -> None:
             live.finish("<p>made</p>")
             assert b"event: made" in stream.read()
         assert urlopen(live.address, timeout=HANGS).read() == b"<p>made</p>"
+        stop = f"{live.address}stop"
+        with pytest.raises(HTTPError):
+            urlopen(Request(stop, b"", {"Origin": "http://evil.example"}), timeout=HANGS)
+        told = stoppable(live)
+        told("fitting a at b", 0.3)
+        urlopen(Request(stop, b"", {"Origin": live.address.rstrip("/")}), timeout=HANGS)
+        told("writing up", 0.95)  # what is found is kept
+        with pytest.raises(KeyboardInterrupt):
+            told("fitting a at b", 0.3)
         for path, headers in (("", {"Host": "evil.example"}), ("etc/passwd", {})):
             with pytest.raises(HTTPError):
                 urlopen(Request(live.address + path, headers=headers), timeout=HANGS)
@@ -191,11 +227,15 @@ def test_it_tells_steps_while_they_are_made_and_then_the_page() -> None:
 @pytest.fixture(scope="module")
 def tried(found: Diagnosis, tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
     folder = tmp_path_factory.mktemp("studio")
-    file = write_report(found, folder)
+    file, made = folder / "tried.html", page(found)
+    own = re.findall("<script>(.*?)</script>", made, re.DOTALL)[-1]
+    more = own + (Path(__file__).parent / "studio_tried.js").read_text("utf-8")
+    # the same policy holds: only the hash of the one script is another
+    file.write_text(made.replace(own, more).replace(policy(own), policy(more)), "utf-8")
     assert CHROMIUM is not None
     done = subprocess.run(
         [CHROMIUM, *QUIET, f"--user-data-dir={folder / 'profile'}", "--dump-dom",
-         f"{file.as_uri()}#selftest"],
+         file.as_uri()],
         capture_output=True, text=True, timeout=HANGS, check=True,
     )  # fmt: skip
     said = re.search('<pre id="selftest">(.*?)</pre>', done.stdout, re.DOTALL)
@@ -238,6 +278,8 @@ def test_keys_walk_and_zoom_and_a_law_is_switched(tried: dict[str, Any]) -> None
     assert 0 < tried["lower"] < 0.7
     assert max(tried["widths"]) > min(tried["widths"])
     assert "Coulomb friction is missing" in tried["said"]
+    assert min(tried["ports"]) > 1000
+    assert re.match(r"at \S+ s: measured \S+, nominal \S+, repaired \S+$", tried["at"])
 
 
 @browser

@@ -1,14 +1,38 @@
-const stream = new EventSource('/events'), steps = document.getElementById('steps');
-let last = '';
+const $ = id => document.getElementById(id), stream = new EventSource('/events');
+let found = new Map(), last = '';
+const cell = (row, text, kind) => { const c = row.insertCell(); c.textContent = text; c.className = kind || ''; return c; };
+
+// Candidates, best first; a later round goes on with those that may get there.
+function listed(label) {
+  const all = [...found].sort((a, b) => a[1].misfit - b[1].misfit).slice(0, 40);
+  const top = Math.log(Math.max(1.1, ...all.map(a => a[1].misfit)));
+  $('table').hidden = false;
+  $('rows').replaceChildren();
+  for (const [name, {misfit, fits}] of all) {
+    const row = $('rows').insertRow();
+    row.className = name === label ? 'new' : '';
+    cell(row, name); cell(row, fits, 'n'); cell(row, Number(misfit.toPrecision(4)), 'n');
+    cell(row, '', 'b').append(Object.assign(document.createElement('span'), {style: `width:${Math.max(1, 100 * Math.log(Math.max(1, misfit)) / top)}%`}));
+  }
+}
 stream.addEventListener('step', event => {
-  const [text, fraction] = JSON.parse(event.data);
-  document.getElementById('bar').value = fraction;
-  document.getElementById('now').textContent = text;
-  if (text === last) return;
-  last = text;
-  const item = document.createElement('li');
-  item.textContent = text;
-  steps.append(item);
+  const [text, fraction] = JSON.parse(event.data), fit = /^fitting (.+ at .+): (\S+) times the noise$/.exec(text);
+  $('bar').value = fraction;
+  $('now').textContent = text.replaceAll('_', ' ');
+  if (fit) {
+    const label = fit[1].replaceAll('_', ' '), before = found.get(label);
+    found.set(label, {misfit: Number(fit[2]), fits: (before?.fits || 0) + 1});
+    listed(label);
+  } else if (text !== last && !/^fitting .+ at /.test(text)) {
+    last = text;
+    $('steps').append(Object.assign(document.createElement('li'), {textContent: text}));
+    if (text.startsWith('screening')) found = new Map();
+  }
 });
-stream.addEventListener('open', () => { steps.replaceChildren(); last = ''; });
+stream.addEventListener('open', () => { $('steps').replaceChildren(); found = new Map(); last = ''; });
 stream.addEventListener('made', () => { stream.close(); location.reload(); });
+stream.addEventListener('ended', () => { stream.close(); $('stop').disabled = true; $('now').textContent = 'ended before anything was named'; });
+$('stop').addEventListener('click', () => {
+  $('stop').disabled = true; $('stop').textContent = 'stopping after this fit';
+  fetch('/stop', {method: 'POST'});
+});
