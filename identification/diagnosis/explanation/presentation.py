@@ -21,8 +21,9 @@ def text(d: Diagnosis) -> str:
 
 
 def cell(d: Diagnosis) -> str:
-    """Return what a notebook shows: the answer, what was fitted, and the graph."""
+    """Return what a notebook shows: the answer, what was fitted, the graph, and a small studio."""
     from bondgraph.drawing.svg import svg
+    from identification.diagnosis.studio.page import small
 
     first, _, rest = text(d).partition("\n")
     last = d.repaired or d.nominal
@@ -30,6 +31,8 @@ def cell(d: Diagnosis) -> str:
     return (
         f"<p><strong>{escape(first)}</strong></p><div>{svg(graph)}</div>"
         f"<pre>{escape(rest.strip())}</pre>"
+        f'<details><summary>studio</summary><iframe title="studio" srcdoc="{escape(small(d))}" '
+        'style="width:100%;height:900px;border:0"></iframe></details>'
     )
 
 

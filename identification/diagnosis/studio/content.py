@@ -31,8 +31,14 @@ DRAWN = 2
 """Experiments whose inputs are in the page."""
 
 
-def content(d: Diagnosis) -> dict[str, Any]:
-    """Return the page's data; without a fit only the words."""
+def content(d: Diagnosis, share: float = 1.0) -> dict[str, Any]:
+    """Return the page's data; without a fit only the words.
+
+    Parameters
+    ----------
+    share : float
+        Of the points that a whole page has at most.
+    """
     marked, also = places_of(d)
     said = {
         "verdict": sentence(d),
@@ -45,7 +51,7 @@ def content(d: Diagnosis) -> dict[str, Any]:
         return said | {"readings": []}
     data, shown = d.data, curves(d)
     left = [[_left(c, k, data) for c in shown] for k in range(len(data.names))]
-    keep = kept(data.n, SAMPLES, *(r[0] for r in left))
+    keep = kept(data.n, round(share * SAMPLES), *(r[0] for r in left))
     return said | {
         "time": packed(data.time[keep], "<f8"),
         "samples": int(data.n),
@@ -59,7 +65,7 @@ def content(d: Diagnosis) -> dict[str, Any]:
             for k, r in enumerate(regions_of(d), start=1)
         ],
         "readings": [_reading(d, data, k, shown, left[k], keep) for k in range(len(data.names))],
-        "planes": planes(d),
+        "planes": planes(d, share),
         "ports": port_misfits(d),
     }  # fmt: skip
 

@@ -31,7 +31,7 @@ LAWS = 6
 LINE = 1200
 
 
-def planes(d: Diagnosis) -> dict[str, Any]:
+def planes(d: Diagnosis, share: float = 1.0) -> dict[str, Any]:
     """Return the times of the points and, by element, argument, recovered output and laws.
 
     The missing addition is rebuilt at one element at a time, as if it sat there alone, from the
@@ -45,14 +45,15 @@ def planes(d: Diagnosis) -> dict[str, Any]:
     scored = data.mask("train") | data.mask("held-out")
     known = scored & np.isfinite(scene.nominal.simulated).all(axis=1)
     at = np.flatnonzero(known)
-    at = at[:: max(1, -(-at.size // POINTS))]
+    at = at[:: max(1, -(-at.size // round(share * POINTS)))]
+    line = round(share * LINE)
     found: dict[str, Any] = {}
     for name, past in scene.past.items():
         if name not in d.graph.elements or not np.ptp(past.argument[known]) > 0:
             continue
         added = _added(scene, probed, tangents, known, name)
         if added is not None:
-            found[name] = _plane(d, name, past, added, at)
+            found[name] = _plane(d, name, past, added, at, line)
     return {"time": packed(data.time[at], "<f8"), "of": found}
 
 
@@ -73,14 +74,16 @@ def _added(
         return None
 
 
-def _plane(d: Diagnosis, name: str, past: PortHistory, added: Array, at: Array) -> dict[str, Any]:
-    """Return one plane in readable units."""
+def _plane(
+    d: Diagnosis, name: str, past: PortHistory, added: Array, at: Array, most: int
+) -> dict[str, Any]:
+    """Return one plane in readable units, its lines of `most` points."""
     x, xu, yu, xw, yw = _axes(d.graph, name, past)
     y = past.output + added
-    laws = [] if isinstance(d.graph[name], I) else _laws(d, name)
+    laws = [] if isinstance(d.graph[name], I) else _laws(d, name, most)
     fx, ux = axis_scale(xu, float(np.nanmax(np.abs(x))))
     fy, uy = axis_scale(yu, float(np.nanmax(np.abs(y))))
-    line = _stretch(at.size)
+    line = _stretch(at.size, most)
     return {
         "x": packed(fx * x[at]),
         "y": packed(fy * y[at]),
@@ -117,7 +120,7 @@ def _flow(graph: BondGraph, name: str, past: PortHistory) -> Array:
     return past.rate if isinstance(e, C) else past.argument
 
 
-def _laws(d: Diagnosis, name: str) -> list[tuple[str, bool, Array, Array]]:
+def _laws(d: Diagnosis, name: str, most: int) -> list[tuple[str, bool, Array, Array]]:
     """Laws fitted at an element, those that are still in the set switched on."""
     found: list[tuple[str, bool, Array, Array]] = []
     inside = {t.label for s in d.steps for t in (*s.possible, *s.same_place)}
@@ -131,14 +134,14 @@ def _laws(d: Diagnosis, name: str) -> list[tuple[str, bool, Array, Array]]:
             continue
         one = not many_valued(run)
         order = np.argsort(run.argument, kind="stable") if one else np.arange(run.argument.size)
-        part = order[:: -(-order.size // LINE)] if one else order[_stretch(order.size)]
+        part = order[:: -(-order.size // most)] if one else order[_stretch(order.size, most)]
         s, w = run.argument[part], run.deviation[part]
         word = "flexible curve" if t.effect == "unknown" else spaced(t.effect)
         found.append((word, t.label in inside, s, run.slope * s + w))
     return found
 
 
-def _stretch(n: int) -> slice:
+def _stretch(n: int, most: int) -> slice:
     """Part of a path of `n` samples to draw as a line: the end, hardly thinned, loops whole."""
-    step = max(1, -(-n // 2 // LINE))
-    return slice(-LINE * step, None, step)
+    step = max(1, -(-n // 2 // most))
+    return slice(-most * step, None, step)

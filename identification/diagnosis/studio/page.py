@@ -7,6 +7,7 @@ import hashlib
 import re
 from importlib.resources import files
 from pathlib import Path
+from typing import Any
 
 from bondgraph.support.whole_file import write_atomically
 from identification.diagnosis.diagnose import Diagnosis
@@ -30,7 +31,6 @@ def page(d: Diagnosis) -> str:
     d : Diagnosis
         Of any kind; sections without content are left out.
     """
-    script = _short(asset("plot.js") + asset("studio.js"))
     parts = (
         sections.answer(d),
         sections.raw(d),
@@ -46,9 +46,19 @@ def page(d: Diagnosis) -> str:
         evidence.parameters(d),
         checked.limits(d),
     )
+    return _with_script(d, parts, content(d))
+
+
+def small(d: Diagnosis) -> str:
+    """Return what is clicked and looked at alone, with a tenth of the points: for a notebook."""
+    return _with_script(d, (_panel(d),), content(d, 0.1))
+
+
+def _with_script(d: Diagnosis, parts: tuple[str, ...], data: dict[str, Any]) -> str:
+    script = _short(asset("plot.js") + asset("studio.js"))
     head = f'<meta http-equiv="Content-Security-Policy" content="{policy(script)}">'
     foot = (
-        f'<script type="application/json" id="data">{embedded(content(d))}</script>\n'
+        f'<script type="application/json" id="data">{embedded(data)}</script>\n'
         f"<script>{script}</script>"
     )
     return html.page(

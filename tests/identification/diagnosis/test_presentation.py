@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import html
+import re
 from pathlib import Path
 
 import numpy as np
@@ -45,6 +47,10 @@ def test_a_verdict_prints_on_a_screen(found: Diagnosis) -> None:
     shown = found._repr_html_()
     assert "<svg" in shown
     assert "Coulomb friction is missing" in shown
+    (studio,) = re.findall('srcdoc="([^"]*)"', shown)
+    assert "default-src 'none'" in html.unescape(studio)
+    assert "Law plane" in studio
+    assert len(studio) < 250_000
 
 
 def test_it_draws_what_is_left(found: Diagnosis) -> None:
