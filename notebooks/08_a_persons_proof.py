@@ -39,12 +39,11 @@ MODEL = None  # then also "path/to/model.py" with a function model(), see the RE
 MAP = {}  # and, where the names differ, {"x": "displacement_um"}
 
 # %%
-from html import escape
 from textwrap import fill
 
 import matplotlib.pyplot as plt
 import numpy as np
-from IPython.display import HTML, SVG, display
+from IPython.display import SVG, display
 from scipy.integrate import solve_ivp
 from scipy.signal import lfilter
 from threadpoolctl import threadpool_limits
@@ -57,10 +56,9 @@ from identification.diagnosis.diagnose import diagnose
 from identification.diagnosis.explanation.next_experiment import next_experiments
 from identification.diagnosis.localisation.recording import where, words
 from identification.diagnosis.report.found import confidence_of, found_of, places_of
-from identification.diagnosis.report.law_figures import law_figure
-from identification.diagnosis.report.page import page
 from identification.diagnosis.screening.observation import scene
 from identification.diagnosis.search.candidates import DiagnosisOptions
+from identification.diagnosis.studio import page
 from identification.diagnosis.verdict import sentence, verdict
 
 threadpool_limits(1)  # small matrices: threads would only wait for each other
@@ -336,9 +334,7 @@ if found.nominal is not None:
 # ### The law that was found
 
 # %%
-for t, finding in zip(found_of(found), verdict(found)["findings"], strict=False):
-    drawn, caption = law_figure(found, t)
-    display(HTML(f"{drawn}<p>{escape(caption)}</p>"))
+for finding in verdict(found)["findings"]:
     for e in finding["parameters"]:
         low, high = e["ci95"]
         print(f"{e['name']} = {e['value']:.4g} {e['unit']}, 95 %: {low:.4g} to {high:.4g}")
