@@ -5,12 +5,17 @@ from __future__ import annotations
 import argparse
 import sys
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from bondgraph.support.errors import UnusableInput, real_number
 from bondsight.cli.arguments import OUT, add_jobs, add_map, nonnegative
 from bondsight.cli.output import writable
 from bondsight.cli.take_file import TakeAction, described
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from identification.diagnosis.studio.live import LiveStudio
 
 
 def add_acquire_command(verbs: Any) -> None:
@@ -72,6 +77,11 @@ def add_acquire_command(verbs: Any) -> None:
     p.add_argument(
         "--diagnose", default=None, metavar="MODEL", help="then diagnose with this model"
     )
+    p.add_argument(
+        "--studio", action="store_true",
+        help="with --diagnose: a browser of this machine shows how the model runs along, then the "
+        "search, then the page",
+    )  # fmt: skip
     add_map(p)
     p.add_argument("--json", action="store_true", help="print the verdict as JSON")
     add_jobs(p)
@@ -91,6 +101,8 @@ def _acquire(options: argparse.Namespace) -> int:
         raise UnusableInput(
             "acquire: give a station file, or --simulated for a virtual bench (not both)"
         )
+    if options.studio and not options.diagnose:
+        raise UnusableInput("acquire --studio: which model runs along? add --diagnose MODEL")
     check_name(options.name)
     if not real_number("--patience", options.patience) > 0.0:
         raise UnusableInput(f"--patience {options.patience:g}: give seconds above 0")
@@ -154,7 +166,22 @@ def _recover(journal: Path) -> int:
 
 def record_and_diagnose(options: argparse.Namespace, settings: Any) -> Any:
     """Record one take and diagnose it if asked for; returns the diagnosis or None."""
-    path = _record(options, settings)
+    if not getattr(options, "studio", False):
+        return _recorded_and_diagnosed(options, settings, None)
+    from bondsight.cli.studio import kept_open
+    from identification.diagnosis.studio.live import LiveStudio
+
+    with LiveStudio() as live:
+        print(f"studio:     {live.address}", flush=True)
+        found = _recorded_and_diagnosed(options, settings, live)
+        kept_open(live, options.out)
+    return found
+
+
+def _recorded_and_diagnosed(
+    options: argparse.Namespace, settings: Any, live: LiveStudio | None
+) -> Any:
+    path = _record(options, settings, live)
     if not options.diagnose:
         return None
     from actuators.models.opening import load_model
@@ -170,7 +197,9 @@ def record_and_diagnose(options: argparse.Namespace, settings: Any) -> Any:
         # a converter holds its command between updates; a monitor may have seen anything
         hold="hold" if any(m.partition("=")[2].strip() == "V" for m in maps) else None,
     )  # fmt: skip
-    return diagnose_files(request, graph)[1]
+    from bondsight.cli.studio import stoppable
+
+    return diagnose_files(request, graph, None if live is None else stoppable(live))[1]
 
 
 def _source(graph: Any, maps: list[str]) -> list[str]:
@@ -199,7 +228,7 @@ def _recorded_only(graph: Any, path: Path, maps: list[str]) -> Any:
     return graph
 
 
-def _record(options: argparse.Namespace, settings: Any) -> Path:
+def _record(options: argparse.Namespace, settings: Any, live: LiveStudio | None) -> Path:
     """Record one take with a live view; returns the file."""
     import numpy as np
 
@@ -230,10 +259,34 @@ def _record(options: argparse.Namespace, settings: Any) -> Path:
             print(f"note:       {remark}")
         quiet = options.quiet or not sys.stderr.isatty()
         with watching(plan, station, quiet=quiet, picture=options.live) as view:
-            taken = record(station, plan, options.out / options.name, watch=view)
+            beside = _beside(options, plan, station, live)
+            taken = record(
+                station, plan, options.out / options.name,
+                watch=lambda report: (view(report), beside(report))[0],
+            )  # fmt: skip
         print(f"output:     {bench.output.status}")
     print(f"recording:  {taken.path}  {taken.recording!r}")
     print(f"raw data:   {taken.journal}")
     for sentence in taken.sentences[len(station.remarks) :]:
         print(f"note:       {sentence}")
     return taken.path
+
+
+def _beside(
+    options: argparse.Namespace, plan: Any, station: Any, live: LiveStudio | None
+) -> Callable[[Any], None]:
+    """Return what tells the studio of a take; where the model cannot run along, that is said."""
+    if live is None:
+        return lambda _: None
+    from actuators.models.opening import load_model
+    from bondgraph.support.errors import BondsightError
+    from bondsight.cli.acquire_studio import RunningAlong
+
+    graph = load_model(options.diagnose)
+    maps = [*options.maps, *_source(graph, options.maps)]
+    rates = {s.stream: s.rate for s in station.sensors}
+    try:
+        return RunningAlong(live, plan, graph, maps, rates)
+    except BondsightError as error:
+        print(f"note:       the model does not run along: {error}")
+        return lambda _: None

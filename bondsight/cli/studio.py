@@ -46,11 +46,16 @@ def _run(options: argparse.Namespace) -> int:
     with LiveStudio() as live:
         print(f"studio:  {live.address}", flush=True)
         code, _ = diagnose_files(options, watch=stoppable(live))
-        live.finish((options.out / "report.html").read_text("utf-8"))
-        print(f"{live.address} shows it until Ctrl-C", flush=True)
-        with suppress(KeyboardInterrupt):
-            live.wait()
+        kept_open(live, options.out)
     return code
+
+
+def kept_open(live: LiveStudio, folder: Path) -> None:
+    """Show the page in `folder` until the user interrupts."""
+    live.finish((folder / "report.html").read_text("utf-8"))
+    print(f"{live.address} shows it until Ctrl-C", flush=True)
+    with suppress(KeyboardInterrupt):
+        live.wait()
 
 
 def stoppable(live: LiveStudio) -> Callable[[str, float], None]:

@@ -1,4 +1,4 @@
-"""The studio while it is made: on 127.0.0.1, every step as it comes, then the page itself."""
+"""The studio while it is made: on 127.0.0.1, takes and steps as they come, then the page."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ WAIT: Final = 10.0
 
 
 class LiveStudio:
-    """Serve the steps of a diagnosis to browsers of this machine, then its page.
+    """Serve a take and the steps of a diagnosis to browsers of this machine, then its page.
 
     Only requests that name this address are answered: a foreign page cannot read along under a
     name of its own. Call it with a text and a fraction, as any progress.
@@ -27,7 +27,7 @@ class LiveStudio:
     """
 
     def __init__(self, port: int = 0) -> None:
-        self._steps: list[tuple[str, float]] = []
+        self._told: list[tuple[str, Any]] = []
         self._page = ""
         self._ended = False
         self._stop = threading.Event()
@@ -65,8 +65,15 @@ class LiveStudio:
 
     def __call__(self, text: str, fraction: float) -> None:
         """Tell a step."""
+        self._tell("step", (text, fraction))
+
+    def take(self, part: dict[str, Any]) -> None:
+        """Tell a part of a running take: `name` with its unit, `t`, `y` and the `model`'s."""
+        self._tell("take", part)
+
+    def _tell(self, kind: str, value: Any) -> None:
         with self._news:
-            self._steps.append((text, fraction))
+            self._told.append((kind, value))
             self._news.notify_all()
 
     def finish(self, page: str) -> None:
@@ -81,15 +88,15 @@ class LiveStudio:
 
     def shown(self) -> str:
         """Return the page as it stands."""
-        script = asset("live.js")
+        script = asset("plot.js") + asset("live.js")
         waiting = asset("live.html").replace("POLICY", policy(script, "connect-src 'self'; "))
         return self._page or waiting.replace("SCRIPT", script)
 
-    def after(self, told: int) -> tuple[list[tuple[str, float]], bool, bool]:
-        """Return the steps that are new after `told`, whether the page is made, and the end."""
+    def after(self, told: int) -> tuple[list[tuple[str, Any]], bool, bool]:
+        """Return what is new after `told`, whether the page is made, and the end."""
         with self._news:
-            self._news.wait_for(lambda: self._steps[told:] or self._page or self._ended, WAIT)
-            return self._steps[told:], bool(self._page), self._ended
+            self._news.wait_for(lambda: self._told[told:] or self._page or self._ended, WAIT)
+            return self._told[told:], bool(self._page), self._ended
 
 
 def _handler(studio: LiveStudio) -> type[BaseHTTPRequestHandler]:
@@ -133,9 +140,9 @@ def _handler(studio: LiveStudio) -> type[BaseHTTPRequestHandler]:
             told, made, ended = 0, False, False
             try:
                 while not (made or ended):
-                    steps, made, ended = studio.after(told)
-                    told += len(steps)
-                    lines = [f"event: step\ndata: {json.dumps(s)}\n\n" for s in steps]
+                    fresh, made, ended = studio.after(told)
+                    told += len(fresh)
+                    lines = [f"event: {k}\ndata: {json.dumps(v)}\n\n" for k, v in fresh]
                     lines += ["event: made\ndata: 1\n\n"] if made else [":\n\n"]
                     lines += ["event: ended\ndata: 1\n\n"] if ended and not made else []
                     self.wfile.write("".join(lines).encode())

@@ -29,7 +29,28 @@ stream.addEventListener('step', event => {
     if (text.startsWith('screening')) found = new Map();
   }
 });
-stream.addEventListener('open', () => { $('steps').replaceChildren(); found = new Map(); last = ''; });
+// A take that grows: measured, the model that runs along, and the strip of the mismatch.
+let takes = new Map();
+stream.addEventListener('take', event => {
+  const {name, t, y, model} = JSON.parse(event.data);
+  $('take').hidden = false;
+  if (!takes.has(name)) {
+    const host = $('takes').appendChild(document.createElement('div')), x = [], seen = [], along = [], off = [];
+    const both = new Plot(host, {height: 220, fit: true, bare: true, pad: [10, 12, 8, 72], y: name, said: `${name}: measured, and the model`});
+    const strip = new Plot(host, {height: 110, fit: true, pad: [10, 12, 40, 72], x: 'time (s)', y: 'mismatch', said: `${name}: measured less the model`});
+    both.lines = [{x, y: seen, ink: 'measured', width: 2, sorted: true}, {x, y: along, ink: 'before', width: 1.2, sorted: true}];
+    strip.lines = [{x, y: off, ink: 'before', width: 1.2, sorted: true}];
+    strip.levels = [{y: 0}];
+    takes.set(name, {x, seen, along, off, both, strip});
+  }
+  const k = takes.get(name);
+  k.x.push(...t); k.seen.push(...y); k.along.push(...model); k.off.push(...y.map((v, i) => v - model[i]));
+  k.both.reset(); k.strip.reset();
+});
+stream.addEventListener('open', () => {
+  $('takes').replaceChildren(); takes = new Map();
+  $('steps').replaceChildren(); found = new Map(); last = '';
+});
 stream.addEventListener('made', () => { stream.close(); location.reload(); });
 stream.addEventListener('ended', () => { stream.close(); $('stop').disabled = true; $('now').textContent = 'ended before anything was named'; });
 $('stop').addEventListener('click', () => {
