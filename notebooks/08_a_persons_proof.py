@@ -58,7 +58,6 @@ from identification.diagnosis.localisation.recording import where, words
 from identification.diagnosis.report.found import confidence_of, found_of, places_of
 from identification.diagnosis.screening.observation import scene
 from identification.diagnosis.search.candidates import DiagnosisOptions
-from identification.diagnosis.studio import page
 from identification.diagnosis.verdict import sentence, verdict
 
 threadpool_limits(1)  # small matrices: threads would only wait for each other
@@ -384,8 +383,6 @@ if RECORDING is None:
     print(f"hidden: {EFFECT} at {PLACE}" if EFFECT else "hidden: nothing")
     print(f"found:  {[t.label for t in found_of(found)] or found.kind}")
     print(outcome(found))
-report = page(found)
-print(f"the whole report, for a colleague: {len(report) // 1024} KiB of HTML in one page")
 
 # %% [markdown]
 # And the law itself, where a spring or a damper is concerned: what you wrote, and what was found
