@@ -2,6 +2,9 @@ const $ = id => document.getElementById(id), stream = new EventSource('/events')
 let found = new Map(), last = '';
 const cell = (row, text, kind) => { const c = row.insertCell(); c.textContent = text; c.className = kind || ''; return c; };
 
+// The effect in words; the name of the element stays.
+const spoken = text => text.replace(/^(.*?)( at |$)/, (_, what, at) => what.replaceAll('_', ' ') + at);
+
 // Candidates, best first; a later round goes on with those that may get there.
 function listed(label) {
   const all = [...found].sort((a, b) => a[1].misfit - b[1].misfit).slice(0, 40);
@@ -18,9 +21,9 @@ function listed(label) {
 stream.addEventListener('step', event => {
   const [text, fraction] = JSON.parse(event.data), fit = /^fitting (.+ at .+): (\S+) times the noise$/.exec(text);
   $('bar').value = fraction;
-  $('now').textContent = text.replaceAll('_', ' ');
+  $('now').textContent = spoken(text);
   if (fit) {
-    const label = fit[1].replaceAll('_', ' '), before = found.get(label);
+    const label = spoken(fit[1]), before = found.get(label);
     found.set(label, {misfit: Number(fit[2]), fits: (before?.fits || 0) + 1});
     listed(label);
   } else if (text !== last && !/^fitting .+ at /.test(text)) {

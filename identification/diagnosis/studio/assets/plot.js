@@ -223,7 +223,7 @@ class Plot {
       g.fillText(Plot.text(x, this.o.logX), p, t + h + 15);
     }
     g.textAlign = 'right';
-    for (const y of Plot.ticks(v[2], v[3], h / 42, this.o.logY)) {
+    for (const y of Plot.ticks(v[2], v[3], h / 34, this.o.logY)) {
       const p = Math.round(this.py(y)) + 0.5;
       g.beginPath(); g.moveTo(l, p); g.lineTo(l + w, p); g.stroke();
       g.fillText(Plot.text(y, this.o.logY), l - 6, p + 4);
