@@ -104,12 +104,6 @@ def legible(svg: str, width: float) -> str:
     return _piece("legible", trusted(svg), f"{width:.0f}")
 
 
-def tiles(*figures: str) -> str:
-    """Figures side by side where there is room, below each other where there is none."""
-    found = [f for f in figures if f]
-    return _piece("tiles", found) if found else ""
-
-
 def folded(summary: str, *parts: str) -> str:
     """Details behind a line; printed open."""
     shown = [p for p in parts if p]

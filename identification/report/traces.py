@@ -10,12 +10,6 @@ from identification.statistics.periods import strongest_period
 MOST = 1500
 
 
-def sampled(t: Array, *values: Array, most: int = MOST) -> tuple[Array, ...]:
-    """Every k-th sample, at most `most`."""
-    step = max(1, -(-t.size // most))
-    return (t[::step], *(v[::step] for v in values))
-
-
 def envelope(t: Array, v: Array, most: int = MOST) -> tuple[Array, Array]:
     """Smallest and largest value in each of `most` / 2 pieces: peaks survive thinning."""
     good = np.isfinite(v)

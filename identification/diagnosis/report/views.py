@@ -10,18 +10,16 @@ from bondgraph.support.arrays import Array
 from identification.diagnosis.diagnose import Diagnosis
 from identification.diagnosis.report.found import after_of
 from identification.estimation.single_record import Fit
-from identification.report.style import AFTER, BEFORE
 from identification.report.traces import span
 from identification.study.problem import Data
 
 
 @dataclass(frozen=True)
 class Curve:
-    """A fit with the word and the colour it has all over the page."""
+    """A fit with the word it has all over the page."""
 
     label: str
     fit: Fit
-    colour: str
 
 
 def curves(d: Diagnosis) -> tuple[Curve, ...]:
@@ -29,15 +27,12 @@ def curves(d: Diagnosis) -> tuple[Curve, ...]:
     if d.nominal is None:
         return ()
     if d.kind == "parameters_only" and d.declared is not None:
-        return (
-            Curve("declared values", d.declared, BEFORE),
-            Curve("fitted values", d.nominal, AFTER),
-        )
+        return Curve("declared values", d.declared), Curve("fitted values", d.nominal)
     after = after_of(d)
     if after is not None:
         word = "repaired" if d.kind == "missing_physics" else "closest"
-        return Curve("nominal", d.nominal, BEFORE), Curve(word, after, AFTER)
-    return (Curve("nominal", d.nominal, AFTER if d.kind == "explained" else BEFORE),)
+        return Curve("nominal", d.nominal), Curve(word, after)
+    return (Curve("nominal", d.nominal),)
 
 
 def unit_of(d: Diagnosis, name: str) -> str:

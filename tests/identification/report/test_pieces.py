@@ -36,7 +36,7 @@ def test_a_plain_text_among_the_parts_is_no_html() -> None:
 
 
 @pytest.mark.parametrize("empty", [
-    html.section("a", "", ""), html.paragraph(""), html.figure(""), html.tiles("", ""),
+    html.section("a", "", ""), html.paragraph(""), html.figure(""),
     html.folded("a", ""), html.box(""), html.bullets([]), html.table(("a",), []),
     html.equations([]), html.remarks([]),
 ])  # fmt: skip

@@ -131,8 +131,8 @@ def _diagnosed(
     plain: Outcome,
 ) -> Outcome:
     from identification.diagnosis.diagnose import diagnose
-    from identification.diagnosis.studio import write_report
     from identification.diagnosis.search.candidates import DiagnosisOptions
+    from identification.diagnosis.studio import write_report
     from identification.diagnosis.verdict import verdict, write_verdict
     from tests.proof.real.official import official_errors
 
