@@ -15,6 +15,7 @@ from bondsight.cli.take_file import TakeAction, described
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from hardware.recorder.taking import TakeProgress
     from identification.diagnosis.studio.live import LiveStudio
 
 
@@ -260,10 +261,12 @@ def _record(options: argparse.Namespace, settings: Any, live: LiveStudio | None)
         quiet = options.quiet or not sys.stderr.isatty()
         with watching(plan, station, quiet=quiet, picture=options.live) as view:
             beside = _beside(options, plan, station, live)
-            taken = record(
-                station, plan, options.out / options.name,
-                watch=lambda report: (view(report), beside(report))[0],
-            )  # fmt: skip
+
+            def watch(report: TakeProgress) -> None:
+                view(report)
+                beside(report)
+
+            taken = record(station, plan, options.out / options.name, watch=watch)
         print(f"output:     {bench.output.status}")
     print(f"recording:  {taken.path}  {taken.recording!r}")
     print(f"raw data:   {taken.journal}")

@@ -25,8 +25,8 @@ def port_misfits(d: Diagnosis) -> dict[str, Any]:
     if d.nominal is None or d.scene is None or d.scene.data.n != d.nominal.problem.data.n:
         return {}
     column = _worst(d.nominal)
-    fits = [(c.label, *found) for c in curves(d) if (found := _square(c.fit, d, column))]
-    found = {}
+    fits = [(c.label, *own) for c in curves(d) if (own := _square(c.fit, d, column))]
+    found: dict[str, Any] = {}
     for name, past in d.scene.past.items():
         axes = axes_of(d.graph, name, past) if name in d.graph.elements else ()
         if len(axes) == 3 and fits:
