@@ -81,7 +81,13 @@ def _panel(d: Diagnosis) -> str:
 
 
 def write_report(d: Diagnosis, folder: Path) -> Path:
-    """Write ``report.html`` into `folder` atomically; returns its path."""
+    """Write ``report.html`` into `folder` atomically; returns its path.
+
+    Examples
+    --------
+    >>> write_report(found, folder).name
+    'report.html'
+    """
     target = Path(folder) / "report.html"
     write_atomically(target, page(d))
     return target
