@@ -63,8 +63,8 @@ def best_linear_approximation(
     >>> periodic = Recording.from_arrays(
     ...     "tones", {"t[s]": tone.time, "F[N]": tone.values, "x[m]": answer["x"]}
     ... )
-    >>> found = best_linear_approximation(periodic, ["F"], ["x"], period=400, discard=1600)
-    >>> found.response.shape
+    >>> response = best_linear_approximation(periodic, ["F"], ["x"], period=400, discard=1600)
+    >>> response.response.shape
     (59, 1, 1)
     """
     records = [recordings] if isinstance(recordings, Recording) else list(recordings)

@@ -47,8 +47,8 @@ class FrequencyResponse:
     >>> periodic = Recording.from_arrays(
     ...     "tones", {"t[s]": tone.time, "F[N]": tone.values, "x[m]": answer["x"]}
     ... )
-    >>> found = best_linear_approximation(periodic, ["F"], ["x"], period=400, discard=1600)
-    >>> round(float(1 / abs(found.response[0, 0, 0])), -2)  # the stiffness
+    >>> response = best_linear_approximation(periodic, ["F"], ["x"], period=400, discard=1600)
+    >>> round(float(1 / abs(response.response[0, 0, 0])), -2)  # the stiffness
     2000.0
     """
 
