@@ -1,0 +1,96 @@
+/* Banks of plays within a step: the line on which each is, found by Newton's method around all laws,
+   and the derivatives of its plays, a row each. Includes play.c; row_block, NB are the caller's. */
+
+#define TRIES 24
+#define CLOSE 1e-14
+
+typedef struct {
+  casadi_int n, moving; /* plays in whole eights; whether widths or weights have derivatives */
+  const double *width, *weight;
+  double *y, *next, *home;
+  double stops, size, reach;
+  double sum, slope, place; /* the line */
+  row_block* rows;          /* derivatives of y */
+  const row_block *by_width, *by_weight;
+} bank_t;
+
+/* Take a bank from the front of numbers (widths, weights, plays, as many to write) and rows. */
+static void opened(bank_t* b, int stops, const casadi_int* sizes, double** numbers, double** rows) {
+  casadi_int i, n = sizes[0];
+  b->n = n; b->moving = sizes[1]; b->stops = stops;
+  b->width = *numbers; b->weight = b->width + n; b->home = b->y = *numbers + 2 * n;
+  b->next = b->y + n;
+  *numbers += 4 * n;
+  b->rows = (row_block*)*rows;
+  b->by_width = b->rows + n * NB; b->by_weight = b->by_width + n * NB;
+  *rows = (double*)(b->moving ? b->by_weight + n * NB : b->by_width);
+  b->sum = b->slope = b->place = b->size = b->reach = 0.0;
+  for (i = 0; i < n; ++i) { /* as if all would rest */
+    b->sum += b->weight[i] * b->y[i];
+    b->slope -= b->stops * b->weight[i];
+    b->size += fabs(b->weight[i]);
+    b->reach = fmax(b->reach, b->width[i]);
+  }
+}
+
+static inline void put(const bank_t* b, double* line) {
+  line[0] = b->sum; line[1] = b->slope; line[2] = b->place;
+}
+
+/* Read the bank at a place; whether it lies off the line that led there. */
+static inline int looked_up(bank_t* b, double place, int again) {
+  double sum, slope, far = place - b->place, size = fabs(place) + fabs(b->place);
+  if (again && fabs(far) <= CLOSE * size) return 0;
+  sum_of_plays(place, b->n, b->width, b->weight, b->y, b->stops, b->next, &sum, &slope);
+  far = fabs(sum - (b->sum + b->slope * far));
+  int off = slope != b->slope || !(far <= CLOSE * b->size * (size + b->reach));
+  b->sum = sum; b->slope = slope; b->place = place;
+  return off;
+}
+
+static inline void accepted(bank_t* b) {
+  double* y = b->y;
+  b->y = b->next;
+  b->next = y;
+}
+
+static void closed(bank_t* b) {
+  if (b->y != b->home) memcpy(b->home, b->y, b->n * sizeof(double));
+}
+
+#if SLOPES
+/* 1 if the play is taken up, -1 down, 0 if it rests. */
+static inline int taken(const bank_t* b, casadi_int i) {
+  return b->y[i] <= b->place - b->width[i] ? 1 : b->y[i] >= b->place + b->width[i] ? -1 : 0;
+}
+
+/* Derivatives of the sum at its place, then those of slope and place, which stand still. */
+static void moved_line(const bank_t* b, row_block* line) {
+  casadi_int i;
+  int v;
+  for (v = 0; v < 3 * NB; ++v) line[v] = (row_block){0};
+  for (i = 0; i < b->n; ++i) {
+    int way = taken(b, i);
+    const double weight = b->weight[i];
+    if (!way) for (v = 0; v < NB; ++v) line[v] += weight * b->rows[i * NB + v];
+    if (!b->moving) continue;
+    const double each = b->next[i] - b->stops * b->place;
+    for (v = 0; v < NB; ++v)
+      line[v] += each * b->by_weight[i * NB + v] - way * weight * b->by_width[i * NB + v];
+  }
+}
+
+/* Derivatives of the plays at the end of the step, from those of the place. */
+static void moved_rows(bank_t* b, const row_block* place) {
+  casadi_int i;
+  int v;
+  for (i = 0; i < b->n; ++i) {
+    int way = taken(b, i);
+    if (!way) continue;
+    for (v = 0; v < NB; ++v) {
+      b->rows[i * NB + v] = place[v];
+      if (b->moving) b->rows[i * NB + v] -= (double)way * b->by_width[i * NB + v];
+    }
+  }
+}
+#endif
