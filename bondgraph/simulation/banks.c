@@ -59,9 +59,10 @@ static void closed(bank_t* b) {
 }
 
 #if SLOPES
-/* 1 if the play is taken up, -1 down, 0 if it rests. */
-static inline int taken(const bank_t* b, casadi_int i) {
-  return b->y[i] <= b->place - b->width[i] ? 1 : b->y[i] >= b->place + b->width[i] ? -1 : 0;
+/* 1 if the play is taken up, -1 down, 0 if it rests; half of that if it is just touched. */
+static inline double taken(const bank_t* b, casadi_int i) {
+  const double y = b->y[i], low = b->place - b->width[i], high = b->place + b->width[i];
+  return 0.5 * ((y < low) + (y <= low) - (y > high) - (y >= high));
 }
 
 /* Derivatives of the sum at its place, then those of slope and place, which stand still. */
@@ -70,9 +71,8 @@ static void moved_line(const bank_t* b, row_block* line) {
   int v;
   for (v = 0; v < 3 * NB; ++v) line[v] = (row_block){0};
   for (i = 0; i < b->n; ++i) {
-    int way = taken(b, i);
-    const double weight = b->weight[i];
-    if (!way) for (v = 0; v < NB; ++v) line[v] += weight * b->rows[i * NB + v];
+    const double way = taken(b, i), weight = b->weight[i], rest = weight * (1.0 - fabs(way));
+    if (rest != 0.0) for (v = 0; v < NB; ++v) line[v] += rest * b->rows[i * NB + v];
     if (!b->moving) continue;
     const double each = b->next[i] - b->stops * b->place;
     for (v = 0; v < NB; ++v)
@@ -85,11 +85,12 @@ static void moved_rows(bank_t* b, const row_block* place) {
   casadi_int i;
   int v;
   for (i = 0; i < b->n; ++i) {
-    int way = taken(b, i);
-    if (!way) continue;
+    const double way = taken(b, i), share = fabs(way);
+    if (way == 0.0) continue;
     for (v = 0; v < NB; ++v) {
-      b->rows[i * NB + v] = place[v];
-      if (b->moving) b->rows[i * NB + v] -= (double)way * b->by_width[i * NB + v];
+      row_block* own = b->rows + i * NB + v;
+      *own = share == 1.0 ? place[v] : share * place[v] + (1.0 - share) * *own;
+      if (b->moving) *own -= way * b->by_width[i * NB + v];
     }
   }
 }

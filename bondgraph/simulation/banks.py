@@ -18,7 +18,7 @@ from bondgraph.laws.law import Law, split
 from bondgraph.support.arrays import Array
 from bondgraph.support.ops import CASADI, Ops
 
-BANKED_FROM = 1
+BANKED_FROM = 4
 """Plays of a law from which a loop over them beats closed code."""
 
 LINE = 3

@@ -64,36 +64,29 @@ long turning_point_record(const double *restrict x, long n, const double *restri
                           long *kept, double *restrict y) {
   long top = depth - 1, old = depth;
   double now = E[top], d = top % 2 ? -direction : direction, output = Y[top];
+  /* noise turns at random: where it does is computed, not branched upon */
   for (long k = 0; k < n; ++k) {
     double next = x[k];
-    if (next != now) {
-      if ((next - now) * d < 0.0) {
-        Y[top] = output;
-        ++top;
-        d = -d;
+    int turns = (next - now) * d < 0.0;
+    Y[top] = output;
+    top += turns;
+    d = turns ? -d : d;
+    while (top >= 2 && (next - E[top - 2]) * d >= 0.0) top -= 2;
+    if (top == 0) {
+      output = Y[0] + slope[n_knots - 1] * (next - E[0]);
+    } else {
+      double s = (next - E[top - 1]) * d, bin = s * per_bin;
+      long b = bin < (double)n_bins ? (long)bin : n_bins;
+      long low = start[b], high = start[b + 1];
+      while (low + 1 < high) {
+        long middle = (low + high + 1) / 2;
+        if (knot[middle] <= s) low = middle; else high = middle - 1;
       }
-      while (top >= 2 && (next - E[top - 2]) * d >= 0.0) top -= 2;
-      if (top == 0) {
-        output = Y[0] + slope[n_knots - 1] * (next - E[0]);
-        Y[0] = output;
-      } else {
-        double s = (next - E[top - 1]) * d;
-        double bin = s * per_bin;
-        long i = n_knots - 1;
-        if (bin < (double)n_bins) {
-          long b = (long)bin;
-          long low = start[b], high = start[b + 1];
-          while (low + 1 < high) {
-            long middle = (low + high + 1) / 2;
-            if (knot[middle] <= s) low = middle; else high = middle - 1;
-          }
-          i = low + (low < high && knot[high] <= s);
-        }
-        output = Y[top - 1] + d * (value[i] + slope[i] * (s - knot[i]));
-      }
-      E[top] = now = next;
-      if (top < old) old = top;
+      long i = low + ((low < high) & (knot[high] <= s));
+      output = Y[top - 1] + d * (value[i] + slope[i] * (s - knot[i]));
     }
+    E[top] = now = next;
+    old = top < old ? top : old;
     y[k] = output;
   }
   Y[top] = output;

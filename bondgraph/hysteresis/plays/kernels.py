@@ -150,9 +150,9 @@ def swings(
     per_bin = bins / knots[-1] if knots[-1] > 0.0 else 0.0
     # an edge is taken a rounding lower, so that a swing on it never starts behind its knot
     edges = np.arange(bins + 1) * (knots[-1] / bins) * (1.0 - 4e-16)
-    start: NDArray[np.int32] = np.maximum(
-        np.searchsorted(knots, edges, side="right") - 1, 0
-    ).astype(np.int32)
+    found = np.maximum(np.searchsorted(knots, edges, side="right") - 1, 0)
+    start: NDArray[np.int32] = np.append(found, knots.size - 1).astype(np.int32)
+    start[-2] = start[-1]  # beyond the last edge
     depth = extremes.size
     stack = np.empty((2, depth + x.size + 1))
     stack[:, :depth] = extremes, outputs
