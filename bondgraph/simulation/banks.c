@@ -1,11 +1,11 @@
 /* Banks of plays within a step: the line on which each is, found by Newton's method around all laws,
-   and the derivatives of its plays, a row each. Includes play.c; row_block, NB are the caller's. */
+   and the derivatives of its plays, a row of NB blocks each; row_block and NB are the caller's. */
 
 #define TRIES 24
 #define CLOSE 1e-14
 
 typedef struct {
-  casadi_int n, moving; /* plays in whole eights; whether widths or weights have derivatives */
+  casadi_int n, moving, wide; /* plays in whole eights; whether widths or weights have derivatives */
   const double *width, *weight;
   double *y, *next, *home;
   double stops, size, reach;
@@ -15,9 +15,10 @@ typedef struct {
 } bank_t;
 
 /* Take a bank from the front of numbers (widths, weights, plays, as many to write) and rows. */
-static void opened(bank_t* b, int stops, const casadi_int* sizes, double** numbers, double** rows) {
+static void opened(bank_t* b, int stops, const casadi_int* sizes, casadi_int wide, double** numbers,
+                   double** rows) {
   casadi_int i, n = sizes[0];
-  b->n = n; b->moving = sizes[1]; b->stops = stops;
+  b->n = n; b->wide = wide; b->moving = sizes[1]; b->stops = stops;
   b->width = *numbers; b->weight = b->width + n; b->home = b->y = *numbers + 2 * n;
   b->next = b->y + n;
   *numbers += 4 * n;

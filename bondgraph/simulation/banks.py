@@ -9,11 +9,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from importlib.resources import files
 from typing import Any, ClassVar
 
 import casadi as ca
 import numpy as np
 
+from bondgraph.hysteresis.plays.kernels import play_source
 from bondgraph.laws.law import Law, split
 from bondgraph.support.arrays import Array
 from bondgraph.support.ops import CASADI, Ops
@@ -89,6 +91,10 @@ class BankedLaw(Law):
         """Sum, slope and place of each bank."""
         return LINE * self.banks
 
+    def initial_memory(self, s: float) -> tuple[float, ...]:
+        """No line yet."""
+        return (0.0,) * self.n_memory
+
     def deviation(self, ops: Ops, s: Any, memory: Sequence[Any], p: Sequence[Any]) -> Any:
         """Deviation of the law, every bank on its line."""
         return self._read(ops, s, memory, p)[0]
@@ -148,6 +154,11 @@ def _bank(plays: slice, stops: bool, q: ca.SX, widths: ca.SX, weights: ca.SX) ->
     slope = ca.jacobian(both, q)
     slopes = ca.Function("slopes", [q], [slope]) if slope.nnz() else None
     return Bank(plays, stops, numbers, slopes)
+
+
+def bank_source() -> str:
+    """C source of banks within a step; who includes it names its rows, see `banks.c`."""
+    return play_source() + files("bondgraph.simulation").joinpath("banks.c").read_text()
 
 
 @dataclass(frozen=True)

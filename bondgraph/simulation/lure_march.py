@@ -6,10 +6,7 @@ that one instruction serves several directions; only the laws are code of their 
 
 from __future__ import annotations
 
-from importlib.resources import files
-
-from bondgraph.hysteresis.plays.kernels import play_source
-from bondgraph.simulation.banks import PlacedBank
+from bondgraph.simulation.banks import PlacedBank, bank_source
 from bondgraph.simulation.lure_closing import ClosedLaws
 from bondgraph.simulation.lure_layout import KernelLayout
 from bondgraph.support.native import c_source
@@ -47,8 +44,7 @@ def march_source(lay: KernelLayout, laws: ClosedLaws, banks: tuple[PlacedBank, .
         )
     )  # fmt: skip
     body = c_source(laws.function) if lay.n_w else "#define casadi_int long long int\n"
-    loops = play_source() + files("bondgraph.simulation").joinpath("banks.c").read_text()
-    return body + head + where + _ROWS + (loops if banks else "") + _MARCH
+    return body + head + where + _ROWS + (bank_source() if banks else "") + _MARCH
 
 
 PIECES = ("PHI", "G0", "G1", "CS", "DS", "GAIN", "CY", "DY")
@@ -89,7 +85,8 @@ void run_record(const double* u, casadi_int n_samples, casadi_int n_sub, casadi_
 #endif
 #if NBANKS
   bank_t banks[NBANKS];
-  for (int i = 0; i < NBANKS; ++i) opened(banks + i, bank_stops[i], plays + 2 * i, &numbers, &rows);
+  for (int i = 0; i < NBANKS; ++i)
+    opened(banks + i, bank_stops[i], plays + 2 * i, NB, &numbers, &rows);
 #endif
   double x[SOME(NX)];
   row_block out[NB];
@@ -143,7 +140,8 @@ void run_record(const double* u, casadi_int n_samples, casadi_int n_sub, casadi_
       do {
         for (k = 0; k < NBANKS; ++k) put(banks + k, memory + bank_slot[k]);
         bondsight_laws(arg, res, iw, work, 0);
-        for (k = j = 0; k < NBANKS; ++k) j |= looked_up(banks + k, memory_new[bank_slot[k] + 2], tries);
+        for (k = j = 0; k < NBANKS; ++k)
+          j |= looked_up(banks + k, memory_new[bank_slot[k] + 2], tries);
       } while (j && ++tries < TRIES);
 #if SLOPES
       for (k = 0; k < NBANKS; ++k) moved_line(banks + k, z + (NX + NW + bank_slot[k]) * NB);

@@ -44,7 +44,7 @@ class Ops:
     where : callable
         ``where(condition, a, b)``, elementwise.
     bank : callable, optional
-        Stands for `bondgraph.hysteresis.plays.play.sum_of_plays` where a step runs all plays itself.
+        Takes the place of `bondgraph.hysteresis.plays.play.sum_of_plays` where a step runs them.
 
     Examples
     --------
