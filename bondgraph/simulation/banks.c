@@ -1,27 +1,27 @@
 /* Banks of plays within a step: the line on which each is, found by Newton's method around all laws,
    and the derivatives of its plays, a row of NB blocks each; row_block and NB are the caller's. */
 
-#define TRIES 24
+#define LOOKS 24
 #define CLOSE 1e-14
 
 typedef struct {
   casadi_int n, moving, wide; /* plays in whole eights; whether widths or weights have derivatives */
   const double *width, *weight;
-  double *y, *next, *home;
+  double *y, *next, *way, *home;
   double stops, size, reach;
   double sum, slope, place; /* the line */
   row_block* rows;          /* derivatives of y */
   const row_block *by_width, *by_weight;
 } bank_t;
 
-/* Take a bank from the front of numbers (widths, weights, plays, as many to write) and rows. */
+/* Take a bank from the front of numbers (widths, weights, plays, room for twice as many) and rows. */
 static void opened(bank_t* b, int stops, const casadi_int* sizes, casadi_int wide, double** numbers,
                    double** rows) {
   casadi_int i, n = sizes[0];
   b->n = n; b->wide = wide; b->moving = sizes[1]; b->stops = stops;
   b->width = *numbers; b->weight = b->width + n; b->home = b->y = *numbers + 2 * n;
-  b->next = b->y + n;
-  *numbers += 4 * n;
+  b->next = b->y + n; b->way = b->y + 2 * n;
+  *numbers += 5 * n;
   b->rows = (row_block*)*rows;
   b->by_width = b->rows + n * NB; b->by_weight = b->by_width + n * NB;
   *rows = (double*)(b->moving ? b->by_weight + n * NB : b->by_width);
@@ -60,37 +60,41 @@ static void closed(bank_t* b) {
 }
 
 #if SLOPES
-/* 1 if the play is taken up, -1 down, 0 if it rests; half of that if it is just touched. */
-static inline double taken(const bank_t* b, casadi_int i) {
-  const double y = b->y[i], low = b->place - b->width[i], high = b->place + b->width[i];
-  return 0.5 * ((y < low) + (y <= low) - (y > high) - (y >= high));
-}
-
 /* Derivatives of the sum at its place, then those of slope and place, which stand still. */
 static void moved_line(const bank_t* b, row_block* line) {
+  const double *width = b->width, *weight = b->weight;
   casadi_int i;
-  int v;
+  int v, l;
+  for (i = 0; i < b->n; i += PLAYS) {
+    plays_t far = *(const plays_t*)(width + i);
+    *(plays_t*)(b->way + i) =
+        taken_plays(b->place - far, b->place + far, *(const plays_t*)(b->y + i));
+  }
   for (v = 0; v < 3 * NB; ++v) line[v] = (row_block){0};
-  for (i = 0; i < b->n; ++i) {
-    const double way = taken(b, i), weight = b->weight[i], rest = weight * (1.0 - fabs(way));
-    if (rest != 0.0) for (v = 0; v < NB; ++v) line[v] += rest * b->rows[i * NB + v];
-    if (!b->moving) continue;
-    const double each = b->next[i] - b->stops * b->place;
+  for (v = 0; v < NB; ++v) {
+    row_block some[4] = {0}; /* no sum waits for another one */
+    for (i = 0; i < b->n; i += 4)
+      for (l = 0; l < 4; ++l)
+        some[l] += weight[i + l] * (1.0 - fabs(b->way[i + l])) * b->rows[(i + l) * NB + v];
+    line[v] = (some[0] + some[1]) + (some[2] + some[3]);
+  }
+  for (i = 0; i < b->n && b->moving; ++i) {
+    const double each = b->next[i] - b->stops * b->place, push = b->way[i] * weight[i];
     for (v = 0; v < NB; ++v)
-      line[v] += each * b->by_weight[i * NB + v] - way * weight * b->by_width[i * NB + v];
+      line[v] += each * b->by_weight[i * NB + v] - push * b->by_width[i * NB + v];
   }
 }
 
-/* Derivatives of the plays at the end of the step, from those of the place. */
+/* Derivatives of the plays at the end of the step, from those of the place that was asked last. */
 static void moved_rows(bank_t* b, const row_block* place) {
   casadi_int i;
   int v;
   for (i = 0; i < b->n; ++i) {
-    const double way = taken(b, i), share = fabs(way);
+    const double way = b->way[i], share = fabs(way);
     if (way == 0.0) continue;
     for (v = 0; v < NB; ++v) {
       row_block* own = b->rows + i * NB + v;
-      *own = share == 1.0 ? place[v] : share * place[v] + (1.0 - share) * *own;
+      *own = share * place[v] + (1.0 - share) * *own;
       if (b->moving) *own -= way * b->by_width[i * NB + v];
     }
   }

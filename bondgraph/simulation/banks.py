@@ -1,8 +1,8 @@
 """Laws that are sums of plays, with their plays taken out, for a native loop to run.
 
-At a place x a bank of plays is, until the next one moves or rests, the line ``sum + slope (. - x)``.
-What is left of such a law has these three numbers a bank for a memory, however many plays there are,
-and gives back as third where the bank was read: Newton's method on the lines is that on the plays.
+At a place a bank of plays is, until the next one moves or rests, a line: its sum there, its slope and
+the place. What is left of such a law has these three numbers a bank for a memory, however many plays
+there are, and gives back where the bank was read: Newton's method on the lines is that on the plays.
 """
 
 from __future__ import annotations
@@ -227,7 +227,7 @@ def loaded(
     start, sizes, numbers, rows = 0, [], [np.zeros(0)], [np.zeros(0)]
     for placed, (own, slopes) in zip(banks, filled, strict=True):
         count, n = placed.bank.count, own.shape[1]
-        states, moved = np.zeros((2, n)), np.zeros((n, lanes))
+        states, moved = np.zeros((3, n)), np.zeros((n, lanes))
         states[0, :count] = plays[start : start + count, 0]
         moved[:count, 1 : plays.shape[1]] = plays[start : start + count, 1:]
         sizes.append((n, slopes.size > 0))
@@ -248,5 +248,5 @@ def unloaded(
         states = rows[row : row + n * lanes].reshape(n, lanes)[:count, :width].copy()
         states[:, 0] = numbers[at + 2 * n : at + 2 * n + count]
         found.append(states)
-        at, row = at + 4 * n, row + n * lanes * (3 if moving else 1)
+        at, row = at + 5 * n, row + n * lanes * (3 if moving else 1)
     return np.concatenate(found)

@@ -40,7 +40,8 @@ def march_source(lay: KernelLayout, laws: ClosedLaws, banks: tuple[PlacedBank, .
         for name, values in (
             ("memory_row", laws.rows), ("memory_column", laws.columns),
             ("memories", laws.memories), ("parameters", laws.parameters),
-            ("bank_slot", [b.slot for b in banks]), ("bank_stops", [int(b.bank.stops) for b in banks]),
+            ("bank_slot", [b.slot for b in banks]),
+            ("bank_stops", [int(b.bank.stops) for b in banks]),
         )
     )  # fmt: skip
     body = c_source(laws.function) if lay.n_w else "#define casadi_int long long int\n"
@@ -142,7 +143,7 @@ void run_record(const double* u, casadi_int n_samples, casadi_int n_sub, casadi_
         bondsight_laws(arg, res, iw, work, 0);
         for (k = j = 0; k < NBANKS; ++k)
           j |= looked_up(banks + k, memory_new[bank_slot[k] + 2], tries);
-      } while (j && ++tries < TRIES);
+      } while (j && ++tries < LOOKS);
 #if SLOPES
       for (k = 0; k < NBANKS; ++k) moved_line(banks + k, z + (NX + NW + bank_slot[k]) * NB);
 #endif

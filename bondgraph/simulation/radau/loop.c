@@ -54,9 +54,11 @@ static void lines(work_t* q, int s, double t, const double* v, const double* u, 
 static void moved_lines(work_t* q, int s, double* tm) {
   int i, k;
   for (k = 0; k < NBANKS && q->nd; ++k) {
-    moved_line(q->banks[s] + k, q->line);
+    const bank_t* b = q->banks[s] + k;
+    moved_line(b, (row_block*)q->line);
     for (i = 0; i < 3; ++i)
-      memcpy(tm + (bank_slot[k] + i) * q->nd, q->line + i * (1 + q->nd) + 1, q->nd * sizeof(double));
+      memcpy(tm + (bank_slot[k] + i) * q->nd, q->line + i * LANES * b->wide + 1,
+             q->nd * sizeof(double));
   }
 }
 
@@ -67,7 +69,7 @@ static void accepted_banks(work_t* q, const double* tnext) {
     bank_t* b = q->banks[1] + k;
     if (q->nd) {
       memcpy(q->line + 1, tnext + (bank_slot[k] + 2) * q->nd, q->nd * sizeof(double));
-      moved_rows(b, q->line);
+      moved_rows(b, (const row_block*)q->line);
     }
     accepted(b);
     q->banks[0][k].y = b->y;
@@ -293,7 +295,7 @@ casadi_int bondsight_record(const double* numbers, const casadi_int* sizes, cons
   q->line = past + 2 * N;
   for (i = 0; i < NBANKS; ++i) {
     bank_t* b = q->banks[1] + i;
-    opened(b, bank_stops[i], plays + 2 * i, 1 + nd, &plays_numbers, &plays_rows);
+    opened(b, bank_stops[i], plays + 2 * i, nd / LANES + 1, &plays_numbers, &plays_rows);
     q->banks[0][i] = *b;
   }
 #endif

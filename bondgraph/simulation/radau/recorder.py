@@ -17,6 +17,7 @@ from bondgraph.equations.program import Program
 from bondgraph.simulation.banks import PlacedBank, TakenOut, loaded, taken_out, unloaded
 from bondgraph.simulation.radau.interpreted import Carried, machine_record, machine_step
 from bondgraph.simulation.radau.native_source import (
+    LANES,
     GeneralFunctions,
     general_functions,
     general_source,
@@ -151,14 +152,15 @@ def _native_recorder(
     def run(order: Order, begin: Carried, out: Array) -> tuple[Carried, int]:
         n, n_m, n_d = begin.v.size, n_left, begin.tv.shape[1]
         k, n_u = 2 * n, order.first.size
+        lanes = LANES * (n_d // LANES + 1)
         size = k * k + 8 * k + n * n + 2 * n_u + functions.largest + 2 * k * n_d
-        work = np.zeros(size + n_m * (1 + n_d) + 4 * n + 64 + 3 * (1 + n_d))
+        work = np.zeros(size + n_m * (1 + n_d) + 4 * n + 64 + 3 * lanes)
         memory = begin.m[:n_m], begin.tv.ravel(), begin.tm[:n_m].ravel()
         state = np.concatenate([begin.v, *memory, [0.0]])
         q, dq = order.p[own], _picked(order, n_d)[own]
-        filled = [b.bank.filled(q[b.parameters], dq[b.parameters], 1 + n_d) for b in banks]
+        filled = [b.bank.filled(q[b.parameters], dq[b.parameters], lanes) for b in banks]
         plays = np.column_stack([begin.m[n_m:], begin.tm[n_m:]])
-        held = loaded(banks, filled, plays, 1 + n_d)
+        held = loaded(banks, filled, plays, lanes)
         numbers = np.array([order.time, order.h, order.solved and not n_d])
         samples = order.u.shape[0] // order.n_sub
         sizes = np.array([samples, order.n_sub, n_d, len(order.directions)], np.int64)

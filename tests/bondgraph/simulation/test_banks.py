@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -10,6 +11,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from bondgraph.equations.codegen import program_of
+from bondgraph.equations.derivation import system
 from bondgraph.hysteresis import (
     Ang,
     Cascade,
@@ -19,15 +22,17 @@ from bondgraph.hysteresis import (
     PrandtlIshlinskii,
 )
 from bondgraph.hysteresis.plays.play import play
-from bondgraph.laws import Hysteretic, Law, LawSum, Polynomial, StopSum, Stribeck
+from bondgraph.laws import Hysteretic, Law, LawSum, StopSum, Stribeck
 from bondgraph.simulation import banks
 from bondgraph.simulation import lure_kernel as kernel
 from bondgraph.simulation.exact_run import KernelRun, run_record
 from bondgraph.simulation.lure import Compiled
+from bondgraph.simulation.radau import recorder
+from bondgraph.simulation.radau.native import prepare_general, run_general
 from bondgraph.support import native
 from bondgraph.support.ops import NUMPY
 from tests.bondgraph.hysteresis.examples import UNTIMED
-from tests.bondgraph.simulation.test_kernel import oscillator
+from tests.bondgraph.simulation.test_kernel import oscillator, oscillator_graph
 
 N, STEP = 120, 0.05
 PLAYS = PrandtlIshlinskii((0.0, 0.05, 0.1, 0.3, 0.5, 0.9), (1.5, 0.6, -0.4, 0.9, 0.2, 0.3))
@@ -41,7 +46,15 @@ pytestmark = pytest.mark.skipif(native.compiler() is None, reason="needs gcc")
 
 @pytest.fixture
 def path(monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[[bool], None]]:
-    """Choose whether laws of any size run in a loop, or all in closed code."""
+    """Choose whether laws of any size run in a loop, or all in closed code; both compiled."""
+
+    def built(*arguments: Any) -> Path:
+        library = native.build(*arguments)
+        assert library is not None, "gcc refused the source"
+        return library
+
+    for module in (kernel, recorder):
+        monkeypatch.setattr(module, "build", built)
 
     def choose(banked: bool) -> None:
         monkeypatch.setattr(banks, "BANKED_FROM", 1 if banked else 10**9)
@@ -68,29 +81,30 @@ def everything(model: Compiled) -> KernelRun:
     return run_of(model, directions=range(len(model.nominal())), state_directions=True)
 
 
-MODELS: dict[str, Callable[[], Compiled]] = {
-    "plays": lambda: oscillator(Hysteretic(PLAYS)),
-    "free weights and widths": lambda: oscillator(FREE),
-    "springs that slip": lambda: oscillator(None, Hysteretic(SPRINGS)),
-    "free springs": lambda: oscillator(Hysteretic(SPRINGS, ("stiffnesses", "breakaways[1]"))),
-    "ang": lambda: oscillator(Hysteretic(ANG)),
-    "free zones before plays": lambda: oscillator(
-        Hysteretic(ANG.inverse(), ("dead_zone.weights", "play.weights[1]"))
+LAWS: dict[str, tuple[Law | None, ...]] = {  # of spring, friction, drive, reading
+    "plays": (Hysteretic(PLAYS),),
+    "free weights and widths": (FREE,),
+    "springs that slip": (None, Hysteretic(SPRINGS)),
+    "free springs": (Hysteretic(SPRINGS, ("stiffnesses", "breakaways[1]")),),
+    "ang": (Hysteretic(ANG),),
+    "free zones before plays": (
+        Hysteretic(ANG.inverse(), ("dead_zone.weights", "play.weights[1]")),
     ),
-    "two banks, side by side": lambda: oscillator(Hysteretic(Parallel(PLAYS, SPRINGS))),
-    "two banks, one behind the other": lambda: oscillator(Hysteretic(Cascade(ANG, PLAYS))),
-    "stops and a cubic": lambda: oscillator(
-        LawSum((StopSum((0.1, 0.3), height=0.7), Polynomial(size=1.0)))
-    ),
-    "in every place": lambda: oscillator(
-        StopSum((0.1, 0.3), height=0.7), Stribeck(0.3, 0.2, 0.1), Hysteretic(PLAYS), FREE
+    "two banks, side by side": (Hysteretic(Parallel(PLAYS, SPRINGS)),),
+    "two banks, one behind the other": (Hysteretic(Cascade(ANG, PLAYS)),),
+    "a sum of laws": (LawSum((StopSum((0.1, 0.3), height=0.7), StopSum((0.2,), 0.4))),),
+    "in every place": (
+        StopSum((0.1, 0.3), height=0.7),
+        Stribeck(0.3, 0.2, 0.1),
+        Hysteretic(PLAYS),
+        FREE,
     ),
 }
 
 
-@pytest.mark.parametrize("name", MODELS)
+@pytest.mark.parametrize("name", LAWS)
 def test_the_loop_gives_what_closed_code_gives(name: str, path: Callable[[bool], None]) -> None:
-    model = MODELS[name]()
+    model = oscillator(*LAWS[name])
     path(True)
     taken = kernel.without_banks(model)[1]
     assert sum(b.bank.count for b in taken.banks) + len(taken.kept) == kernel.layout(model, 0).n_m
@@ -110,10 +124,10 @@ def test_the_loop_gives_what_closed_code_gives(name: str, path: Callable[[bool],
         np.testing.assert_allclose(got.memory[element], states, rtol=0, atol=1e-11)
 
 
-@pytest.mark.parametrize("name", MODELS)
+@pytest.mark.parametrize("name", LAWS)
 def test_tangents_against_central_differences(name: str, path: Callable[[bool], None]) -> None:
     path(True)
-    model = MODELS[name]()
+    model = oscillator(*LAWS[name])
     p, h = model.nominal(), 1e-6
     run = everything(model)
     for d in range(p.size):
@@ -121,6 +135,35 @@ def test_tangents_against_central_differences(name: str, path: Callable[[bool], 
         central = (ahead - back) / (2 * h)
         size = max(np.abs(central).max(), 1e-3)
         assert np.abs(run.dy[:, :, d] - central).max() < 2e-6 * size, model.parameter_names[d]
+
+
+@pytest.mark.parametrize("name", LAWS)
+def test_the_general_step_gives_what_its_closed_code_gives(
+    name: str, path: Callable[[bool], None]
+) -> None:
+    """Every derivative too, by parameters, states and memories."""
+    graph = oscillator_graph(*LAWS[name])
+    found = []
+    for banked in (True, False):
+        path(banked)
+        model = program_of(system(graph))
+        assert bool(recorder.without_banks(model)[1].banks) == banked
+        ready = prepare_general(
+            model, np.array(model.nominal), STEP, 2, range(len(model.nominal)), True, True
+        )
+        u = np.zeros((N, len(model.inputs)))
+        t = STEP * (np.arange(N) + 3)
+        u[:, model.inputs.index("F")] = 3.0 * np.sin(2.1 * t) + 2.1 * np.sin(5.3 * t)
+        found.append(run_general(ready, u, np.array([0.11, -0.23]), relaxed=True))
+    got, wanted = found
+    assert got.reached == wanted.reached == N
+    for part in ("y", "x", "dy", "dx", "dmemory"):
+        size = np.abs(getattr(wanted, part)).max()
+        np.testing.assert_allclose(
+            getattr(got, part), getattr(wanted, part), rtol=0, atol=1e-10 * size
+        )
+    for element, states in wanted.memory.items():
+        np.testing.assert_allclose(got.memory[element], states, rtol=0, atol=1e-11)
 
 
 def test_memory_is_carried_from_one_run_to_the_next(path: Callable[[bool], None]) -> None:
