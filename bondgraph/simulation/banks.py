@@ -1,8 +1,9 @@
 """Laws that are sums of plays, with their plays taken out, for a native loop to run.
 
-At a place a bank of plays is, until the next one moves or rests, a line: its sum there, its slope and
-the place. What is left of such a law has these three numbers a bank for a memory, however many plays
-there are, and gives back where the bank was read: Newton's method on the lines is that on the plays.
+At a place a bank of plays is, until the next one moves or rests, a line: its sum there, its slope
+and the place. What is left of such a law has these three numbers a bank for a memory, however many
+plays there are, and gives back where the bank was read: Newton's method on the lines is that on the
+plays.
 """
 
 from __future__ import annotations

@@ -14,11 +14,14 @@ from typing import Any
 import numpy as np
 
 from actuators import stack_bond_graph
+from bondgraph.equations.codegen import program_of
+from bondgraph.equations.derivation import system
 from bondgraph.hysteresis import Ang, MaxwellResistiveCapacitor, PrandtlIshlinskii
 from bondgraph.hysteresis.plays.play import weighted_plays
 from bondgraph.laws import Hysteretic
 from bondgraph.simulation.exact_run import KernelRun, run_record
 from bondgraph.simulation.lure import compile_model
+from bondgraph.simulation.radau.native import prepare_general, run_general
 from bondgraph.simulation.simulate import simulate
 from bondgraph.simulation.start import equilibrium, inputs_of
 from bondgraph.support.native import build
@@ -165,24 +168,40 @@ def _in_a_graph(count: int, t: Any, voltage: Any) -> None:
     def record(samples: int, directions: Sequence[int] = ()) -> KernelRun:
         return run_record(compiled, p, u[:samples], 1.0 / RATE, x0, directions=directions)
 
+    def general(samples: int, directions: Sequence[int] = ()) -> KernelRun:
+        ready = prepare_general(model, p_general, 1.0 / RATE, 1, directions)
+        return run_general(ready, u_general[:samples], x_general)
+
     begin = spent()
     compiled = compile_model(stack_bond_graph(Hysteretic(law)))
     p, u = compiled.nominal(), inputs_of(compiled, {"V_in": voltage}, t)
     x0 = equilibrium(compiled, p, u[0])
     record(2)
     first = spent() - begin
+    begin = spent()
+    model = program_of(system(stack_bond_graph(Hysteretic(law))))
+    p_general, x_general = np.array(model.nominal), np.zeros(len(model.states))
+    u_general = np.zeros((RECORD, len(model.inputs)))
+    u_general[:, model.inputs.index("V_in")] = voltage
+    general(2)
+    first_general = spent() - begin
     s = record(RECORD).s[:, 0].copy()
     r, w = np.array(law.thresholds[1:]), np.array(law.weights[1:])
     loop = plain_loop(("-O3", "-march=native"))
     times = {
         "in the graph": best(lambda: record(RECORD), 3),
         "with 6 derivatives": best(lambda: record(RECORD, range(6)), 3),
+        "general step": best(lambda: general(RECORD), 2),
+        "with 6 derivatives by it": best(lambda: general(RECORD, range(6)), 2),
         "all of them alone": best(lambda: weighted_plays(s, r, w, np.zeros(count))),
         "by turning points": best(lambda: law.run(s)),
         "plain C loop": best(lambda: loop(s, r, w)) if loop else float("nan"),
     }
     each = ", ".join(f"{k} {1e9 * v / RECORD / count:.2f}" for k, v in times.items())
-    print(f"stack, {count} operators, ns an operator and sample: {each}; first call {first:.2f} s")
+    print(f"stack, {count} operators, ns an operator and sample: {each}")
+    print(
+        f"  first call from the graph on: {first:.2f} s, of the general step {first_general:.2f} s"
+    )
 
 
 def spent() -> float:

@@ -17,6 +17,7 @@ from bondgraph.simulation.banks import PlacedBank, bank_source
 PARTS = ("algebra", "loop")
 LANES = 4
 """Tangents of a play that one instruction serves; a row is a whole number of them."""
+ROWS = "typedef double row_block __attribute__((vector_size(8 * LANES), aligned(8), may_alias));"
 
 
 @dataclass(frozen=True, slots=True)
@@ -121,8 +122,7 @@ def general_source(
         lines.append(f"static const int bank_{what}[] = {{{', '.join(map(str, values)) or '0'}}};")
     loop = [Path(__file__).with_name(f"{n}.c").read_text() for n in PARTS]
     if banks:
-        rows = "typedef double row_block __attribute__((vector_size(8 * LANES), aligned(8), may_alias));"
-        lines += [f"#define LANES {LANES}", rows, "#define NB (b->wide)", bank_source()]
+        lines += [f"#define LANES {LANES}", ROWS, "#define NB (b->wide)", bank_source()]
     return "\n".join([text, "#include <math.h>", "#include <string.h>", *lines, *loop])
 
 

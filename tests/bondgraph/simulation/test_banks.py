@@ -22,7 +22,7 @@ from bondgraph.hysteresis import (
     PrandtlIshlinskii,
 )
 from bondgraph.hysteresis.plays.play import play
-from bondgraph.laws import Hysteretic, Law, LawSum, StopSum, Stribeck
+from bondgraph.laws import Hysteretic, Law, LawSum, Polynomial, StopSum, Stribeck
 from bondgraph.simulation import banks
 from bondgraph.simulation import lure_kernel as kernel
 from bondgraph.simulation.exact_run import KernelRun, run_record
@@ -92,7 +92,7 @@ LAWS: dict[str, tuple[Law | None, ...]] = {  # of spring, friction, drive, readi
     ),
     "two banks, side by side": (Hysteretic(Parallel(PLAYS, SPRINGS)),),
     "two banks, one behind the other": (Hysteretic(Cascade(ANG, PLAYS)),),
-    "a sum of laws": (LawSum((StopSum((0.1, 0.3), height=0.7), StopSum((0.2,), 0.4))),),
+    "a sum of laws": (LawSum((StopSum((0.1, 0.3), height=0.7), Polynomial(size=1.0))),),
     "in every place": (
         StopSum((0.1, 0.3), height=0.7),
         Stribeck(0.3, 0.2, 0.1),
