@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from importlib.resources import files
 from typing import Any, ClassVar
 
@@ -57,6 +58,15 @@ class Bank:
         """How many plays."""
         return int(self.plays.stop - self.plays.start)
 
+    @cached_property
+    def _constant(self) -> Array:
+        return self._numbers(np.zeros(self.numbers.numel_in(0)))
+
+    def _numbers(self, q: Array) -> Array:
+        numbers = np.zeros((2, -(-self.count // BUILT_IN) * BUILT_IN))
+        numbers[:, : self.count] = np.hstack([v.full() for v in self.numbers(q)]).T
+        return numbers
+
     def filled(self, q: Array, dq: Array, lanes: int) -> tuple[Array, Array]:
         """Return half widths and weights in whole eights, and rows of their derivatives.
 
@@ -68,9 +78,8 @@ class Bank:
             Derivatives along the columns of `dq` (n_q, n_d), in lanes from the second on; without
             rows where they are constant.
         """
-        n = -(-self.count // BUILT_IN) * BUILT_IN
-        numbers = np.zeros((2, n))
-        numbers[:, : self.count] = np.hstack([v.full() for v in self.numbers(q)]).T
+        numbers = self._constant if self.slopes is None else self._numbers(q)
+        n = numbers.shape[1]
         if self.slopes is None or not dq.any():
             return numbers, np.zeros((2, 0, lanes))
         rows = np.zeros((2, n, lanes))

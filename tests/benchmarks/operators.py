@@ -151,8 +151,8 @@ def _growth() -> None:
     """A graph beside the same operators alone and beside the plain loop, all in processor time."""
     t = np.arange(RECORD) / RATE
     voltage = 50.0 - 50.0 * np.cos(4.0 * np.pi * t)
-    with tempfile.TemporaryDirectory() as fresh, environment("XDG_CACHE_HOME", fresh):
-        for count in (10, 100, 1000):
+    for count in (10, 100, 1000):
+        with tempfile.TemporaryDirectory() as fresh, environment("XDG_CACHE_HOME", fresh):
             _in_a_graph(count, t, voltage)
 
 

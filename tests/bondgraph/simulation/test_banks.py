@@ -93,13 +93,10 @@ LAWS: dict[str, tuple[Law | None, ...]] = {  # of spring, friction, drive, readi
     "two banks, side by side": (Hysteretic(Parallel(PLAYS, SPRINGS)),),
     "two banks, one behind the other": (Hysteretic(Cascade(ANG, PLAYS)),),
     "a sum of laws": (LawSum((StopSum((0.1, 0.3), height=0.7), Polynomial(size=1.0))),),
-    "in every place": (
-        StopSum((0.1, 0.3), height=0.7),
-        Stribeck(0.3, 0.2, 0.1),
-        Hysteretic(PLAYS),
-        FREE,
-    ),
+    "in every place": (StopSum((0.1, 0.3), 0.7), Hysteretic(SPRINGS), Hysteretic(PLAYS), FREE),
+    "beside dry friction": (StopSum((0.1, 0.3), 0.7), Stribeck(0.3, 0.2, 0.1)),
 }
+WITH_PARAMETERS = ("free weights and widths", "free springs", "free zones before plays")
 
 
 @pytest.mark.parametrize("name", LAWS)
@@ -124,7 +121,7 @@ def test_the_loop_gives_what_closed_code_gives(name: str, path: Callable[[bool],
         np.testing.assert_allclose(got.memory[element], states, rtol=0, atol=1e-11)
 
 
-@pytest.mark.parametrize("name", LAWS)
+@pytest.mark.parametrize("name", WITH_PARAMETERS)
 def test_tangents_against_central_differences(name: str, path: Callable[[bool], None]) -> None:
     path(True)
     model = oscillator(*LAWS[name])
@@ -137,7 +134,9 @@ def test_tangents_against_central_differences(name: str, path: Callable[[bool], 
         assert np.abs(run.dy[:, :, d] - central).max() < 2e-6 * size, model.parameter_names[d]
 
 
-@pytest.mark.parametrize("name", LAWS)
+@pytest.mark.parametrize(
+    "name", ("free springs", "two banks, one behind the other", "in every place")
+)
 def test_the_general_step_gives_what_its_closed_code_gives(
     name: str, path: Callable[[bool], None]
 ) -> None:
@@ -211,7 +210,7 @@ def plays(draw: st.DrawFn) -> Hysteretic:
     return Hysteretic(PrandtlIshlinskii((0.0, *np.cumsum(gaps).tolist()), (first, *weights)))
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=15, deadline=None)
 @given(law=plays(), seed=st.integers(0, 10**6))
 def test_any_bank_in_a_graph_is_the_operator_alone(law: Law, seed: int) -> None:
     assert isinstance(law, Hysteretic)
