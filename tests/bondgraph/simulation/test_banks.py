@@ -135,7 +135,7 @@ def test_tangents_against_central_differences(name: str, path: Callable[[bool], 
 
 
 @pytest.mark.parametrize(
-    "name", ("free springs", "two banks, one behind the other", "in every place")
+    "name", ["free springs", "two banks, one behind the other", "in every place"]
 )
 def test_the_general_step_gives_what_its_closed_code_gives(
     name: str, path: Callable[[bool], None]
