@@ -27,6 +27,7 @@ from bondgraph.simulation import banks
 from bondgraph.simulation import lure_kernel as kernel
 from bondgraph.simulation.exact_run import KernelRun, run_record
 from bondgraph.simulation.lure import Compiled
+from bondgraph.simulation.lure_layout import layout
 from bondgraph.simulation.radau import recorder
 from bondgraph.simulation.radau.native import prepare_general, run_general
 from bondgraph.support import native
@@ -104,7 +105,7 @@ def test_the_loop_gives_what_closed_code_gives(name: str, path: Callable[[bool],
     model = oscillator(*LAWS[name])
     path(True)
     taken = kernel.without_banks(model)[1]
-    assert sum(b.bank.count for b in taken.banks) + len(taken.kept) == kernel.layout(model, 0).n_m
+    assert sum(b.bank.count for b in taken.banks) + len(taken.kept) == layout(model, 0).n_m
     assert taken.banks
     got = everything(model)
     path(False)
