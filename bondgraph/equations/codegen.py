@@ -235,6 +235,7 @@ def program_of(model: System) -> Program:
         rhs=ca.Function("rhs", ins, columns[:2], labels, ["dx", "y"]),
         residual=ca.Function("residual", ins, columns[2:3], labels, ["g"]),
         advance=ca.Function("advance", ins, columns[3:], labels, ["m_next"]),
+        model=model,
     )
 
 

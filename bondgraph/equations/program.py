@@ -20,6 +20,7 @@ from bondgraph.support.errors import real_number, unknown_name
 if TYPE_CHECKING:
     import casadi as ca
 
+    from bondgraph.equations.system import System
     from bondgraph.laws.law import Law
 
 
@@ -131,6 +132,8 @@ class Program(FunctionNames):
     recorded : tuple of str
         Those of `input_rates` whose input is recorded as their integral, see
         `bondgraph.signals.recorded_rates`.
+    model : System or None
+        What it was made of, unless it was changed since; further outputs are signals of that.
     """
 
     steps: Sequence[ProgramStep]
@@ -142,6 +145,7 @@ class Program(FunctionNames):
     residual: ca.Function
     advance: ca.Function
     recorded: tuple[str, ...] = ()
+    model: System | None = None
 
     @property
     def has_memory(self) -> bool:

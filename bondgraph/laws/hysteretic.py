@@ -4,13 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, replace
-from typing import Any, ClassVar
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from bondgraph.graph.elements import Parameter
 from bondgraph.hysteresis import Operator
 from bondgraph.laws.law import Law
 from bondgraph.support.errors import unknown_name
 from bondgraph.support.ops import CASADI, Ops
+
+if TYPE_CHECKING:
+    import casadi as ca
 
 
 @dataclass(frozen=True)
@@ -185,11 +189,15 @@ def _with_numbers(operator: Operator, values: Mapping[Place, Any]) -> Operator:
 
 def initial_slope(operator: Operator, s: float) -> tuple[float, ...]:
     """Return the derivative of a virgin memory by the first input, shape (n_memory,)."""
-    import casadi as ca
-
     if not operator.n_memory:
         return ()
+    return tuple(float(v) for v in _virgin_slope(operator)(s).full().ravel())
+
+
+@lru_cache(maxsize=64)
+def _virgin_slope(operator: Operator) -> ca.Function:
+    import casadi as ca
+
     x = ca.SX.sym("x")
     memory = ca.vertcat(*operator.initial_memory(x, ops=CASADI))
-    slope = ca.Function("slope", [x], [ca.densify(ca.jacobian(memory, x))])
-    return tuple(float(v) for v in slope(s).full().ravel())
+    return ca.Function("slope", [x], [ca.densify(ca.jacobian(memory, x))])

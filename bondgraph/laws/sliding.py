@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from bondgraph.hysteresis import Operator
-from bondgraph.laws.hysteretic import initial_slope
 from bondgraph.laws.law import Law
 from bondgraph.support.ops import Ops
 
@@ -54,7 +53,7 @@ class Sliding(Law):
 
     def memory_sensitivity(self, s: float = 0.0) -> tuple[float, ...]:
         """Only the last flow follows `s`."""
-        return (0.0, 1.0, *(0.0 for _ in initial_slope(self.operator, 0.0)))
+        return (0.0, 1.0, *(0.0 for _ in range(self.operator.n_memory)))
 
     def advance(self, ops: Ops, s: Any, memory: Sequence[Any], p: Sequence[Any]) -> tuple[Any, ...]:
         """Slide on at flow `s`."""

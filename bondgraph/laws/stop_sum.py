@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from bondgraph.graph.elements import Parameter
-from bondgraph.hysteresis.plays.play import play
+from bondgraph.hysteresis.plays.play import play, sum_of_plays
 from bondgraph.hysteresis.rate.rate import measured_rate
 from bondgraph.laws.law import Law
 from bondgraph.support.bounds import NonNegative, Positive
@@ -85,7 +85,8 @@ class StopSum(Law):
 
     def advance(self, ops: Ops, s: Any, memory: Sequence[Any], p: Sequence[Any]) -> tuple[Any, ...]:
         """Each play moved to `s`."""
-        plays = self._moved(ops, s, memory, p)
+        widths = self._widths(ops, memory, p)
+        plays = [play(ops, s, r, y) for r, y in zip(widths, memory, strict=False)]
         if not self.rated:
             return tuple(plays)
         last, rate = memory[-2:]
@@ -93,12 +94,12 @@ class StopSum(Law):
 
     def deviation(self, ops: Ops, s: Any, memory: Sequence[Any], p: Sequence[Any]) -> Any:
         """Weighted stops at `s`."""
-        plays = self._moved(ops, s, memory, p)
-        return self.sign * sum(h * (s - y) for h, y in zip(p, plays, strict=False))
+        n, widths = len(self.thresholds), self._widths(ops, memory, p)
+        return self.sign * sum_of_plays(ops, s, widths, p[:n], memory[:n], stops=True)
 
-    def _moved(self, ops: Ops, s: Any, memory: Sequence[Any], p: Sequence[Any]) -> list[Any]:
-        """Plays at `s`."""
-        wider = 1.0
-        if self.rated:
-            wider = 1.0 + p[len(self.thresholds)] * ops.absolute(memory[-1] / self.speed)
-        return [play(ops, s, r * wider, y) for r, y in zip(self.thresholds, memory, strict=False)]
+    def _widths(self, ops: Ops, memory: Sequence[Any], p: Sequence[Any]) -> list[Any]:
+        """Half widths of the step."""
+        if not self.rated:
+            return list(self.thresholds)
+        wider = 1.0 + p[len(self.thresholds)] * ops.absolute(memory[-1] / self.speed)
+        return [r * wider for r in self.thresholds]

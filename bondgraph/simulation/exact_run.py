@@ -318,6 +318,7 @@ def _initial_memory(
     for element, rows, law in _memories(compiled, lay):
         j = place[element]
         z[rows, 0] = law.initial_memory(float(s[j, 0]))
-        z[rows, 1:] = np.outer(law.memory_sensitivity(float(s[j, 0])), s[j, 1:])
+        if z.shape[1] > 1:
+            z[rows, 1:] = np.outer(law.memory_sensitivity(float(s[j, 0])), s[j, 1:])
         if law.watched:
             z[rows.stop - 2 : rows.stop] = s[j + 1]

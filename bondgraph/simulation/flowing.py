@@ -42,6 +42,7 @@ def flowing(program: Program) -> Program:
     dx, y = program.rhs(*inside)
     return replace(
         program,
+        model=None,
         states=(*program.states, *(program.memory[i] for i in rows)),
         start=(*program.start, *(program.virgin[i] for i in rows)),
         rhs=ca.Function("rhs", ins, [ca.vertcat(dx, moved), y], labels, ["dx", "y"]),

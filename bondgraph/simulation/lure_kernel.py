@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import ctypes
 from collections.abc import Callable
+from dataclasses import replace
 from functools import lru_cache
 from itertools import pairwise
 from pathlib import Path
@@ -15,6 +16,7 @@ from pathlib import Path
 import casadi as ca
 import numpy as np
 
+from bondgraph.simulation.banks import PlacedBank, TakenOut, loaded, taken_out, unloaded
 from bondgraph.simulation.block_recursion import blocked_record
 from bondgraph.simulation.lure import Compiled
 from bondgraph.simulation.lure_closing import ClosedLaws, closed_laws
@@ -139,10 +141,12 @@ def _runner(key: _Key) -> Runner:
     if lay.n_x >= MANY_STATES and not lay.n_w and not lay.n_d:
         return _blocked_runner(lay)
     if compiler() is not None:
-        laws = closed_laws(key.compiled, key.n_d > 0)
-        library = build(march_source(lay, laws), FAST)
+        left, taken = without_banks(key.compiled)
+        laws, inner = closed_laws(left, key.n_d > 0), layout(left, key.n_d)
+        library = build(march_source(inner, laws, taken.banks), FAST)
         if library is not None:
-            return _native_runner(library, laws.function, lay)
+            run = _native_runner(library, laws.function, inner, taken.banks)
+            return _reordered(run, lay, inner, taken) if taken.banks else run
     return _machine_runner(step_function(key.compiled, key.n_d), lay)
 
 
@@ -170,7 +174,41 @@ def _blocked_runner(lay: KernelLayout) -> Runner:
     return run
 
 
-def _native_runner(library: Path, laws: ca.Function, lay: KernelLayout) -> Runner:
+def without_banks(compiled: Compiled) -> tuple[Compiled, TakenOut]:
+    """Return a model with the plays taken out of its laws, and what was taken out."""
+    ports = compiled.space.laws
+    taken = taken_out([(port.law, len(port.parameters)) for port in ports])
+    laws = tuple(replace(port, law=law) for port, law in zip(ports, taken.laws, strict=True))
+    return replace(compiled, space=replace(compiled.space, laws=laws)), taken
+
+
+def _reordered(run: Runner, lay: KernelLayout, inner: KernelLayout, taken: TakenOut) -> Runner:
+    """Carry the plays behind all the rest."""
+    head = lay.n_x + lay.n_w
+    plays = [i for b in taken.banks for i in range(b.states.start, b.states.stop)]
+    outside = np.array([*range(head), *(head + i for i in (*taken.kept, *plays))])
+    inside = np.array([*range(head), *(head + i for i in taken.left), *range(len(plays))])
+    inside[len(inside) - len(plays) :] += inner.n_z
+
+    def started(*given: Array) -> March:
+        march = run(*given)
+
+        def reordered(u: Array, z: Array, n_sub: int) -> tuple[Array, Array, Array]:
+            carried = np.zeros((inner.n_z + len(plays), z.shape[1]))
+            carried[inside] = z[outside]
+            y, seen, carried = march(u, carried, n_sub)
+            after = np.empty_like(z)
+            after[outside] = carried[inside]
+            return y, seen, after
+
+        return reordered
+
+    return started
+
+
+def _native_runner(
+    library: Path, laws: ca.Function, lay: KernelLayout, banks: tuple[PlacedBank, ...]
+) -> Runner:
     native = ctypes.CDLL(str(library)).run_record
     native.restype = None
     pointer = ctypes.POINTER(ctypes.c_double)
@@ -196,20 +234,23 @@ def _native_runner(library: Path, laws: ca.Function, lay: KernelLayout) -> Runne
         live = (np.bincount(touched, minlength=len(lay.pieces) + 1)[:-1] > 0).astype(np.int64)
         by_q = wide(np.zeros(lay.n_q), dq, row)
         given = [np.ascontiguousarray(v, float) for v in (m, q, slopes, by_q)]
+        filled = [b.bank.filled(q[b.parameters], dq[b.parameters], row) for b in banks]
 
         def march(u: Array, z: Array, n_sub: int) -> tuple[Array, Array, Array]:
             u = np.ascontiguousarray(u, float)
             n = u.shape[0] // n_sub
-            carried = wide(z[:, 0], z[:, 1:], row)
+            carried = wide(z[: lay.n_z, 0], z[: lay.n_z, 1:], row)
+            held = loaded(banks, filled, z[lay.n_z :], row)
             y, seen = np.empty((n, lay.n_y, width)), np.empty((n, 2 * lay.n_w))
             iw, work = (ctypes.c_longlong * sizes[0])(), np.empty(sizes[1])
             counts = map(ctypes.c_longlong, (n, n_sub, width, lead))
             arg, res = (pointer * sizes[2])(), (pointer * sizes[3])()
             native(
                 at(u), *counts, at(live), at(carried), *map(at, given),
-                at(y), at(seen), iw, at(work), arg, res,
+                at(y), at(seen), iw, at(work), arg, res, *map(at, held),
             )  # fmt: skip
-            return y, seen, carried[:, :width]
+            plays = unloaded(banks, *held, width)
+            return y, seen, np.concatenate([carried[:, :width], plays])
 
         return march
 

@@ -6,6 +6,7 @@ that one instruction serves several directions; only the laws are code of their 
 
 from __future__ import annotations
 
+from bondgraph.simulation.banks import PlacedBank, bank_source
 from bondgraph.simulation.lure_closing import ClosedLaws
 from bondgraph.simulation.lure_layout import KernelLayout
 from bondgraph.support.native import c_source
@@ -19,10 +20,11 @@ def blocks_of(lay: KernelLayout) -> int:
     return -(-(1 + lay.n_d) // LANES) if lay.n_d else 1
 
 
-def march_source(lay: KernelLayout, laws: ClosedLaws) -> str:
+def march_source(lay: KernelLayout, laws: ClosedLaws, banks: tuple[PlacedBank, ...] = ()) -> str:
     """Return C source of ``run_record`` for a model with `lay` and `laws`.
 
-    It is the same for all numbers of directions that fill as many blocks: few are compiled.
+    It is the same for all numbers of directions that fill as many blocks, and of plays in a bank:
+    few are compiled.
     """
     v = lay.n_u + lay.n_w
     lengths = [r * c for r, c in lay.pieces]
@@ -30,7 +32,7 @@ def march_source(lay: KernelLayout, laws: ClosedLaws) -> str:
         "NX": lay.n_x, "NU": lay.n_u, "NW": lay.n_w, "NM": lay.n_m, "NQ": lay.n_q, "NY": lay.n_y,
         "SLOPES": int(lay.n_d > 0), "NB": blocks_of(lay), "LANES": LANES if lay.n_d else 1, "NV": v,
         **{n: sum(lengths[:i]) for i, n in enumerate(PIECES)}, "STEP": sum(lengths),
-        "NJ": len(laws.rows),
+        "NJ": len(laws.rows), "NBANKS": len(banks),
     }  # fmt: skip
     head = "".join(f"#define {name} {value}\n" for name, value in sizes.items())
     where = "".join(
@@ -38,15 +40,18 @@ def march_source(lay: KernelLayout, laws: ClosedLaws) -> str:
         for name, values in (
             ("memory_row", laws.rows), ("memory_column", laws.columns),
             ("memories", laws.memories), ("parameters", laws.parameters),
+            ("bank_slot", [b.slot for b in banks]),
+            ("bank_stops", [int(b.bank.stops) for b in banks]),
         )
     )  # fmt: skip
     body = c_source(laws.function) if lay.n_w else "#define casadi_int long long int\n"
-    return body + head + where + _MARCH
+    return body + head + where + _ROWS + (bank_source() if banks else "") + _MARCH
 
 
 PIECES = ("PHI", "G0", "G1", "CS", "DS", "GAIN", "CY", "DY")
 
-_MARCH = r"""
+_ROWS = r"""
+#include <math.h>
 #include <string.h>
 #if LANES > 1
 typedef double row_block __attribute__((vector_size(8 * LANES), aligned(8), may_alias));
@@ -55,6 +60,9 @@ typedef double row_block __attribute__((vector_size(8 * LANES), aligned(8), may_
 typedef double row_block;
 #define FIRST(block, value) (block) = (value)
 #endif
+"""
+
+_MARCH = r"""
 #define SOME(n) ((n) ? (n) : 1)
 #define VALUE(rows, i) (((const double*)(rows))[(i) * NB * LANES])
 /* derivatives of the matrices: one row each, `lead` blocks that are not zero; the first lane of an
@@ -65,7 +73,7 @@ void run_record(const double* u, casadi_int n_samples, casadi_int n_sub, casadi_
                 casadi_int lead, const casadi_int* live, double* carried, const double* m,
                 const double* q, const double* derivatives, const double* by_parameters,
                 double* y, double* seen, casadi_int* iw, double* work, const double** arg,
-                double** res) {
+                double** res, const casadi_int* plays, double* numbers, double* rows) {
   row_block* z = (row_block*)carried;
   const row_block* d = (const row_block*)derivatives;
   const row_block* dq = (const row_block*)by_parameters;
@@ -75,6 +83,11 @@ void run_record(const double* u, casadi_int n_samples, casadi_int n_sub, casadi_
   double free_[NW], w[NW], w_new[NW], memory[SOME(NM)], memory_new[SOME(NM)];
   double resolvent[NW * NW], by_free[NW], by_gain[NW], by_memory[SOME(NM)], by_q[SOME(NQ)];
   double slopes[SOME(NJ)];
+#endif
+#if NBANKS
+  bank_t banks[NBANKS];
+  for (int i = 0; i < NBANKS; ++i)
+    opened(banks + i, bank_stops[i], plays + 2 * i, NB, &numbers, &rows);
 #endif
   double x[SOME(NX)];
   row_block out[NB];
@@ -123,7 +136,20 @@ void run_record(const double* u, casadi_int n_samples, casadi_int n_sub, casadi_
       res[2] = resolvent; res[3] = by_free; res[4] = by_gain; res[5] = by_memory; res[6] = by_q;
       res[7] = slopes;
 #endif
+#if NBANKS
+      int tries = 0;
+      do {
+        for (k = 0; k < NBANKS; ++k) put(banks + k, memory + bank_slot[k]);
+        bondsight_laws(arg, res, iw, work, 0);
+        for (k = j = 0; k < NBANKS; ++k)
+          j |= looked_up(banks + k, memory_new[bank_slot[k] + 2], tries);
+      } while (j && ++tries < LOOKS);
+#if SLOPES
+      for (k = 0; k < NBANKS; ++k) moved_line(banks + k, z + (NX + NW + bank_slot[k]) * NB);
+#endif
+#else
       bondsight_laws(arg, res, iw, work, 0);
+#endif
       for (b = 0; b < NB; ++b) {
 #if SLOPES
         int from = 0, to;
@@ -169,6 +195,14 @@ void run_record(const double* u, casadi_int n_samples, casadi_int n_sub, casadi_
         if (b == 0) for (i = 0; i < NM; ++i) FIRST(m1[i * NB], memory_new[i]);
 #endif
       }
+#if NBANKS
+      for (k = 0; k < NBANKS; ++k) {
+#if SLOPES
+        moved_rows(banks + k, m1 + (bank_slot[k] + 2) * NB);
+#endif
+        accepted(banks + k);
+      }
+#endif
       memcpy(z + NX * NB, w1, sizeof w1);
 #if NM
       memcpy(z + (NX + NW) * NB, m1, sizeof m1);
@@ -204,5 +238,8 @@ void run_record(const double* u, casadi_int n_samples, casadi_int n_sub, casadi_
     seen += 2 * NW;
 #endif
   }
+#if NBANKS
+  for (k = 0; k < NBANKS; ++k) closed(banks + k);
+#endif
 }
 """

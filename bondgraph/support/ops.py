@@ -43,6 +43,8 @@ class Ops:
         Elementwise, one argument.
     where : callable
         ``where(condition, a, b)``, elementwise.
+    bank : callable, optional
+        Takes the place of `bondgraph.hysteresis.plays.play.sum_of_plays` where a step runs them.
 
     Examples
     --------
@@ -61,6 +63,7 @@ class Ops:
     sqrt: _Unary = field(repr=False)
     floor: _Unary = field(repr=False)
     where: _Ternary = field(repr=False)
+    bank: Callable[..., Expression] | None = field(default=None, repr=False)
 
 
 def _late(module: str, function: str) -> Callable[..., Expression]:

@@ -46,12 +46,22 @@ def _library() -> ctypes.CDLL | None:
 
 def source() -> str:
     """C source of the loops."""
-    return files("bondgraph.hysteresis.plays").joinpath("kernels.c").read_text()
+    return play_source() + files("bondgraph.hysteresis.plays").joinpath("kernels.c").read_text()
+
+
+def play_source() -> str:
+    """C source of the play and of a weighted sum of plays at one input."""
+    return files("bondgraph.hysteresis.plays").joinpath("play.c").read_text()
 
 
 def kernels_available() -> bool:
     """Tell whether the loops could be compiled."""
     return _library() is not None
+
+
+def in_eights(values: FloatArray) -> FloatArray:
+    """Return a copy filled up with zeros to a whole number of eights."""
+    return np.pad(values.astype(float), (0, -values.size % 8))
 
 
 def _at(values: FloatArray) -> Any:
@@ -98,8 +108,8 @@ def states(x: FloatArray, r: FloatArray, y: FloatArray) -> FloatArray:
     r, y : array
         Half widths and first states, shape (n,).
     """
-    record, width, now = np.ascontiguousarray(x), np.ascontiguousarray(r), np.array(y, float)
-    out = np.empty((x.size, r.size))
+    record, out = np.ascontiguousarray(x), np.empty((x.size, r.size))
+    width, now = in_eights(r), in_eights(y)
     _loaded().play_states(
         _at(record), ctypes.c_long(x.size), _at(width), ctypes.c_long(r.size), _at(now), _at(out)
     )
@@ -140,9 +150,9 @@ def swings(
     per_bin = bins / knots[-1] if knots[-1] > 0.0 else 0.0
     # an edge is taken a rounding lower, so that a swing on it never starts behind its knot
     edges = np.arange(bins + 1) * (knots[-1] / bins) * (1.0 - 4e-16)
-    start: NDArray[np.int32] = np.maximum(
-        np.searchsorted(knots, edges, side="right") - 1, 0
-    ).astype(np.int32)
+    found = np.maximum(np.searchsorted(knots, edges, side="right") - 1, 0)
+    start: NDArray[np.int32] = np.append(found, knots.size - 1).astype(np.int32)
+    start[-2] = start[-1]  # beyond the last edge
     depth = extremes.size
     stack = np.empty((2, depth + x.size + 1))
     stack[:, :depth] = extremes, outputs

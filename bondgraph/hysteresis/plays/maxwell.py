@@ -22,7 +22,7 @@ from bondgraph.hysteresis.checks import (
 from bondgraph.hysteresis.errors import BadParameter
 from bondgraph.hysteresis.linear import OnPlays
 from bondgraph.hysteresis.operator import Memory
-from bondgraph.hysteresis.plays.play import play, play_chunks
+from bondgraph.hysteresis.plays.play import play, play_chunks, sum_of_plays
 from bondgraph.hysteresis.plays.prandtl_ishlinskii import PrandtlIshlinskii
 from bondgraph.hysteresis.plays.stop import stop
 from bondgraph.hysteresis.plays.swing import swing_record, worth_swinging
@@ -165,12 +165,7 @@ class MaxwellResistiveCapacitor(OnPlays):
         return self.thresholds
 
     def _value(self, ops: Ops, x: Expression, memory: Memory, step: Expression) -> Expression:
-        elements = zip(self.stiffnesses, self.thresholds, memory, strict=True)
-        first, *others = (k * stop(ops, x, r, y) for k, r, y in elements)
-        output = first
-        for effort in others:
-            output = output + effort
-        return output
+        return sum_of_plays(ops, x, self.thresholds, self.stiffnesses, memory, stops=True)
 
     def _record(self, x: FloatArray, memory: Memory, step: float) -> tuple[FloatArray, Memory]:
         k = np.array(numbers("stiffnesses", self.stiffnesses))

@@ -54,6 +54,44 @@ def play(ops: Ops, x: Expression, r: Expression, y: Expression) -> Expression:
     return ops.maximum(x - r, ops.minimum(x + r, y))
 
 
+def sum_of_plays(
+    ops: Ops,
+    x: Expression,
+    r: Sequence[Expression],
+    w: Sequence[Expression],
+    y: Sequence[Expression],
+    *,
+    stops: bool = False,
+) -> Expression:
+    """Return ``sum_i w_i play_i`` at ``x``, or of `stops` ``sum_i w_i (x - play_i)``.
+
+    An operator that sums its plays here, and advances them by `play`, is run in a graph by the same
+    loop as alone.
+
+    Parameters
+    ----------
+    ops : Ops
+        Back end of the values; its `bank` replaces the sum.
+    x : expression
+        Input, any unit.
+    r, w, y : sequence of expression
+        Half widths, weights and last outputs, shape (n,).
+
+    Examples
+    --------
+    >>> from bondgraph.support.ops import NUMPY
+    >>> float(sum_of_plays(NUMPY, 3.0, (1.0, 2.0), (1.0, 0.5), (0.0, 0.0)))
+    2.5
+    """
+    if ops.bank is not None and len(r):
+        return ops.bank(x, r, w, y, stops)
+    total: Expression = 0.0
+    for r_i, w_i, y_i in zip(r, w, y, strict=True):
+        state = play(ops, x, r_i, y_i)
+        total = total + w_i * (x - state if stops else state)
+    return total
+
+
 def initial_play(ops: Ops, x0: Expression, r: Expression, y: Expression = 0.0) -> Expression:
     """Return the play state at the first input ``x0``; ``y = 0`` is the virgin state.
 

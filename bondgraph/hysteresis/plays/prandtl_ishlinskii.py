@@ -30,7 +30,7 @@ from bondgraph.hysteresis.plays.kuhnen import (
     inverse_weights,
     slopes,
 )
-from bondgraph.hysteresis.plays.play import weighted_plays
+from bondgraph.hysteresis.plays.play import sum_of_plays, weighted_plays
 from bondgraph.hysteresis.plays.swing import swing_record, worth_swinging
 from bondgraph.support.ops import NUMPY, Expression, FloatArray, Ops
 
@@ -107,10 +107,8 @@ class PrandtlIshlinskii(LinearInWeights, InvertibleOperator["PrandtlIshlinskii"]
         return slopes(self.weights)[-1]
 
     def _value(self, ops: Ops, x: Expression, memory: Memory, step: Expression) -> Expression:
-        output = self.weights[0] * x
-        for w, state in zip(self.weights[1:], self._advance(ops, x, memory, step), strict=True):
-            output = output + w * state
-        return output
+        plays = sum_of_plays(ops, x, self._half_widths, self.weights[1:], memory)
+        return self.weights[0] * x + plays
 
     def _record(self, x: FloatArray, memory: Memory, step: float) -> tuple[FloatArray, Memory]:
         r = np.array(numbers("thresholds", self.thresholds))[1:]

@@ -1,7 +1,8 @@
 /* Radau IIA with two stages for  x' = f,  0 = g  with memory, and its exact tangents.
    Written around functions by CasADi, which the file that includes this text defines:
    bondsight_stage, bondsight_seed, bondsight_reading, bondsight_slope, bondsight_advance,
-   bondsight_moving, and the sizes and sparsities that the macros below name. */
+   bondsight_moving, and the sizes and sparsities that the macros below name. Banks of plays stand
+   beside the memory, which has their lines; each stage has its own. */
 
 #define N (NX + NZ)
 #define K (2 * N)
@@ -19,6 +20,10 @@ typedef struct {
   const casadi_int* dirs;
   const double** arg;
   double** res;
+#if NBANKS
+  bank_t banks[2][NBANKS];
+  double *next, *line;
+#endif
 } work_t;
 
 static const double nodes[2] = {1.0 / 3.0, 1.0};
@@ -29,6 +34,53 @@ static void bind(work_t* q, const double* t, const double* v, const double* u,
                  const double* h) {
   q->arg[0] = t; q->arg[1] = v; q->arg[2] = u; q->arg[3] = q->p; q->arg[4] = q->m; q->arg[5] = h;
 }
+
+#if NBANKS
+/* Put the lines of one stage, or of the end of the step (1), into the memory. */
+static void lines(work_t* q, int s, double t, const double* v, const double* u, double h) {
+  int k, off, tries = 0;
+  bank_t* b = q->banks[s];
+  do {
+    for (k = 0; k < NBANKS; ++k) put(b + k, q->m + bank_slot[k]);
+    bind(q, &t, v, u, &h);
+    q->res[0] = q->next;
+    bondsight_advance(q->arg, q->res, q->iw, q->w, 0);
+    for (off = k = 0; k < NBANKS; ++k) off |= looked_up(b + k, q->next[bank_slot[k] + 2], tries);
+  } while (off && ++tries <= NBANKS); /* one may stand behind another */
+  for (k = 0; k < NBANKS; ++k) put(b + k, q->m + bank_slot[k]);
+}
+
+/* Their tangents among those of the memory; a row of a bank begins with a place for its value. */
+static void moved_lines(work_t* q, int s, double* tm) {
+  int i, k;
+  for (k = 0; k < NBANKS && q->nd; ++k) {
+    const bank_t* b = q->banks[s] + k;
+    moved_line(b, (row_block*)q->line);
+    for (i = 0; i < 3; ++i)
+      memcpy(tm + (bank_slot[k] + i) * q->nd, q->line + i * LANES * b->wide + 1,
+             q->nd * sizeof(double));
+  }
+}
+
+/* Plays at the end of the step, and their tangents from those of the places. */
+static void accepted_banks(work_t* q, const double* tnext) {
+  int k;
+  for (k = 0; k < NBANKS; ++k) {
+    bank_t* b = q->banks[1] + k;
+    if (q->nd) {
+      memcpy(q->line + 1, tnext + (bank_slot[k] + 2) * q->nd, q->nd * sizeof(double));
+      moved_rows(b, (const row_block*)q->line);
+    }
+    accepted(b);
+    q->banks[0][k].y = b->y;
+    q->banks[0][k].next = b->next;
+  }
+}
+#else
+#define lines(q, s, t, v, u, h)
+#define moved_lines(q, s, tm)
+#define accepted_banks(q, tnext)
+#endif
 
 /* The product of `times` for the parameters, whose tangents are unit vectors. */
 static void pick(const double* nz, const casadi_int* colind, const casadi_int* row,
@@ -45,6 +97,7 @@ static int stages(work_t* q, const double* x, const double* v, double* merit) {
   *merit = 0.0;
   for (s = 0; s < 2; ++s) {
     double late = nodes[s] * q->h, t = q->t + late;
+    lines(q, s, t, v + s * N, q->us + s * NU, late);
     bind(q, &t, v + s * N, q->us + s * NU, &late);
     q->res[0] = q->f; q->res[1] = q->j;
     bondsight_stage(q->arg, q->res, q->iw, q->w, 0);
@@ -101,7 +154,7 @@ static int newton(work_t* q, const double* x, int damped) {
 }
 
 /* Right side of one direction after the other: b (K, nd) by rows, stage after stage. */
-static void seeds(work_t* q, const double* tx, const double* tm) {
+static void seeds(work_t* q, const double* tx, double* tm) {
   int s, i;
   casadi_int d;
   for (s = 0; s < 2; ++s) {
@@ -111,6 +164,8 @@ static void seeds(work_t* q, const double* tx, const double* tm) {
       for (d = 0; d < q->nd; ++d) b[i * q->nd + d] = sum * tx[i * q->nd + d];
     for (i = NX; i < N; ++i)
       for (d = 0; d < q->nd; ++d) b[i * q->nd + d] = 0.0;
+    lines(q, s, t, q->v + s * N, q->us + s * NU, late);
+    moved_lines(q, s, tm);
     bind(q, &t, q->v + s * N, q->us + s * NU, &late);
     q->res[0] = q->values; q->res[1] = q->values + SEED_P_NZ;
     bondsight_seed(q->arg, q->res, q->iw, q->w, 0);
@@ -132,7 +187,7 @@ static void seeds(work_t* q, const double* tx, const double* tm) {
           q->nd, rows); \
   } while (0)
 
-/* Outputs (NY) and their tangents (NY, nd) at v, tangent tv (N, nd). */
+/* Outputs (NY) and their tangents (NY, nd) at v, tangent tv (N, nd), on the lines there. */
 static void reading(work_t* q, double t, const double* v, const double* u, double late,
                     const double* tv, const double* tm, double* out) {
   bind(q, &t, v, u, &late);
@@ -142,11 +197,12 @@ static void reading(work_t* q, double t, const double* v, const double* u, doubl
 }
 
 /* Algebraic unknowns that belong to the state in q->v; their tangents follow those of x in tv. */
-static int start(work_t* q, const double* u, double* tv, const double* tm) {
+static int start(work_t* q, const double* u, double* tv, double* tm) {
   int tries, i, j, done = NZ == 0;
   double late = 0.0, *right = q->r, *step = q->step;
   casadi_int d;
   for (tries = 0; tries < 4 * TRIES && !done; ++tries) {
+    lines(q, 1, q->t, q->v, u, late);
     bind(q, &q->t, q->v, u, &late);
     q->res[0] = q->f; q->res[1] = q->j;
     bondsight_stage(q->arg, q->res, q->iw, q->w, 0);
@@ -169,6 +225,8 @@ static int start(work_t* q, const double* u, double* tv, const double* tm) {
     done = done || quiet;
   }
   if (!done || !q->nd || !NZ) return done;
+  lines(q, 1, q->t, q->v, u, late);
+  moved_lines(q, 1, tm);
   bind(q, &q->t, q->v, u, &late);
   q->res[0] = q->values; q->res[1] = q->values + SEED_P_NZ;
   for (d = 0; d < N * q->nd; ++d) q->b[d] = 0.0;
@@ -206,7 +264,8 @@ static int step(work_t* q, const double* x, const double* past) {
 casadi_int bondsight_record(const double* numbers, const casadi_int* sizes, const double* u_first,
                             const double* u, const double* p, const casadi_int* dirs, double* state,
                             double* out, double* work, casadi_int* order, casadi_int* iw, double* w,
-                            const double** arg, double** res) {
+                            const double** arg, double** res, const casadi_int* plays,
+                            double* plays_numbers, double* plays_rows) {
   const casadi_int n_samples = sizes[0], n_sub = sizes[1], nd = sizes[2];
   work_t data, *q = &data;
   double *x = state, *m = x + N, *tv = m + NM, *tm = tv + N * nd;
@@ -231,12 +290,23 @@ casadi_int bondsight_record(const double* numbers, const casadi_int* sizes, cons
   next = work; work += NM;
   tnext = work; work += NM * nd;
   past = work;
+#if NBANKS
+  q->next = next;
+  q->line = past + 2 * N;
+  for (i = 0; i < NBANKS; ++i) {
+    bank_t* b = q->banks[1] + i;
+    opened(b, bank_stops[i], plays + 2 * i, nd / LANES + 1, &plays_numbers, &plays_rows);
+    q->banks[0][i] = *b;
+  }
+#endif
   for (i = 0; i < N; ++i) q->v[i] = x[i];
   if (numbers[2] == 0.0 && !start(q, u_first, tv, tm)) return 0;
   for (i = 0; i < N; ++i) {
     x[i] = past[i] = past[N + i] = q->v[i];
     q->scale[i] = fabs(x[i]);
   }
+  lines(q, 1, q->t, x, u_first, 0.0);
+  moved_lines(q, 1, tm);
   reading(q, q->t, x, u_first, 0.0, tv, tm, out);
   for (k = 0; k < n_samples; ++k) {
     out += NY * (1 + nd);
@@ -260,6 +330,8 @@ casadi_int bondsight_record(const double* numbers, const casadi_int* sizes, cons
         for (i = 0; i < N * nd; ++i) tv[i] = tk[N * nd + i];
       }
       double late = q->h, t = q->t + q->h;
+      lines(q, 1, t, x, u + NU, late);
+      moved_lines(q, 1, tm);
       if (sub == n_sub - 1) reading(q, t, x, u + NU, late, tv, tm, out);
       if (NM) {
         bind(q, &t, x, u + NU, &late);
@@ -270,8 +342,12 @@ casadi_int bondsight_record(const double* numbers, const casadi_int* sizes, cons
           for (i = 0; i < NM * nd; ++i) tm[i] = tnext[i];
         }
         for (i = 0; i < NM; ++i) m[i] = next[i];
+        accepted_banks(q, tnext);
       }
     }
   }
+#if NBANKS
+  for (i = 0; i < NBANKS; ++i) closed(q->banks[1] + i);
+#endif
   return n_samples + 1;
 }

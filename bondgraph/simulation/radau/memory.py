@@ -26,7 +26,7 @@ def relaxed_memory(program: Program, order: Order, begin: Carried) -> tuple[Arra
     tangent : ndarray, shape (n_m, n_d)
     """
     memory, tangent = begin.m.copy(), begin.tm.copy()
-    started = consistent(functions_of(program), order, begin)
+    started = consistent(functions_of(program), order, begin) if program.algebraic else begin
     if started is None:
         return memory, tangent
     v, tv = started.v, started.tv

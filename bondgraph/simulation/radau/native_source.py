@@ -12,8 +12,12 @@ from pathlib import Path
 import casadi as ca
 
 from bondgraph.equations.program import Program
+from bondgraph.simulation.banks import PlacedBank, bank_source
 
 PARTS = ("algebra", "loop")
+LANES = 4
+"""Tangents of a play that one instruction serves; a row is a whole number of them."""
+ROWS = "typedef double row_block __attribute__((vector_size(8 * LANES), aligned(8), may_alias));"
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,7 +92,9 @@ def general_functions(program: Program) -> GeneralFunctions:
     )
 
 
-def general_source(program: Program, functions: GeneralFunctions) -> str:
+def general_source(
+    program: Program, functions: GeneralFunctions, banks: tuple[PlacedBank, ...] = ()
+) -> str:
     """Return the whole C source: functions of CasADi, sizes, patterns, the loop over a record."""
     generator = ca.CodeGenerator("code.c", {"with_header": False, "main": False})
     for f in functions.all:
@@ -109,8 +115,15 @@ def general_source(program: Program, functions: GeneralFunctions) -> str:
     lines += _patterns("seed", functions.seed, "pm")
     lines += _patterns("slope", functions.slope, "vpm")
     lines += _patterns("moving", functions.moving, "vpm")
+    lines += [f"#define NBANKS {len(banks)}", "#define SLOPES 1"]
+    for what, values in (
+        ("slot", [b.slot for b in banks]), ("stops", [int(b.bank.stops) for b in banks])
+    ):  # fmt: skip
+        lines.append(f"static const int bank_{what}[] = {{{', '.join(map(str, values)) or '0'}}};")
     loop = [Path(__file__).with_name(f"{n}.c").read_text() for n in PARTS]
-    return "\n".join([text, "#include <math.h>", *lines, *loop])
+    if banks:
+        lines += [f"#define LANES {LANES}", ROWS, "#define NB (b->wide)", bank_source()]
+    return "\n".join([text, "#include <math.h>", "#include <string.h>", *lines, *loop])
 
 
 def _patterns(name: str, function: ca.Function, letters: str) -> list[str]:

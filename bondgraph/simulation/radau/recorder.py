@@ -5,16 +5,19 @@ from __future__ import annotations
 import ctypes
 import os
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, TypeAlias
 
 import numpy as np
 
+from bondgraph.equations.codegen import program_of, with_signals
 from bondgraph.equations.program import Program
+from bondgraph.simulation.banks import PlacedBank, TakenOut, loaded, taken_out, unloaded
 from bondgraph.simulation.radau.interpreted import Carried, machine_record, machine_step
 from bondgraph.simulation.radau.native_source import (
+    LANES,
     GeneralFunctions,
     general_functions,
     general_source,
@@ -95,27 +98,69 @@ def _functions(key: Key) -> GeneralFunctions:
 
 @lru_cache(maxsize=64)
 def _recorder(key: Key, native: bool) -> Recorder:
-    functions = _functions(key)
-    library = build(general_source(key.program, functions)) if native else None
-    if library is None:
-        return _machine_recorder(functions)
-    return _native_recorder(library, functions)
+    if native:
+        left, taken = without_banks(key.program)
+        functions = general_functions(left) if taken.banks else _functions(key)
+        if library := build(general_source(left, functions, taken.banks)):
+            run = _native_recorder(library, functions, left, taken.banks)
+            return _reordered(run, taken) if taken.banks else run
+    return _machine_recorder(_functions(key))
 
 
-def _native_recorder(library: Path, functions: GeneralFunctions) -> Recorder:
+def without_banks(program: Program) -> tuple[Program, TakenOut]:
+    """Return a program with the plays taken out of its laws, and what was taken out."""
+    model, calls = program.model, program.laws
+    taken = taken_out([(c.law, len(c.parameters)) for c in (calls if model else ())])
+    if model is None or not taken.banks:
+        return program, taken
+    uses = zip(model.laws, taken.laws, strict=True)
+    left = replace(model, laws=tuple(replace(use, law=law) for use, law in uses))
+    own = len(model.output_names)
+    return with_signals(program_of(left), left, program.outputs[own:]), taken
+
+
+def _reordered(run: Recorder, taken: TakenOut) -> Recorder:
+    """Carry the plays behind all the rest of the memory."""
+    plays = [i for b in taken.banks for i in range(b.states.start, b.states.stop)]
+    n_left = sum(law.n_memory for law in taken.laws)
+    outside = np.array([*taken.kept, *plays], int)
+    inside = np.array([*taken.left, *range(n_left, n_left + len(plays))], int)
+
+    def reordered(order: Order, begin: Carried, out: Array) -> tuple[Carried, int]:
+        m, tm = np.zeros(n_left + len(plays)), np.zeros((n_left + len(plays), begin.tm.shape[1]))
+        m[inside], tm[inside] = begin.m[outside], begin.tm[outside]
+        end, reached = run(order, Carried(begin.v, m, begin.tv, tm), out)
+        m, tm = np.empty_like(begin.m), np.empty_like(begin.tm)
+        m[outside], tm[outside] = end.m[inside], end.tm[inside]
+        return Carried(end.v, m, end.tv, tm), reached
+
+    return reordered
+
+
+def _native_recorder(
+    library: Path, functions: GeneralFunctions, program: Program, banks: tuple[PlacedBank, ...]
+) -> Recorder:
     loop = ctypes.CDLL(str(library)).bondsight_record
     loop.restype = ctypes.c_longlong
     n_arg = max(f.sz_arg() for f in functions.all)
     n_res = max(f.sz_res() for f in functions.all)
     n_iw = max(f.sz_iw() for f in functions.all) + 1
     n_w = max(f.sz_w() for f in functions.all) + 1
+    n_left = len(program.memory)
+    own = [program.parameters.index(n) for c in program.laws for n in c.parameters]
 
     def run(order: Order, begin: Carried, out: Array) -> tuple[Carried, int]:
-        n, n_m, n_d = begin.v.size, begin.m.size, begin.tv.shape[1]
+        n, n_m, n_d = begin.v.size, n_left, begin.tv.shape[1]
         k, n_u = 2 * n, order.first.size
+        lanes = LANES * (n_d // LANES + 1)
         size = k * k + 8 * k + n * n + 2 * n_u + functions.largest + 2 * k * n_d
-        work = np.zeros(size + n_m * (1 + n_d) + 4 * n + 64)
-        state = np.concatenate([begin.v, begin.m, begin.tv.ravel(), begin.tm.ravel(), [0.0]])
+        work = np.zeros(size + n_m * (1 + n_d) + 4 * n + 64 + 3 * lanes)
+        memory = begin.m[:n_m], begin.tv.ravel(), begin.tm[:n_m].ravel()
+        state = np.concatenate([begin.v, *memory, [0.0]])
+        q, dq = order.p[own], _picked(order, n_d)[own]
+        filled = [b.bank.filled(q[b.parameters], dq[b.parameters], lanes) for b in banks]
+        plays = np.column_stack([begin.m[n_m:], begin.tm[n_m:]])
+        held = loaded(banks, filled, plays, lanes)
         numbers = np.array([order.time, order.h, order.solved and not n_d])
         samples = order.u.shape[0] // order.n_sub
         sizes = np.array([samples, order.n_sub, n_d, len(order.directions)], np.int64)
@@ -125,10 +170,12 @@ def _native_recorder(library: Path, functions: GeneralFunctions) -> Recorder:
         arg, res = (ctypes.c_void_p * n_arg)(), (ctypes.c_void_p * n_res)()
         reached = loop(
             *map(_at, (numbers, sizes, *columns, positions, state, out, work, pivots, integers)),
-            _at(np.zeros(n_w)), arg, res,
+            _at(np.zeros(n_w)), arg, res, *map(_at, held),
         )  # fmt: skip
         v, m, tv, tm, _ = np.split(state, np.cumsum([n, n_m, n * n_d, n_m * n_d]))
-        return Carried(v, m, tv.reshape(n, n_d), tm.reshape(n_m, n_d)), int(reached)
+        plays = unloaded(banks, *held, 1 + n_d)
+        m, tm = np.append(m, plays[:, 0]), np.vstack([tm.reshape(n_m, n_d), plays[:, 1:]])
+        return Carried(v, m, tv.reshape(n, n_d), tm), int(reached)
 
     return run
 

@@ -36,12 +36,12 @@ from bondgraph.support import native
 N, STEP = 60, 0.05
 
 
-def oscillator(
+def oscillator_graph(
     spring: Law | None = None,
     friction: Law | None = None,
     drive: Law | None = None,
     reading: Law | None = None,
-) -> Compiled:
+) -> BondGraph:
     with BondGraph("oscillator") as g:
         body = One("body")
         Se("F", drive=Drive(law=drive) if drive else None) >> body >> I("m", 1.3)
@@ -49,7 +49,11 @@ def oscillator(
         body >> C("k", stiffness=3.0, law=spring)
         body >> Dq("x", law=reading)
         body >> Df("v")
-    return compile_model(g)
+    return g
+
+
+def oscillator(*laws: Law | None) -> Compiled:
+    return compile_model(oscillator_graph(*laws))
 
 
 def dependent() -> Compiled:
