@@ -38,8 +38,9 @@ def many_valued(p: LawPath, bins: int = 60) -> bool:
     index = np.minimum((bins * (p.argument - p.argument.min()) / span).astype(int), bins - 1)
     count = np.maximum(np.bincount(index, minlength=bins), 1)
     mean = np.bincount(index, p.deviation, bins) / count
-    inside = float(np.mean((p.deviation - mean[index]) ** 2))
-    return inside > MEMORY * float(np.var(p.deviation))
+    inside = np.sort(np.bincount(index, (p.deviation - mean[index]) ** 2, bins))
+    # a law that jumps, or sticks where it does, is of many values in one bin or its neighbour
+    return float(inside[:-2].sum()) > MEMORY * p.argument.size * float(np.var(p.deviation))
 
 
 def _said(p: LawPath) -> str:
