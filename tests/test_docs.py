@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import re
+import runpy
 import subprocess
 import sys
 from pathlib import Path
@@ -16,9 +17,8 @@ from bondsight.cli.main import _parser
 from identification.diagnosis.catalogue import CATALOGUE
 
 ROOT = Path(__file__).resolve().parents[1]
-sys.path.insert(0, str(ROOT / "docs"))
-from public_names import PACKAGES, public_names  # noqa: E402
-
+REFERENCE = runpy.run_path(str(ROOT / "docs/public_names.py"))
+PACKAGES, public_names = REFERENCE["PACKAGES"], REFERENCE["public_names"]
 PAGES = sorted(p for p in (ROOT / "docs").rglob("*.md") if "_build" not in p.parts)
 WRITTEN = [p for p in PAGES if "reference/effects" not in p.as_posix()]
 

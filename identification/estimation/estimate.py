@@ -79,6 +79,12 @@ def estimate(
     ------
     UnknownName, UnusableInput
         One line that says what cannot be used, and what to do.
+
+    Examples
+    --------
+    >>> fit = estimate(study)
+    >>> {name: float(f"{value:.3g}") for name, value in fit.values.items()}
+    {'m': 0.54, 'd': 5.1, 'k': 2000.0}
     """
     begin = time.perf_counter()
     chosen = _method(method, optimiser, linear_solver)
