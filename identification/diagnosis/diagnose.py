@@ -238,8 +238,7 @@ def diagnose(
 
     Examples
     --------
-    >>> found = diagnose(graph, rubbing)
-    >>> [step.chosen.label for step in found.findings]
+    >>> [step.chosen.label for step in found.findings]  # found = diagnose(graph, rubbing)
     ['coulomb_friction at d']
     """
     begin = time.perf_counter()
