@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import re
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -151,3 +152,14 @@ def test_an_import_uphill_is_caught() -> None:
 def test_this_checkout_is_tested() -> None:
     assert bondgraph.__file__ is not None
     assert Path(bondgraph.__file__).resolve() == ROOT / "bondgraph" / "__init__.py"
+
+
+def test_nobody_asks_an_engine_for_its_class() -> None:
+    asked = re.compile(r"isinstance\([^()]*,\s*\(?[^()]*\b(Exact|General)Engine\b")
+    found = [
+        f"{p.relative_to(ROOT)}"
+        for package in PACKAGES
+        for p in sorted((ROOT / package).rglob("*.py"))
+        if asked.search(p.read_text(encoding="utf-8"))
+    ]
+    assert found == []

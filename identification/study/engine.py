@@ -46,6 +46,16 @@ class Engine(ABC):
         """Declared parameters, in order."""
 
     @property
+    def lure(self) -> Compiled | None:
+        """Linear rest with scalar laws, None where the model is not of that form."""
+        return None
+
+    @property
+    def implicit(self) -> Program | None:
+        """Program of the general step, None where the exact one runs."""
+        return None
+
+    @property
     def name(self) -> str:
         """Name of the model."""
         return self.names.name
@@ -163,6 +173,11 @@ class ExactEngine(Engine):
 
     compiled: Compiled
 
+    @property
+    def lure(self) -> Compiled:
+        """The compiled model."""
+        return self.compiled
+
     @cached_property
     def names(self) -> FunctionNames:
         """Names of the state space."""
@@ -248,6 +263,11 @@ class GeneralEngine(Engine):
 
     program: Program
     declared: Mapping[str, Parameter]
+
+    @property
+    def implicit(self) -> Program:
+        """The program."""
+        return self.program
 
     @property
     def names(self) -> FunctionNames:

@@ -18,7 +18,7 @@ from bondgraph.signals.units import parse_unit
 from bondgraph.simulation.lure import Compiled, compile_model
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import UnusableInput, unknown_name
-from identification.study.engine import Engine, ExactEngine, engine_of
+from identification.study.engine import Engine, engine_of
 from identification.study.priors import Prior
 from identification.study.scaled import Free, free_parameter
 
@@ -309,8 +309,7 @@ class Problem:
     @property
     def compiled(self) -> Compiled:
         """Compiled model with the measuring chain's nuisances; only of the exact engine."""
-        engine = self.engine
-        return engine.compiled if isinstance(engine, ExactEngine) else compile_model(self.graph)
+        return self.engine.lure or compile_model(self.graph)
 
     @cached_property
     def engine(self) -> Engine:

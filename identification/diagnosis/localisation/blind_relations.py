@@ -32,7 +32,6 @@ from identification.diagnosis.screening.port_response import Probes, probes
 from identification.estimation.brief import brief, carried
 from identification.estimation.single_record import Fit
 from identification.estimation.threads import single_threaded
-from identification.study.engine import ExactEngine
 from identification.study.residual import (
     Point,
     ResidualEvaluation,
@@ -298,7 +297,7 @@ def no_relation(fit: Fit, probed: Probes | None = None) -> str:
     if any(abs(data.step(w) / data.dt - 1.0) > ONE_CLOCK for w in windows(fit.problem)):
         return "the recordings' rates differ: one filter for all of them cannot be blind to a port"
     probed = probed if probed is not None else probes(fit)
-    if not isinstance(probed.engine, ExactEngine):
+    if probed.engine.lure is None:
         return f"{fit.problem.graph.name} is not linear up to scalar laws: no transfer functions"
     return ""
 

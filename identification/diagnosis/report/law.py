@@ -14,7 +14,6 @@ from bondgraph.support.arrays import Array
 from identification.diagnosis.localisation.recording.variables import variables_of
 from identification.diagnosis.search.candidates import Candidate
 from identification.estimation.single_record import Fit
-from identification.study.engine import ExactEngine
 from identification.study.residual import by_step, parameters_at, windows
 
 
@@ -59,9 +58,8 @@ def path(trial: Candidate) -> LawPath | None:
 
 def law_ports(f: Fit) -> list[str]:
     """Elements with a scalar law, in the order of the exact step; empty for general graphs."""
-    if not isinstance(f.problem.engine, ExactEngine):
-        return []
-    return [p.element for p in f.problem.compiled.space.laws]
+    lure = f.problem.engine.lure
+    return [] if lure is None else [p.element for p in lure.space.laws]
 
 
 def _run(f: Fit, column: int) -> tuple[Array, Array]:

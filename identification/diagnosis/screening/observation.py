@@ -32,7 +32,7 @@ from bondgraph.support.arrays import Array
 from bondgraph.support.errors import BondsightError, UnusableInput
 from identification.diagnosis.screening.port_history import FittedModel, PortHistory
 from identification.estimation.single_record import Fit
-from identification.study.engine import Engine, ExactEngine, engine_of
+from identification.study.engine import Engine, engine_of
 from identification.study.problem import Problem
 from identification.study.residual import by_step, parameters_at, windows
 
@@ -119,7 +119,7 @@ def _ends(graph: BondGraph, e: Element) -> tuple[Bond, Bond] | None:
 
 def _observe(nominal: Fit, watched: dict[str, tuple[str, str]]) -> dict[str, Array]:
     problem = nominal.problem
-    if isinstance(problem.engine, ExactEngine):
+    if problem.engine.lure is not None:
         return _observe_exact(nominal, sorted({n for pair in watched.values() for n in pair}))
     return _observe_with_sensors(nominal, watched)
 
@@ -148,8 +148,8 @@ def observed(
 
     Parameters
     ----------
-    engine : ExactEngine
-        Of the problem's graph, or of one with further sources.
+    engine : Engine
+        The exact one of the problem's graph, or of one with further sources.
     p : ndarray
         Its parameters.
     u : ndarray, shape (N, n_u)
@@ -168,9 +168,9 @@ def observed(
     UnusableInput
         The engine is not the exact one.
     """
-    if not isinstance(engine, ExactEngine):
+    if engine.lure is None:
         raise UnusableInput(f"{problem.graph.name} is not linear up to scalar laws")
-    space = engine.compiled.space
+    space = engine.lure.space
     known = {str(s.symbol) for s in space.states} | {str(a.target) for a in space.assignments}
     names = tuple(sorted(known & set(wanted)))
     seen = Compiled(space, names)

@@ -7,6 +7,7 @@ from functools import cached_property
 import casadi as ca
 import numpy as np
 
+from bondgraph.equations.program import Program
 from bondgraph.laws.law import Law
 from bondgraph.simulation.radau.native import inputs_between, prepare_general, run_general
 from bondgraph.simulation.radau.recorder import Key
@@ -18,15 +19,14 @@ from identification.estimation.prediction.general_steps import (
     general_steps,
 )
 from identification.estimation.prediction.plant import FilterPlant, FilterSteps, Operating
-from identification.study.engine import GeneralEngine
 
 
 class GeneralPlant(FilterPlant):
     """The step of `bondgraph.simulation.radau` with a covariance."""
 
-    def __init__(self, engine: GeneralEngine) -> None:
-        self.program = engine.program
-        self.places = GeneralPlaces.of(engine.program)
+    def __init__(self, program: Program) -> None:
+        self.program = program
+        self.places = GeneralPlaces.of(program)
 
     @property
     def structure(self) -> Key:

@@ -13,7 +13,6 @@ from bondgraph.support.errors import UnknownName
 from identification.estimation.prediction.plant import FilterPlant, plant_of
 from identification.estimation.prediction.scaling import state_scale
 from identification.estimation.prediction.slots import FilterSlots
-from identification.study.engine import ExactEngine
 from identification.study.joint import JointPoint, JointProblem
 from identification.study.problem import Problem
 from identification.study.process_noise import Diffusion, diffusion_at
@@ -66,8 +65,7 @@ class KalmanFilter:
     def coarse(self) -> bool:
         """Whether sub-steps change something: smooth laws, or a step that is not exact."""
         laws = [law for _, law in self.plants[0].laws]
-        exact = isinstance(self.first.engine, ExactEngine)
-        return not exact or any(not law.set_valued for law in laws)
+        return self.first.engine.lure is None or any(not law.set_valued for law in laws)
 
     @cached_property
     def names(self) -> tuple[str, ...]:

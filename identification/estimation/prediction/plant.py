@@ -11,7 +11,7 @@ import casadi as ca
 
 from bondgraph.laws.law import Law
 from bondgraph.support.arrays import Array
-from identification.study.engine import Engine, ExactEngine, GeneralEngine
+from identification.study.engine import Engine
 from identification.study.process_noise import Diffusion
 
 
@@ -163,11 +163,11 @@ def _steps(plant: FilterPlant) -> FilterSteps:
 
 def plant_of(engine: Engine) -> FilterPlant:
     """Return what a filter needs of an engine."""
-    if isinstance(engine, ExactEngine):
+    if engine.lure is not None:
         from identification.estimation.prediction.exact_plant import ExactPlant
 
-        return ExactPlant(engine.compiled)
+        return ExactPlant(engine.lure)
     from identification.estimation.prediction.general_plant import GeneralPlant
 
-    assert isinstance(engine, GeneralEngine)
-    return GeneralPlant(engine)
+    assert engine.implicit is not None
+    return GeneralPlant(engine.implicit)

@@ -8,7 +8,6 @@ import numpy as np
 
 from identification.estimation.levenberg_marquardt import FitStatus
 from identification.statistics.whiteness import white_p
-from identification.study.engine import ExactEngine
 
 if TYPE_CHECKING:
     from identification.estimation.prediction.fit import FilterFit
@@ -40,7 +39,7 @@ def _about_laws(fit: FilterFit) -> list[str]:
             )
         elif not law.n_memory:
             found.append(f"{element} {LINEARISED}")
-    if not found and not isinstance(engine, ExactEngine):
+    if not found and engine.lure is None:
         found.append(f"{engine.name} {LINEARISED}")
     return found
 

@@ -11,10 +11,10 @@ from scipy.linalg import expm, matrix_balance
 
 from bondgraph.graph.elements import TwoPort
 from bondgraph.simulation.first_order_hold import blocks
+from bondgraph.simulation.lure import Compiled
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import UnusableInput
 from identification.diagnosis.screening.port_response import Probes
-from identification.study.engine import ExactEngine
 from identification.study.problem import drives
 from identification.study.residual import parameters_at
 
@@ -64,19 +64,19 @@ class LatentModel:
     probes: Probes
 
     @cached_property
-    def engine(self) -> ExactEngine:
-        """Engine of the probed graph."""
-        engine = self.probes.engine
-        if not isinstance(engine, ExactEngine):
+    def compiled(self) -> Compiled:
+        """Linear rest and laws of the probed graph."""
+        compiled = self.probes.engine.lure
+        if compiled is None:
             raise UnusableInput(
                 f"{self.probes.problem.graph.name} is not linear up to scalar laws: relations blind"
                 " to a port need its transfer functions; compare fits of effects instead"
             )
-        return engine
+        return compiled
 
     @cached_property
     def _inputs(self) -> dict[str, int]:
-        return {n: j for j, n in enumerate(self.engine.compiled.space.input_names)}
+        return {n: j for j, n in enumerate(self.compiled.space.input_names)}
 
     @cached_property
     def ports(self) -> dict[str, tuple[str, ...]]:
@@ -97,9 +97,9 @@ class LatentModel:
         n_y = len(problem.data.names)
         names = problem.engine.parameter_names
         values = dict(zip(names, map(float, parameters_at(problem, theta)), strict=True))
-        known = self.engine.parameters
-        p = self.engine.vector({n: v for n, v in values.items() if n in known})
-        compiled = self.engine.compiled
+        known = self.probes.engine.parameters
+        p = self.probes.engine.vector({n: v for n, v in values.items() if n in known})
+        compiled = self.compiled
         parts = blocks(compiled, np.asarray(compiled.matrices(p).full(), float))
         at = [self._inputs[s] for s in self.ports[element]]
         floor = problem.data.floor[:, None]
