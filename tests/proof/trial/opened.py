@@ -1,0 +1,83 @@
+"""A trial that was published, read from its folder: the seal checked, where its errors lie.
+
+``python -m tests.proof.trial.opened [tests/proof/trial/trials/trial_2]``
+"""
+
+from __future__ import annotations
+
+import gzip
+import json
+import sys
+from collections.abc import Callable, Iterator, Sequence
+from operator import attrgetter
+from pathlib import Path
+
+from bondgraph.support.errors import UnusableInput
+from tests.proof.exam.judging import ExamOutcome, JudgedClaim, judge_exam
+from tests.proof.exam.said import exam_answer_of
+from tests.proof.exam.truths import truth_of
+from tests.proof.trial.commitment import truths_hash
+from tests.proof.trial.rates import Rate
+
+PUBLISHED = Path(__file__).parent / "trials" / "trial_2"
+LATER_PLANTS = ("table", "speaker")
+"""Plants that development never draws, see `DESIGN.md`."""
+
+
+def opened(folder: Path) -> tuple[ExamOutcome, ...]:
+    """Return every recording's outcome.
+
+    Raises
+    ------
+    UnusableInput
+        The truths are not those that were committed.
+    """
+    with gzip.open(folder / "truths.json.gz", "rt", encoding="utf-8") as file:
+        rows = json.load(file)
+    committed = json.loads((folder / "commitment.json").read_text(encoding="utf-8"))
+    salt = (folder / "salt.txt").read_text(encoding="utf-8").strip()
+    if truths_hash(salt, rows) != committed["truths_sha256"]:
+        raise UnusableInput(f"{folder}: these are not the truths that were committed")
+    truths = {t.id: t for t in map(truth_of, rows)}
+    with gzip.open(folder / "answers.jsonl.gz", "rt", encoding="utf-8") as file:
+        answers = [exam_answer_of(json.loads(line)) for line in file]
+    return tuple(judge_exam(truths[a.id], a) for a in answers)
+
+
+def lines(outcomes: Sequence[ExamOutcome]) -> Iterator[str]:
+    """Say how many names and places were wrong, and of what."""
+    name, place = attrgetter("name"), attrgetter("place")
+    something = [o for o in outcomes if not o.truth.empty]
+    inside = [o for o in something if not o.truth.outside]
+    outside = [o for o in something if o.truth.outside]
+    later = [o for o in something if o.truth.plant in LATER_PLANTS]
+    known = [o for o in something if o.truth.plant not in LATER_PLANTS]
+
+    def of_catalogue(some: Sequence[ExamOutcome]) -> list[ExamOutcome]:
+        return [o for o in some if not o.truth.outside]
+
+    yield f"wrong names: {_wrong(inside, name)}"
+    yield f"  of first findings: {_wrong(inside, name, slice(0, 1))}"
+    yield f"  of later findings: {_wrong(inside, name, slice(1, None))}"
+    yield f"  on plants that development draws too: {_wrong(of_catalogue(known), name)}"
+    yield f"  on plants that it never draws: {_wrong(of_catalogue(later), name)}"
+    yield f"wrong places: {_wrong(something, place)}"
+    yield f"  of physics outside the catalogue: {_wrong(outside, place)}"
+    yield f"  of all other: {_wrong(inside, place)}"
+    yield f"  on plants that development draws too: {_wrong(known, place)}"
+    yield f"  on plants that it never draws: {_wrong(later, place)}"
+    yield "called explained though an effect shows, with the misfit that is left over the noise:"
+    yield from (f"  {o.id} {o.truth.words}: {o.left:.2g}" for o in something if o.effect_explained)
+
+
+def _wrong(
+    outcomes: Sequence[ExamOutcome],
+    of: Callable[[JudgedClaim], bool | None],
+    which: slice = slice(None),
+) -> str:
+    judged = [of(c) for o in outcomes for c in o.claims[which] if of(c) is not None]
+    return str(Rate(sum(j is False for j in judged), len(judged)))
+
+
+if __name__ == "__main__":
+    print(*lines(opened(Path(sys.argv[1]) if len(sys.argv) > 1 else PUBLISHED)), sep="\n")
