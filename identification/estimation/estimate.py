@@ -198,19 +198,30 @@ def _better_hold(
     rates = [n for p in stack.problems for n in p.engine.input_rates]
     for hold in possible(HOLDS, rates):
         steps = tuple(max(n, 2 if hold == "band-limited" else 1) for n in setting.n_fine)
-        trial = replace(
-            setting, hold=hold, n_sub=steps, n_fine=steps, corrections=(None,) * len(steps)
-        )
         if solution.readings is not None:  # no free run: the method itself has to say
+            trial = replace(
+                setting, hold=hold, n_sub=steps, n_fine=steps, corrections=(None,) * len(steps)
+            )
             costs[hold] = _solve(study, method, options, trial, solution.point)[2].trace[-1]
             continue
-        there = study.stack(trial)
-        found = there.evaluate(solution.point)
-        system = there.normal(found, solution.point)
-        left = foreseen(there, system, solution.point)
+        here = hold == setting.hold and steps == setting.n_sub
+        there = stack if here else _otherwise_held(stack, hold, steps)
+        found = (here and solution.evaluations) or there.evaluate(solution.point)
+        left = foreseen(there, there.normal(found, solution.point), solution.point)
         if np.isfinite(left):
             costs[hold] = left / max(there.count(found), 1)
     return chosen(costs, USUAL) if costs else setting.hold
+
+
+def _otherwise_held(stack: JointProblem, hold: str, steps: Sequence[int]) -> JointProblem:
+    """Return the same problems with other commands between samples; scales of states are kept."""
+    problems = tuple(
+        replace(
+            p, data=replace(p.data, hold=hold), n_sub=n, correction=None, known_scale=p.state_scale
+        )
+        for p, n in zip(stack.problems, steps, strict=False)
+    )
+    return replace(stack, problems=problems)
 
 
 def _level(made: Made) -> float:
