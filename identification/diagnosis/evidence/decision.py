@@ -24,6 +24,7 @@ from identification.diagnosis.evidence.kind_score import KindScore
 from identification.diagnosis.evidence.kinds_told import (
     CURVES,
     EXACT,
+    LIKE,
     RICHER,
     SHAPELESS,
     best_of,
@@ -37,6 +38,10 @@ from identification.diagnosis.search.candidates import Candidate
 
 PART = 0.2
 """Part of the misfit above the noise that an effect must remove to be what is told of it."""
+
+
+MOST_LEFT = 0.5
+"""The same of a further law, of what the named ones leave: less may be the error of those."""
 
 
 MOSTLY = 0.7
@@ -67,6 +72,8 @@ def decide(evidence: Evidence, limits: Thresholds | None = None) -> Decision:
     best = best_of([*laws, *e.kinds])
     if best is None or not _shows(e.plain, best.score, t):
         return _nothing(quiet, e, t, best)
+    if e.named and e.before.measured and e.before.is_noise(t.noise):
+        return _within_noise(quiet, e, best)
     kinds = kinds_alike(e, best.score, t)
     laws = _admissible(laws, kinds, t)
     law = _best_law(laws, t)
@@ -81,6 +88,7 @@ def decide(evidence: Evidence, limits: Thresholds | None = None) -> Decision:
         return _nothing(quiet, e, t)
     if not _matters(kinds[0], e, t):
         return _slight(quiet, e, kinds[0], t, kind_told(quiet, e, kinds, law, t).places)
+    kinds = kinds_alike(e, best.score, t, told=True)
     sure = foretold(kinds, e, t)
     if sure is not None:
         kinds, e, law, reason = sure
@@ -123,6 +131,16 @@ def _in_every_pair(kinds: Sequence[KindScore], e: Evidence) -> list[KindScore]:
     held = [k for k in kinds if (k.element, k.kind) in e.paired]
     same = [k for k in held if k.kind == held[0].kind]
     return [k for k in same if together(k.element, held[0].element, e.classes)]
+
+
+def _within_noise(quiet: Decision, e: Evidence, best: Hypothesis) -> Decision:
+    """Something improves surely what a named law leaves, though that is no more than noise.
+
+    A law that is not quite the true one leaves as much, and other laws follow it.
+    """
+    label = best.label if isinstance(best, KindScore) else best.trial.label
+    reason = f"{label} improves it, but {e.before.words}: errors of what was named are as large"
+    return replace(quiet, kind="unknown_physics", reasons=(reason,))
 
 
 def _slight(
@@ -252,7 +270,7 @@ def _matters(h: Hypothesis, e: Evidence, t: Thresholds) -> bool:
     """
     noise, least = 1.0, MOSTLY
     if isinstance(h, Scored):
-        least = PART
+        least = MOST_LEFT if e.named else PART
         if not e.before.measured:
             quiet = [s.score.square for s in e.laws if s.left.is_noise(t.noise)]
             better = [square for square in quiet if square < e.plain.square]
@@ -334,7 +352,8 @@ def _named(
     if open_ones and answer in ("exact", "approximate"):
         answer = "family"
         reasons.append(f"{', '.join(open_ones)} there could not be simulated, so not excluded")
-    ahead = _ahead(chosen, e, t) if answer == "approximate" else []
+    beside = answer == "exact" and e.before.measured and chosen.left.most > BARE
+    ahead = _ahead(chosen, e, t) if answer == "approximate" or beside else []
     if ahead:
         answer = "unknown"
         reasons.append("better, though nothing to be named: " + ", ".join(a.label for a in ahead))
@@ -343,8 +362,10 @@ def _named(
     if ahead:
         physics |= {a.insertion.kind for a in ahead}
         answer = "kind" if len(physics) == 1 else answer
-    told = (*(m.trial for m in members), *same, *ahead)
-    places = tuple(dict.fromkeys(s.element for s in told))
+    told = [m.element for m in (*(m.trial for m in members), *same, *ahead)]
+    if answer == "approximate":
+        told += _attached(chosen, e)
+    places = tuple(dict.fromkeys(told))
     shown: tuple[KindScore, ...] = (here,) if here is not None else ()
     # one that fails there though it is as good here shows that here decides nothing
     if not all(_replicated(s, e) for s in members):
@@ -354,6 +375,9 @@ def _named(
                 "held-out samples do not contradict it, but it shows too seldom in training for "
                 "its numbers to predict them: record more of it"
             )
+        elif _of_training(members, e, t):
+            reason = f"{chosen.trial.label} follows stretches of training alone; {e.before.words}"
+            return replace(quiet, reasons=(reason,))
         else:
             answer, physics = "unknown", set()
             reasons.append("the improvement does not show on the held-out part")
@@ -375,6 +399,21 @@ def _named(
         law_fit=fit, kinds=shown,
     )  # fmt: skip
     return replace(decided, confidence=probability(decided))
+
+
+BARE = 1.2
+"""Times a measured noise above which an exact law may still leave something."""
+
+
+def _attached(law: Scored, e: Evidence) -> list[str]:
+    """Places that look the same, where a form of a law's kind explains about as much as the law."""
+    own, best = law.trial.insertion.kind, min([law, *e.kinds], key=lambda h: h.score.loss).score
+    least = explained(law, e.plain, best) - LIKE
+    return [
+        k.element for k in e.kinds
+        if k.kind == own and together(k.element, law.element, e.classes)
+        and explained(k, e.plain, best, usual=True) > least
+    ]  # fmt: skip
 
 
 def _ahead(chosen: Scored, e: Evidence, t: Thresholds) -> list[Candidate]:
@@ -450,6 +489,12 @@ def _replicated(chosen: Scored, e: Evidence) -> bool:
     there = max(e.nominal - noise, 0.5 * e.nominal)
     least = 0.5 if e.named else 0.25
     return e.nominal - chosen.trial.test > least * min(gained, there)
+
+
+def _of_training(members: Sequence[Scored], e: Evidence, t: Thresholds) -> bool:
+    """Whether only courses in time improve what is noise on either part: outliers do that."""
+    quiet = e.before.is_noise(t.noise) and e.trained <= t.noise**2
+    return quiet and all(s.trial.insertion.kind in SHAPELESS for s in members)
 
 
 def _agreed(members: Sequence[Scored], e: Evidence) -> bool:

@@ -22,7 +22,9 @@ PLACES = 5
 """More places than this are no answer."""
 
 
-def kinds_alike(e: Evidence, best: BlockScore, t: Thresholds) -> list[KindScore]:
+def kinds_alike(
+    e: Evidence, best: BlockScore, t: Thresholds, *, told: bool = False
+) -> list[KindScore]:
     """Kinds that explain about as much as the best of them, that one first.
 
     Forms are no laws: how closely splines follow what is there is no evidence for a kind, so a part
@@ -37,7 +39,7 @@ def kinds_alike(e: Evidence, best: BlockScore, t: Thresholds) -> list[KindScore]
     if not ranked:
         return []
     top = ranked[0]
-    left = float(top.score.noise.max()) > t.noise
+    left = told or float(top.score.noise.max()) > t.noise
     least = part[id(top)] - (0.0 if not left else CLOSE if e.along else LIKE)
 
     def imitates(k: KindScore) -> bool:
@@ -117,7 +119,12 @@ def kind_told(
         and explained(s, e.plain, kind.score) >= EXACT
         and not together(s.element, kind.element, e.classes)
     }  # fmt: skip
-    open_places |= near
+    # and so does one that may follow anything and leads, whatever is discounted of its kind
+    leading = {
+        k.element for k in e.kinds
+        if kind.score.behind(k.score) > t.z and not together(k.element, kind.element, e.classes)
+    }  # fmt: skip
+    open_places |= near | leading
     if len(set(places)) > PLACES or near or not (here or open_places <= set(places)):
         physics = ""
     if physics:

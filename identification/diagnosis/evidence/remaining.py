@@ -25,6 +25,8 @@ LEVEL = 1.05
 WHITE = 3.0
 """Times a noise read off the spectrum that one without memory has at most, whatever it grows with:
 on the average over the record the spectrum shows it."""
+LOUDER = 2.0
+"""Times the level on training samples above which held-out ones hold no noise of any colour."""
 
 
 @dataclass(frozen=True)
@@ -41,12 +43,15 @@ class Remaining:
         Standard errors by which the misfit is larger where more moves.
     grows : mapping of str to GrowingNoise
         Readings whose noise grows with them; `over_noise` is over that.
+    louder : float
+        Level over that on training samples, of the reading where that is most.
     """
 
     over_noise: dict[str, float]
     measured: bool
     follows: float
     grows: Mapping[str, GrowingNoise] = field(default_factory=dict)
+    louder: float = 1.0
 
     @property
     def most(self) -> float:
@@ -57,7 +62,8 @@ class Remaining:
         """Whether what is left may be noise: at its level, or coloured where it is not known."""
         if self.most <= limit:
             return True
-        return not self.measured and self.most < COLOURED and self.follows < FOLLOWS
+        coloured = not self.measured and self.most < COLOURED and self.louder < LOUDER
+        return coloured and self.follows < FOLLOWS
 
     @property
     def words(self) -> str:
@@ -73,6 +79,9 @@ def remaining(fit: Fit) -> Remaining:
     data = fit.problem.data
     r = fit.residuals("test") / data.floor
     level = lasting(r) if r.size else np.zeros(len(data.names))
+    trained = fit.residuals("train") / data.floor
+    before = np.maximum(lasting(trained), 1.0) if trained.size else 1.0
+    louder = float(np.max(level / before, initial=0.0))
     grows = {}
     for c, n in enumerate(data.names):
         if not LEVEL < level[c] < (np.inf if data.floor_measured else WHITE):
@@ -83,7 +92,7 @@ def remaining(fit: Fit) -> Remaining:
             size = found.at(fit.simulated[data.mask("test"), c]) / data.floor[c]
             level[c] = lasting(r[:, [c]] / size[:, None])[0]
     over = dict(zip(data.names, map(float, level), strict=True))
-    return Remaining(over, data.floor_measured, activity(fit), grows)
+    return Remaining(over, data.floor_measured, activity(fit), grows, louder)
 
 
 def growing(fit: Fit, name: str) -> GrowingNoise | None:

@@ -31,13 +31,10 @@ def located(relations: Sequence[BlindRelation], readings: Collection[str]) -> tu
     single = [r for r in decided if r.sides == 1]
     if len(decided) < 2 or not single:
         return ()
-    best = single[0] if _alone(single, readings) else None
-    if best is None:
-        # two sides explain much of what sits elsewhere: here nothing but noise may be left
-        wide = [r for r in decided if r.sides > 1 and r.compatible]
-        if not wide or not _alone([wide[0], *single], readings):
-            return ()
-        best = wide[0]
+    # the two sides of a two-port hide all that lies behind it: they exclude nobody
+    best = single[0]
+    if not _alone(single, readings):
+        return ()
     least = best.train if best.compatible else APART * best.train
     free = [
         r for r in relations

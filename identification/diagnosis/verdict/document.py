@@ -93,6 +93,8 @@ def _named(step: Decision, d: Diagnosis) -> dict[str, Any]:
     chosen = step.chosen
     assert chosen is not None
     same = [t.element for t in step.same_place]
+    if step.answer == "approximate":
+        same += step.places
     return {
         "location": _location(chosen.element, same, d, chosen.effect),
         "answer": step.answer,

@@ -661,7 +661,12 @@ def test_a_curve_that_explains_nearly_all_is_told_though_a_surface_leads_surely(
         return case.kind("restoring", place, 60.0 * float(np.sqrt(1 - part))).decided().physics
 
     assert answer(0.995) == "restoring"
-    assert answer(0.98) == answer(0.995, "m") == "surface"
+    assert (answer(0.98), answer(0.995, "m")) == ("surface", "")  # elsewhere a hundredth is none
+
+
+def test_a_form_that_may_follow_anything_and_leads_leaves_the_place_open() -> None:
+    case = Case(60.0).kind("command", "u", 9.0).kind("slow", "k", 9.0)
+    assert set(case.kind("sensing", "x", 2.0).decided().places) == {"u", "k", "x"}
 
 
 def test_a_form_that_predicts_far_worse_is_no_rival_however_close() -> None:
@@ -1184,3 +1189,54 @@ def test_pairs_are_asked_for_where_a_few_loud_kinds_are_in_question() -> None:
     assert not asked(4.0, "C", "memory")  # it is told
     assert not asked(0.1, "CR", "slow", "memory")  # each leaves noise
     assert not asked(4.0, "CRS", "slow", "memory", "ratio")  # too many
+
+
+# -- beside what was named -------------------------------------------------------------------------
+@pytest.mark.parametrize("measured", [True, False])
+def test_what_shows_within_a_measured_noise_is_no_further_name(measured: bool) -> None:
+    """A law that is not quite the true one leaves as much, and other laws follow it."""
+    before = Remaining({"x": 1.2}, measured, 0.0)
+    case = Case(0.6, before, named=("b",)).law("hysteresis at k", 0.0).kind("memory", "k", 0.0)
+    d = case.decided()
+    assert (d.kind == "unknown_physics") == measured
+    assert named(d) == ([] if measured else ["hysteresis"])
+    first = Case(0.6, before).law("hysteresis at k", 0.0).kind("memory", "k", 0.0).decided()
+    assert named(first) == ["hysteresis"]
+
+
+def test_a_further_law_takes_half_of_what_is_left() -> None:
+    def answer(misfit: float, *places: str) -> str:
+        case = Case(3.0, named=places).law("hysteresis at k", misfit).kind("memory", "k", misfit)
+        return case.decided().kind
+
+    assert answer(2.4) == answer(1.9, "b") == "missing_physics"
+    assert answer(2.4, "b") == "unknown_physics"
+
+
+@pytest.mark.parametrize(("trained", "kind"), [(2.0, "explained"), (3.0, "unknown_physics")])
+def test_a_push_in_training_beside_noise_on_either_part_is_nothing(
+    trained: float, kind: str
+) -> None:
+    case = Case(1.0, QUIET).law("external_disturbance at m", 0.0, test=2.0)
+    e = case.kind("exogenous", "m", 0.0).evidence()
+    assert decide(replace(e, trained=trained)).kind == kind
+
+
+def test_an_exact_law_that_leaves_something_yields_to_a_freer_one_elsewhere() -> None:
+    def answer(misfit: float) -> Decision:
+        case = Case(5.0).law("nonlinear_stiffness at k", misfit).kind("restoring", "k", misfit)
+        freer = trial("position_periodic_force at m", 0.3 * misfit, 1.0, most=0.5)  # left its range
+        case.laws.append(Scored(freer, scored(0.3 * misfit, 9), QUIET))
+        return case.decided()
+
+    assert answer(0.2).answer == "exact"
+    d = answer(0.9)
+    assert (d.answer, d.physics, d.places) == ("kind", "restoring", ("k", "m"))
+
+
+def test_an_approximate_law_sits_wherever_its_kind_looks_the_same() -> None:
+    classes = Isolability((("k", "m"), ("c", "b")))
+    case = Case(9.0, classes=classes).law("nonlinear_stiffness at k", 2.0)
+    case.kind("restoring", "k", 1.0).kind("restoring", "m", 2.1).kind("restoring", "c", 2.0)
+    d = case.kind("surface", "k", 0.5).decided()
+    assert (d.answer, d.places) == ("approximate", ("k", "m"))

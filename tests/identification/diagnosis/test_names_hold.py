@@ -94,6 +94,14 @@ def test_one_relation_at_the_floor_tells_the_place() -> None:
     assert located([], READINGS) == ()
 
 
+def test_both_sides_of_a_two_port_exclude_nobody() -> None:
+    """What they hide holds all that lies behind them: the right port may miss the floor alone."""
+    both = replace(relation("n", 0.9, z=-1.0), sides=2)
+    assert located([both, relation("k b", 30.0), relation("m", 300.0)], READINGS) == ()
+    one = relation("k b", 1.02, z=0.5)
+    assert located([both, one, relation("m", 300.0)], READINGS) == ("k", "b", "n")
+
+
 def test_one_relation_far_below_all_others_tells_the_place() -> None:
     left = 0.5 * LEFT * 400.0
     best = relation("k b", 1.0 + left)
