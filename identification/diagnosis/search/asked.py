@@ -16,6 +16,7 @@ from bondgraph.signals.recording import Recording, Split
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import UnusableInput
 from identification.datasets.opening import match_by_unit, open_recording
+from identification.estimation.cautions import miscalibrated
 from identification.estimation.methods import METHODS
 from identification.estimation.single_record import Fit
 from identification.study.admission import distinct_names
@@ -69,9 +70,8 @@ class Asked:
         """All of it as one problem: each recording from a state of its own."""
         return Problem(self.graph, data) if self.study is None else self.study.whole(data)
 
-    @property
-    def notes(self) -> tuple[str, ...]:
-        """What a diagnosis takes otherwise than a fit of the study."""
+    def notes_of(self, last: Fit) -> tuple[str, ...]:
+        """What a diagnosis takes otherwise than a fit of the study, and what that would say."""
         if self.study is None:
             return ()
         coloured = (
@@ -87,7 +87,8 @@ class Asked:
             "from states fitted to their samples; sensors have no lags in them"
         )
         said = {coloured: self.study.noise == "coloured", constants: apart, cut: bool(self.cuts)}
-        return tuple(text for text, holds in said.items() if holds)
+        taken = tuple(text for text, holds in said.items() if holds)
+        return (*taken, *miscalibrated(self.study, last.nuisances))
 
     @property
     def disturbed(self) -> bool:
