@@ -20,7 +20,7 @@ from identification.estimation.cautions import miscalibrated
 from identification.estimation.methods import METHODS
 from identification.estimation.single_record import Fit
 from identification.study.admission import distinct_names
-from identification.study.joined import at_one_rate, between_samples, picked
+from identification.study.joined import between_samples, picked
 from identification.study.problem import Data, Problem, drives
 from identification.study.residual import windows
 from identification.study.specification import Nuisances, Vary
@@ -71,7 +71,7 @@ class Asked:
         return Problem(self.graph, data) if self.study is None else self.study.whole(data)
 
     def notes_of(self, last: Fit) -> tuple[str, ...]:
-        """What a diagnosis takes otherwise than a fit of the study, and what that would say."""
+        """Return what is taken otherwise than in a fit of the study, and what that would say."""
         if self.study is None:
             return ()
         coloured = (
@@ -140,14 +140,14 @@ def asked_of(
         given, divided = _opened(asked, recordings)
         split = split or divided
         own = _of_one_kind(asked, given)
-        return Asked(asked, at_one_rate(picked(own)), split, hold, noise, given=own)
+        return Asked(asked, picked(own), split, hold, noise, given=own)
     if recordings is not None:
         raise UnusableInput(
             "diagnose takes a graph with recordings or a study, which has its own; leave the "
             "recordings out, or use study.changed(recordings=...)"
         )
     own = _of_one_kind(asked.graph, [asked.with_silence(r) for r in asked.records])
-    found = at_one_rate(picked(own))
+    found = picked(own)
     same = [r.n for r in found] == [r.n for r in own]
     known = None if asked.hold == ESTIMATED else asked.hold
     return Asked(
