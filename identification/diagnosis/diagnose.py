@@ -309,6 +309,7 @@ def _diagnosed(
     declared, nominal = judged_on(declared, unseen), judged_on(nominal, unseen)
     decisions = tuple(_shown(d, unseen, data.n) for d in decisions)
     kind = _kind(made.decisions, declared, nominal)
+    last = _last(decisions, kind) or nominal
     result = replace(result, data=nominal.problem.data, declared=declared, nominal=nominal)
     if mistakes and kind != "missing_physics":
         # a reading that follows nothing may still follow a law; only then it is not dead
@@ -317,8 +318,8 @@ def _diagnosed(
         result, kind=kind, scene=made.scene, steps=decisions, trials=decisions[0].trials,
         ranking=made.ranking, regions=regions(base.fit, made.scene), structure=classes,
         relations=made.relations, experiments=_experiments(decisions),
-        notes=asked.notes + (STOPPED,) * made.stopped + notes_of(
-            material, nominal, _last(decisions, kind) or nominal, options.holds, known
+        notes=asked.notes_of(last) + (STOPPED,) * made.stopped + notes_of(
+            material, nominal, last, options.holds, known
         ),
     )  # fmt: skip
     result = _with_rest(result, whole)

@@ -21,9 +21,9 @@ from identification.estimation.cautions import (
     runs_away,
     widened,
 )
+from identification.estimation.covariance import interval_covariance
 from identification.estimation.estimates import estimates_of
 from identification.estimation.holds import chosen, possible
-from identification.estimation.intervals import interval_covariance
 from identification.estimation.levenberg_marquardt import FitStatus, foreseen
 from identification.estimation.methods import METHODS
 from identification.estimation.methods.method import FitOptions, FitTask, Method, MethodSolution

@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from bondgraph.support.arrays import Array
-from identification.estimation.covariance import information_root, sandwich
+from identification.estimation.covariance import inverse_information, sandwich
 from identification.estimation.estimates import Estimate, estimates_of
 from identification.estimation.levenberg_marquardt import FitStatus, minimise
 from identification.estimation.threads import calm
@@ -149,8 +149,7 @@ def _intervals(made: Fit) -> tuple[tuple[Estimate, ...], tuple[Estimate, ...]]:
     point = stack.gathered([made.point])
     with calm():
         now = stack.evaluate(point)
-        root = information_root(stack, stack.normal(now, point).factor)
-        inverse = root @ root.T
+        inverse = inverse_information(stack, now, point)
         robust = sandwich(stack, now, point, inverse)
     return estimates_of(stack, point, np.diag(np.maximum(np.diag(inverse), np.diag(robust))))
 

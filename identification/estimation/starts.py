@@ -6,7 +6,6 @@ import time
 import warnings
 from collections.abc import Generator
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from joblib import delayed
@@ -204,7 +203,7 @@ def _run(
 
 def _one(study: Study, method: str, index: int, theta: Array, max_iterations: int) -> Arrival:
     with calm():
-        stack = _cached_stack(study)
+        stack = study.stack()
         begin = JointPoint(theta, stack.start().states)
         options = FitOptions(max_iterations=max_iterations, tolerance=1e-6)
         made = METHODS[method].solve(FitTask(study, study.first_setting, stack, begin, options))
@@ -214,15 +213,6 @@ def _one(study: Study, method: str, index: int, theta: Array, max_iterations: in
         index, theta, made.point.theta, made.point.states,
         cost if np.isfinite(cost) else np.inf, made.status,
     )  # fmt: skip
-
-
-def _cached_stack(study: Study) -> JointProblem:
-    """Derive the model once a study and process."""
-    held: Any = study.__dict__.get("_starts_stack")
-    if held is None:
-        held = study.stack()
-        object.__setattr__(study, "_starts_stack", held)
-    return held  # type: ignore[no-any-return]
 
 
 def _polished(study: Study, method: str, arrival: Arrival, progress: Progress | None) -> Estimation:

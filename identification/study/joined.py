@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
@@ -25,14 +26,14 @@ LARGEST = 50
 def joined(recordings: Sequence[Recording]) -> tuple[Recording, tuple[int, ...]]:
     """Put recordings behind one another; returns them and where the further ones begin.
 
-    Each keeps the time between its own samples: the rate of one device differs from take to take.
-    The provenance is that of all of them, see `provenance`.
+    Each keeps the time between its own samples, and is simulated by it. The provenance is that of
+    all of them, see `provenance`.
 
     Raises
     ------
     UnusableInput
-        If there is none, channels or units differ, or rates by more than two clocks do
-        (`at_one_rate` brings them together).
+        If there is none, channels or units differ, or one rate is twice the other
+        (`picked` brings them together).
     """
     if not recordings:
         raise UnusableInput("no recording given; give at least one")
@@ -52,7 +53,7 @@ def joined(recordings: Sequence[Recording]) -> tuple[Recording, tuple[int, ...]]
                 f"{wrong[0]} is in {r.units[wrong[0]]} in {r.name} and in "
                 f"{first.units[wrong[0]]} in {first.name}; correct a header"
             )
-        if abs(r.dt / first.dt - 1.0) > 2 * CLOCKS:
+        if not 0.5 < r.dt / first.dt < 2.0:
             raise UnusableInput(
                 f"{r.name} is sampled every {r.dt:.6g} s, {first.name} every {first.dt:.6g} s; "
                 "resample one of them"
@@ -111,11 +112,15 @@ def _slower(r: Recording, step: float) -> Recording:
 
 
 def picked(recordings: Sequence[Recording]) -> tuple[Recording, ...]:
-    """Take every k-th sample of recordings k times faster than the slowest, k up to `FINEST`.
+    """Take every k-th sample of faster recordings, so that no two rates are far apart.
 
-    Commands that are followed `between_samples` need no low-pass, and the noise stays what it is.
+    Their commands are followed `between_samples`, which needs no low-pass: what is held at a rate
+    of its own stays so, and the noise stays what it is. Where that is too much to simulate, they
+    are brought to the slowest rate by `at_one_rate`.
     """
-    return tuple(_picked(r, k) for r, k in zip(recordings, _steps(recordings), strict=True))
+    made = tuple(_picked(r, k) for r, k in zip(recordings, _steps(recordings), strict=True))
+    slowest = max((r.dt for r in recordings), default=0.0)
+    return tuple(r if 2 * r.dt > slowest else _slower(r, slowest) for r in made)
 
 
 def between_samples(recordings: Sequence[Recording]) -> tuple[tuple[int, dict[str, Array]], ...]:
@@ -137,16 +142,27 @@ def between_samples(recordings: Sequence[Recording]) -> tuple[tuple[int, dict[st
 
 
 FINEST = 8
-"""Steps a sample that are followed: each is simulated, in all recordings."""
+"""Steps a sample that are always followed: each is simulated, in all recordings."""
+IN_ALL = 2**17
+"""Steps of all recordings together up to which more of them are."""
 
 
 def _steps(recordings: Sequence[Recording]) -> list[int]:
-    """Return how many samples of each fall on one of the slowest; one alone may be one sample."""
+    """Return how many samples of each are about one of the slowest; one alone may be one sample."""
     if len(recordings) < 2:
         return [1] * len(recordings)
     slowest = max(r.dt for r in recordings)
-    ratios = [Fraction(slowest / r.dt).limit_denominator(LARGEST) for r in recordings]
-    return [q.numerator if q.denominator == 1 and q.numerator <= FINEST else 1 for q in ratios]
+    nearest = [round(slowest / r.dt) for r in recordings]
+    # powers of two have small multiples in common
+    doubled = [2 ** round(math.log2(slowest / r.dt)) for r in recordings]
+    for steps in (nearest, doubled):
+        common, kept = (
+            math.lcm(*steps),
+            sum(r.n // k for r, k in zip(recordings, steps, strict=True)),
+        )
+        if common <= FINEST or common * kept <= IN_ALL:
+            return steps
+    return [k if k <= FINEST else 1 for k in doubled]
 
 
 def _picked(r: Recording, steps: int) -> Recording:

@@ -21,14 +21,25 @@ def noise_floor(
     commands: tuple[str, ...] = (),
     breaks: tuple[int, ...] = (),
 ) -> dict[str, float]:
-    """Return standard deviation of the noise of each sensor, SI.
+    """Return standard deviation of the noise of each sensor, SI; see `read_noise`."""
+    return {n: r[0] for n, r in read_noise(recording, split, sensors, commands, breaks).items()}
+
+
+def read_noise(
+    recording: Recording,
+    split: Split,
+    sensors: tuple[str, ...],
+    commands: tuple[str, ...] = (),
+    breaks: tuple[int, ...] = (),
+) -> dict[str, tuple[float, bool]]:
+    """Return standard deviation of the noise of each sensor, SI, and whether it was measured.
 
     Where all commands repeat themselves exactly, the noise is what two neighbouring periods differ
     by, white or not. A rest of at least 200 samples gives it directly (less its slow trend).
-    Otherwise it is taken as white at the level of the highest fifth of the spectrum, where plants
-    answer least; so also where periods differ by far more than that (something acts that does not
-    repeat, or slow noise), and then by an eighth of what they differ by at least.
-    Never less than the rounding of the converter or 1e-5 of the spread.
+    Otherwise it is not measured, but taken as white at the level of the highest fifth of the
+    spectrum, where plants answer least; so also where periods differ by far more than that
+    (something acts that does not repeat, or slow noise), and then by an eighth of what they differ
+    by at least. Never less than the rounding of the converter or 1e-5 of the spread.
 
     Parameters
     ----------
@@ -38,27 +49,31 @@ def noise_floor(
     """
     if breaks:
         alone = _alone(recording, split, breaks)
-        levels = [noise_floor(r, s, sensors, commands) for r, s in alone]
+        reads = [read_noise(r, s, sensors, commands) for r, s in alone]
         sizes = [r.n / recording.n for r, _ in alone]
-        return {
-            n: float(np.sqrt(sum(w * f[n] ** 2 for w, f in zip(sizes, levels, strict=True))))
-            for n in sensors
+        squares = {
+            n: sum(w * r[n][0] ** 2 for w, r in zip(sizes, reads, strict=True)) for n in sensors
         }
+        return {n: (float(np.sqrt(v)), all(r[n][1] for r in reads)) for n, v in squares.items()}
     found = {}
     moving = [np.asarray(recording[c]) for c in commands if np.ptp(recording[c]) > 0]
     again = repeats(moving) if moving else None
+    rest = split.rest
+    rests = rest is not None and rest.stop - (rest.start or 0) >= REST
     for n in sensors:
         y = np.asarray(recording[n])
         level = _repeat_level(y, *again) if again is not None else np.inf
-        if again is not None and _is_noise(level, y):
+        repeated = again is not None and _is_noise(level, y)
+        if repeated:
             sigma = level
-        elif split.rest is not None and split.rest.stop - (split.rest.start or 0) >= REST:
-            sigma = _rest_level(y[split.rest])
+        elif rests:
+            sigma = _rest_level(y[rest])
         else:
             sigma = _white_level(y)
             if np.isfinite(level):  # as far as its colour could go, it may be noise after all
                 sigma = max(sigma, level / NEARLY)
-        found[n] = max(sigma, _rounding(y), RELATIVE_LEAST * float(y.std()), 1e-300)
+        least = max(_rounding(y), RELATIVE_LEAST * float(y.std()), 1e-300)
+        found[n] = max(sigma, least), repeated or rests
     return found
 
 
@@ -68,26 +83,6 @@ def _alone(
     """Return each recording with the split, whose rest is that of the first one."""
     ends = pairwise((0, *breaks, whole.n))
     return [(whole.slice(a, b), replace(split, rest=None) if a else split) for a, b in ends]
-
-
-def measured(
-    recording: Recording,
-    split: Split,
-    sensors: tuple[str, ...],
-    commands: tuple[str, ...],
-    breaks: tuple[int, ...] = (),
-) -> bool:
-    """Whether the floor is read off the noise itself: from repeats or a rest, not the spectrum."""
-    if breaks:
-        return all(measured(r, s, sensors, commands) for r, s in _alone(recording, split, breaks))
-    moving = [np.asarray(recording[c]) for c in commands if np.ptp(recording[c]) > 0]
-    rest = split.rest
-    long = rest is not None and rest.stop - (rest.start or 0) >= REST
-    again = repeats(moving) if moving and not long else None
-    if again is None:
-        return long
-    read = (np.asarray(recording[n]) for n in sensors)
-    return all(_is_noise(_repeat_level(y, *again), y) for y in read)
 
 
 COLOURED = 12.0

@@ -202,16 +202,11 @@ def evaluate(
         if derivatives:
             tangent = seen.tangent[chosen]
             by_start = tangent[:, :, n_free:]
-            block = np.zeros((n_y, tangent.shape[0], at.size))
+            block = sensor_columns(problem, seen, chosen)
             by_free = tangent[:, :, :n_free]
             if by_p is not None:
                 by_free = by_free + by_start @ by_p
             block[:, :, at.free] = by_free.transpose(1, 0, 2) * slopes
-            for c in range(n_y):
-                block[c, :, at.lags.start + c] = seen.by_lag[chosen, c]
-                block[c, :, at.offsets.start + c] = offsets[c]
-                if problem.clock:
-                    block[c, :, at.clocks.start + c] = seen.by_clock[chosen, c]
             for j, (name, outputs) in enumerate(problem.delays.items()):
                 passed = data.step(w) * (begun + np.flatnonzero(chosen))
                 grown = -passed if name in problem.skews else 1.0
@@ -327,6 +322,20 @@ def read_out(
         by_clock = by_lag
     by_lag = stretch * by_lag
     return SampledReadings(y, tangent, by_lag, by_lag if by_delay is None else by_delay, by_clock)
+
+
+def sensor_columns(problem: Problem, seen: SampledReadings, rows: Array) -> Array:
+    """Return how readings follow each unknown at some samples, shape (n_y, n, n_theta).
+
+    Lags, offsets and clocks of the sensors are filled in, the other columns are zero.
+    """
+    at, c = slots(problem), np.arange(len(problem.data.names))
+    block = np.zeros((c.size, seen.y[rows].shape[0], at.size))
+    block[c, :, at.lags.start + c] = seen.by_lag[rows].T
+    block[c, :, at.offsets.start + c] = offset_scale(problem)[:, None]
+    if problem.clock:
+        block[c, :, at.clocks.start + c] = seen.by_clock[rows].T
+    return block
 
 
 def _clocked(run: KernelRun, n_y: int, lags: Array, clocks: Array) -> tuple[Array, Array, Array]:

@@ -462,9 +462,15 @@ class Study:
 
     def stack(self, setting: SettledSetting | None = None) -> JointProblem:
         """Problems of the fitted recordings under one vector of unknowns."""
-        setting = self.first_setting if setting is None else setting
+        if setting is None:
+            return self._first_stack
         problems = [self.problem(i, setting) for i in range(len(self.recordings))]
         return stack_of(problems, self.own, self.record_names)
+
+    @cached_property
+    def _first_stack(self) -> JointProblem:
+        """The stack to begin with, derived once a study and process."""
+        return self.stack(self.first_setting)
 
     def fixing(self, values: Mapping[str, float]) -> Study:
         """Return the study with some parameters held at given values, SI."""

@@ -153,6 +153,10 @@ class Effect(ABC):
         """Elements where the effect makes sense."""
         return self.where(graph)
 
+    def places_in(self, scene: FittedModel) -> tuple[Element, ...]:
+        """Return `places` of a fitted model's graph, and those that its statement adds."""
+        return self.places(scene.graph)
+
     def home(self, element: Element) -> bool:
         """Whether `element` is a usual place of this effect."""
         return True

@@ -74,6 +74,9 @@ def decide(evidence: Evidence, limits: Thresholds | None = None) -> Decision:
         return _nothing(quiet, e, t, best)
     if e.named and e.before.measured and e.before.is_noise(t.noise):
         return _within_noise(quiet, e, best)
+    if stated := _beyond_its_bounds(laws, best.score, t):
+        laws, quiet = [stated], replace(quiet, reasons=(MISSTATED.format(stated.element),))
+        e = replace(e, laws=(stated,))
     kinds = kinds_alike(e, best.score, t)
     laws = _admissible(laws, kinds, t)
     law = _best_law(laws, t)
@@ -97,6 +100,17 @@ def decide(evidence: Evidence, limits: Thresholds | None = None) -> Decision:
         kinds = held
         quiet = replace(quiet, reasons=(IN_EVERY_PAIR,))
     return _rest_of(kind_told(quiet, e, kinds, law, t), e, best.score, t)
+
+
+MISSTATED = (
+    "a calibration of {0} beyond its stated bounds explains as much as any law, and leaves noise"
+)
+
+
+def _beyond_its_bounds(laws: Sequence[Scored], best: BlockScore, t: Thresholds) -> Scored | None:
+    """Return the stated calibration that explains all beyond its bounds; no new law is needed."""
+    found = (s for s in laws if s.trial.misstated and s.score.behind(best) < t.z)
+    return next((s for s in found if s.left.is_noise(t.noise)), None)
 
 
 def _caused(e: Evidence) -> Evidence:
@@ -331,6 +345,7 @@ def _named(
     share = 1.0 - chosen.score.excess(best.score) / max(e.plain.excess(best.score), 1e-12)
     way = "lowers" if chosen.trial.test < e.nominal else "raises"
     reasons = [
+        *quiet.reasons,
         f"{chosen.trial.label} {way} the held-out mean square from {e.nominal:.4g} to "
         f"{chosen.trial.test:.4g} times the floor (z {e.plain.behind(chosen.score):.1f})",
         f"the law explains {100 * fit:.0f} % of what any form could explain there"

@@ -135,7 +135,7 @@ def screen(
     pairs = [
         (effect, element)
         for effect in catalogue
-        for element in effect.places(scene.graph)
+        for element in effect.places_in(scene)
         if element.name in scene.past and probes.knows(element.name)
     ]
     looks = Parallel(n_jobs=jobs, backend="threading")(

@@ -16,10 +16,11 @@ from bondgraph.signals.recording import Recording, Split
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import UnusableInput
 from identification.datasets.opening import match_by_unit, open_recording
+from identification.estimation.cautions import miscalibrated
 from identification.estimation.methods import METHODS
 from identification.estimation.single_record import Fit
 from identification.study.admission import distinct_names
-from identification.study.joined import at_one_rate, between_samples, picked
+from identification.study.joined import between_samples, picked
 from identification.study.problem import Data, Problem, drives
 from identification.study.residual import windows
 from identification.study.specification import Nuisances, Vary
@@ -69,9 +70,8 @@ class Asked:
         """All of it as one problem: each recording from a state of its own."""
         return Problem(self.graph, data) if self.study is None else self.study.whole(data)
 
-    @property
-    def notes(self) -> tuple[str, ...]:
-        """What a diagnosis takes otherwise than a fit of the study."""
+    def notes_of(self, last: Fit) -> tuple[str, ...]:
+        """Return what is taken otherwise than in a fit of the study, and what that would say."""
         if self.study is None:
             return ()
         coloured = (
@@ -87,7 +87,8 @@ class Asked:
             "from states fitted to their samples; sensors have no lags in them"
         )
         said = {coloured: self.study.noise == "coloured", constants: apart, cut: bool(self.cuts)}
-        return tuple(text for text, holds in said.items() if holds)
+        taken = tuple(text for text, holds in said.items() if holds)
+        return (*taken, *miscalibrated(self.study, last.nuisances))
 
     @property
     def disturbed(self) -> bool:
@@ -139,14 +140,14 @@ def asked_of(
         given, divided = _opened(asked, recordings)
         split = split or divided
         own = _of_one_kind(asked, given)
-        return Asked(asked, at_one_rate(picked(own)), split, hold, noise, given=own)
+        return Asked(asked, picked(own), split, hold, noise, given=own)
     if recordings is not None:
         raise UnusableInput(
             "diagnose takes a graph with recordings or a study, which has its own; leave the "
             "recordings out, or use study.changed(recordings=...)"
         )
     own = _of_one_kind(asked.graph, [asked.with_silence(r) for r in asked.records])
-    found = at_one_rate(picked(own))
+    found = picked(own)
     same = [r.n for r in found] == [r.n for r in own]
     known = None if asked.hold == ESTIMATED else asked.hold
     return Asked(

@@ -16,6 +16,7 @@ from bondgraph.support.arrays import Array
 from bondgraph.support.errors import BondsightError
 from bondgraph.support.parallel import results
 from identification.diagnosis.catalogue import CATALOGUE, UNNAMED, Effect, Insertion
+from identification.diagnosis.catalogue.measurement.sensor_gain import SensorGainEffect
 from identification.diagnosis.evidence.replication import added, scatter
 from identification.diagnosis.screening.port_history import FittedModel
 from identification.diagnosis.screening.score_test import Screened
@@ -40,7 +41,7 @@ from identification.estimation.sub_steps import (
 )
 from identification.estimation.threads import calm
 from identification.statistics.blocks import block_means
-from identification.study.problem import Data, Problem
+from identification.study.problem import Data, Problem, gain_name
 from identification.study.residual import evaluate, start_point
 
 BLOCKS = 40
@@ -87,6 +88,12 @@ class Candidate:
     def itself(self) -> bool:
         """Whether the fitted law is still what its name says."""
         return self.insertion.is_itself(self.fit.values)
+
+    @property
+    def misstated(self) -> bool:
+        """Whether it is a gain, beyond its bounds, of a sensor whose calibration was stated."""
+        stated = {p.name for p in self.fit.problem.gains}
+        return self.effect == SensorGainEffect.name and gain_name(self.element) in stated
 
     @cached_property
     def added(self) -> float:

@@ -16,7 +16,7 @@ from bondgraph.support.errors import UnusableInput, unknown_name
 from identification.diagnosis.screening.mixups import stuck
 from identification.diagnosis.search.asked import Asked
 from identification.study.joined import joined, split_of
-from identification.study.noise_floor import measured, noise_floor
+from identification.study.noise_floor import read_noise
 from identification.study.problem import Data, data_for, drives
 
 
@@ -68,10 +68,10 @@ def material_of(asked: Asked) -> Material:
     if reason := _insufficient(asked.n_free, data) or "; ".join((*stuck(data), *_turns(data))):
         return Material(recording, data, reason=reason)
     given = declared_noise(recording, sensors) | dict(asked.noise)
-    read = noise_floor(recording, split, sensors, commands, breaks)
+    noise = read_noise(recording, split, sensors, commands, breaks)
+    read = {n: level for n, (level, _) in noise.items()}
     floor = read | given_noise(given, sensors, graph.name)
-    open_ones = tuple(n for n in sensors if n not in given)
-    sure = not open_ones or measured(recording, split, open_ones, commands, breaks)
+    sure = all(n in given or noise[n][1] for n in sensors)
     level = np.array([floor[n] for n in sensors])
     data = replace(data, floor=level, floor_measured=sure, breaks=asked.cuts or breaks)
     ours = asked.split is None and not breaks and recording.n >= LEAST_TO_INTERLEAVE

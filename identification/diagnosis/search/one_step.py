@@ -522,7 +522,9 @@ def _finished(
     if not trials:
         return []
     best = min(t.train for t in trials)
-    done = finished([t for t in trials if t.train < 1.5 * best][:4], options)
+    near = [t for t in trials if t.train < 1.5 * best][:4]
+    doubted = [t for t in trials if t.misstated and t not in near]  # what is stated is asked first
+    done = finished([*near, *doubted], options)
     best = min(t.train for t in done)
     if best > noise**2:
         known = {t.label for t in done}

@@ -12,6 +12,7 @@ from typing import ClassVar, final
 import numpy as np
 
 from bondgraph.support.arrays import Array
+from identification.estimation.covariance import inverse_information
 from identification.estimation.levenberg_marquardt import Descent
 from identification.estimation.methods.line_response import line_evaluation
 from identification.estimation.methods.method import FitTask, Method, MethodSolution
@@ -119,10 +120,10 @@ def _covariance(fit: _LineStack, made: Descent) -> tuple[Array, tuple[str, ...]]
     """Inverse information, larger where the misfit exceeds the noise; offsets from line 1."""
     from scipy import stats
 
-    factor = fit.normal(made.evaluations, made.point).factor
-    if not np.isfinite(factor).all():
+    try:
+        covariance = inverse_information(fit, made.evaluations, made.point)
+    except np.linalg.LinAlgError:
         return np.full((fit.n, fit.n), np.nan), ()
-    covariance = np.asarray(np.linalg.pinv(factor.T @ factor, hermitian=True, rcond=1e-15))
     notes: tuple[str, ...] = ()
     freedom = max(fit.count(made.evaluations) - fit.n, 1)
     excess = sum(float(e.residual @ e.residual) for e in made.evaluations) / freedom

@@ -29,6 +29,7 @@ from identification.study.residual import (
     offset_scale,
     parameters_at,
     read_out,
+    sensor_columns,
     slots,
     weighted,
 )
@@ -147,13 +148,8 @@ def _swept(stack: JointProblem, cut: list[list[slice]], nodes: _Nodes) -> _Sweep
         readings.append(shown)
         train = data.mask("train")
         rest = weighted(p, (data.readings - shown).T[:, :, None].copy())[:, :, 0]
-        block = np.zeros((n_y, data.n, at.size))
+        block = sensor_columns(p, seen, np.arange(data.n))
         block[:, :, at.free] = seen.tangent.transpose(1, 0, 2) * slopes
-        for c in range(n_y):
-            block[c, :, at.lags.start + c] = seen.by_lag[:, c]
-            block[c, :, at.offsets.start + c] = offset_scale(p)[c]
-            if p.clock:
-                block[c, :, at.clocks.start + c] = seen.by_clock[:, c]
         block = weighted(p, block)
         for k, w in enumerate(cut[r]):
             last = k + 1 == len(cut[r])

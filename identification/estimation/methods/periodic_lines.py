@@ -113,7 +113,7 @@ def lines_of(problem: Problem) -> Lines:
         every = cut(part, moving[0], data.names, discard=0)
     except UnusableInput as error:
         raise UnusableInput(f"frequency_domain: {error}; or {OTHER}") from None
-    settled, transient, words = _settled(every, data.names)
+    settled, transient, words = _settled(every, data.names, mixes(problem))
     _require_repeating(every, moving, data.name)
     n = every.period
     start = train.stop - settled.count * n
@@ -122,7 +122,7 @@ def lines_of(problem: Problem) -> Lines:
     y = np.stack([np.fft.rfft(settled.channels[c], axis=1) for c in data.names], axis=2)
     if mixes(problem):
         if transient:
-            decay = ", which still decay" if every.count > 2 else ""
+            decay = ", of which even the last two still decay" if every.count > 2 else ""
             raise UnusableInput(
                 f"frequency_domain: {every.count} periods train of {data.name}{decay}; a model "
                 "that is not linear needs two settled ones after its run-in: record more, or "
@@ -153,16 +153,28 @@ def lines_of(problem: Problem) -> Lines:
     )
 
 
-def _settled(every: Periods, names: tuple[str, ...]) -> tuple[Periods, bool, str]:
-    """Return the periods that count, whether a transient is fitted, and words."""
+def _settled(every: Periods, names: tuple[str, ...], needed: bool) -> tuple[Periods, bool, str]:
+    """Return the periods that count, whether a transient is fitted, and words.
+
+    Two that are `needed`, for no transient can be fitted, count if they change by far less than
+    those before: what still decays then is little beside what changes.
+    """
     values = np.stack([every.channels[c] for c in names], axis=2)
     dropped, _ = run_in(values)
-    if every.count < 3 or (dropped and dropped == every.count - 2):
+    last = dropped > 0 and dropped == every.count - 2
+    if last and needed:
+        before, after = np.mean(np.diff(values[-3:], axis=0) ** 2, axis=1)
+        last = not (after <= FADED**2 * before).all()
+    if every.count < 3 or last:
         return every, True, f"{every.count} periods of {every.period} samples with their transient"
     kept = {c: v[dropped:] for c, v in every.channels.items()}
     found = Periods(every.name, every.rate, kept, every.units, every.discarded, every.words)
     words = f"mean of {found.count} periods of {found.period} samples, {dropped} left out as run-in"
     return found, False, words
+
+
+FADED = 0.1
+"""Change of the last two periods over the one before, at most, where the run-in is over."""
 
 
 def _require_repeating(every: Periods, moving: list[str], name: str) -> None:

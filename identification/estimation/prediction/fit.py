@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from threadpoolctl import threadpool_limits
 
 from bondgraph.support.arrays import Array
 from identification.estimation.estimates import Estimate
@@ -16,6 +15,7 @@ from identification.estimation.levenberg_marquardt import FitStatus
 from identification.estimation.prediction.kalman import KalmanFilter
 from identification.estimation.prediction.likelihood import LikelihoodEvaluation, pass_over
 from identification.estimation.prediction.scoring import ClimbPoint, maximise
+from identification.estimation.threads import single_threaded
 from identification.study.residual import parameters_at
 
 QUIET = 0.05
@@ -99,6 +99,7 @@ class FilterFit:
         return tuple(found)
 
 
+@single_threaded
 def fit_filter(
     kalman: KalmanFilter,
     *,
@@ -115,17 +116,15 @@ def fit_filter(
     progress : callable, optional
         Called with the iteration and the log-likelihood.
     """
-    # tiny matrices: threads of the linear algebra only get in each other's way
-    with threadpool_limits(1, user_api="blas"):
-        begin = kalman.start() if start is None else np.asarray(start, float)
-        found, status = maximise(kalman, begin, max_iterations=max_iterations, progress=progress)
-        at, (lower, _) = kalman.slots.noise, kalman.bounds
-        if (found.theta[at] <= lower[at] + 1e-6).any():
-            # process noise can imitate the noise of a sensor; begin from the other end as well
-            other, how = maximise(kalman, _quiet(kalman, begin), max_iterations=max_iterations)
-            if other.now.log_likelihood > found.now.log_likelihood:
-                found, status = other, how
-        return FilterFit(kalman, found.theta, found.now, status, *_covariances(kalman, found))
+    begin = kalman.start() if start is None else np.asarray(start, float)
+    found, status = maximise(kalman, begin, max_iterations=max_iterations, progress=progress)
+    at, (lower, _) = kalman.slots.noise, kalman.bounds
+    if (found.theta[at] <= lower[at] + 1e-6).any():
+        # process noise can imitate the noise of a sensor; begin from the other end as well
+        other, how = maximise(kalman, _quiet(kalman, begin), max_iterations=max_iterations)
+        if other.now.log_likelihood > found.now.log_likelihood:
+            found, status = other, how
+    return FilterFit(kalman, found.theta, found.now, status, *_covariances(kalman, found))
 
 
 def _quiet(kalman: KalmanFilter, begin: Array) -> Array:

@@ -70,34 +70,50 @@ def test_a_right_calibration_is_no_finding() -> None:
     assert found("p2", 1.0).kind in ("explained", "parameters_only")
 
 
-def stated(gain: float, law: Law | None = None, cubic: float = 0.0) -> Diagnosis:
+def stated(
+    gain: float,
+    law: Law | None = None,
+    cubic: float = 0.0,
+    speed: str = "v",
+    of: str = "x",
+    push: float = 1.0,
+) -> Diagnosis:
     """A mass on a spring that is known, its place read by a sensor that is right within 2 %."""
     rng = np.random.default_rng(17)
     t = np.asarray(1e-3 * np.arange(1500), np.float64)
     force = np.asarray(8.0 * np.sin(2 * np.pi * (0.5 + 3.0 * t) * t), np.float64)
     values = {"a_3_k": cubic} if law is not None else {}
-    run = simulate(spring(k=800.0, law=law, speed="v"), t, {"F": force}, values)
+    run = simulate(spring(k=800.0, law=law, speed=speed), t, {"F": push * force}, values)
     channels = {"F": force}
-    for name, factor in (("x", gain), ("v", 1.0)):
+    for name, factor in (("x", gain), ("v", 1.0)) if speed else (("x", gain),):
         y = np.asarray(run[name])
         channels[name] = np.asarray(factor * y + 1e-3 * y.std() * rng.standard_normal(t.size))
-    record = Recording("run", t, channels, {"F": "N", "x": "m", "v": "m/s"})
+    record = Recording("run", t, channels, {"F": "N", "x": "m", **({"v": "m/s"} if speed else {})})
     study = Study(
-        spring(m=0.6, k=800.0, speed="v"), record, free=("m", "d"),
-        nuisances=Nuisances(gains={"x": Known(1.0, 0.02)}),
+        spring(m=0.6, k=800.0, speed=speed), record, free=("m", "d"),
+        nuisances=Nuisances(gains={of: Known(1.0, 0.02)}),
     )  # fmt: skip
     return diagnose(study, options=DiagnosisOptions(jobs=1, effects=1, keep=4, more=2))
 
 
-def test_a_calibration_beyond_its_bounds_is_a_finding() -> None:
-    d = stated(1.06)
+@pytest.mark.parametrize(("gain", "speed"), [(1.06, "v"), (1.06, ""), (0.94, "")])
+def test_a_calibration_beyond_its_bounds_is_a_finding(gain: float, speed: str) -> None:
+    """No second sensor is needed where the other numbers that could make up for it are known."""
+    d = stated(gain, speed=speed)
     assert d.kind == "missing_physics"
     (first, *_) = d.findings
     assert first.chosen is not None
     assert (first.chosen.effect, first.chosen.element) == ("sensor_gain", "x")
     assert d.repaired is not None
     factor = d.repaired.values["gain_x"] * (1.0 + d.repaired.values["a_1_x"])
-    assert factor == pytest.approx(1.06, abs=2e-3)
+    assert factor == pytest.approx(gain, abs=2e-3)
+    assert not any("ends at its bound" in n for n in d.notes)
+
+
+def test_a_command_beyond_its_bounds_is_no_sensors_fault() -> None:
+    d = stated(1.0, speed="", of="F", push=1.06)
+    assert not any(s.chosen and s.chosen.effect == "sensor_gain" for s in d.steps)
+    assert any("the gain of F ends at its bound" in n for n in d.notes)
 
 
 def test_a_calibration_within_its_bounds_is_none() -> None:

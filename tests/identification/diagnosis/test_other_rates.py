@@ -13,6 +13,7 @@ from identification.diagnosis.diagnose import diagnose
 from identification.diagnosis.search.asked import asked_of
 from identification.diagnosis.search.candidates import DiagnosisOptions
 from identification.diagnosis.search.material import material_of
+from identification.study.joined import between_samples, picked
 from identification.study.problem import Problem
 from identification.study.residual import evaluate, start_point
 from tests.settled import simulate
@@ -45,7 +46,7 @@ def recorded(
 
 
 @pytest.mark.parametrize("law", [None, CUBIC])
-@pytest.mark.parametrize("rates", [(1e-3, 2e-3), (3e-3, 1e-3)])
+@pytest.mark.parametrize("rates", [(1e-3, 2e-3), (3e-3, 1e-3), (1e-3, 1.25e-3)])
 @pytest.mark.parametrize("hold", ["hold", "linear"])
 def test_a_command_is_followed_between_the_samples_that_are_taken(
     hold: str, rates: tuple[float, float], law: Law | None
@@ -66,7 +67,7 @@ def test_a_command_is_followed_between_the_samples_that_are_taken(
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("rates", [(1e-3, 2e-3), (2e-3, 1e-3)])
+@pytest.mark.parametrize("rates", [(1e-3, 2e-3), (2e-3, 1e-3), (1e-3, 1.25e-3), (1.5e-3, 1e-3)])
 def test_commands_held_at_two_rates(rates: tuple[float, float]) -> None:
     model = spring(m=0.6, d=1.5, k=700.0, speed="v")
     d = diagnose(model, [recorded(dt) for dt in rates], options=OPTIONS)
@@ -84,3 +85,22 @@ def test_what_is_missing_is_named_across_the_rates() -> None:
     (first, *_) = d.findings
     assert first.chosen is not None
     assert (first.chosen.effect, first.chosen.element) == ("nonlinear_stiffness", "k")
+
+
+@pytest.mark.parametrize(
+    ("rates", "steps"),
+    [
+        ((1e-3, 2e-3), [2, 1]), ((1e-3, 1.25e-3), [1, 1]), ((1e-3, 1.6e-3, 5e-3), [5, 3, 1]),
+        ((1e-3, 1.4e-2), [14, 1]),
+    ],
+)  # fmt: skip
+def test_rates_that_are_followed_are_never_twice_one_another(
+    rates: tuple[float, ...], steps: list[int]
+) -> None:
+    given = [recorded(dt, noise=0.0) for dt in rates]
+    made = picked(given)
+    assert [k for k, _ in between_samples(given)] == steps
+    assert all(0.5 < a.dt / b.dt < 2.0 for a in made for b in made)
+    assert [r.dt for r in made] == pytest.approx(
+        [k * dt for k, dt in zip(steps, rates, strict=True)]
+    )

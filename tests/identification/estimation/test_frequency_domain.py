@@ -11,6 +11,7 @@ from actuators.models.catalogue import stack_with_payload
 from actuators.models.textbook import mass_with_viscous_friction, resonator, thermal_lag
 from bondgraph import BondGraph, C, Dq, I, One, R, Se
 from bondgraph.graph.elements import Parameter
+from bondgraph.laws import Polynomial
 from bondgraph.laws.stop_sum import StopSum
 from bondgraph.signals.recording import Recording, Split
 from bondgraph.support.arrays import Array
@@ -30,6 +31,7 @@ from identification.estimation.methods.steady_response import settled_course, st
 from identification.experiments.design import multisine
 from identification.study.residual import Point, slots
 from tests.settled import simulate
+from tests.spring import spring
 
 
 def recorded(
@@ -257,6 +259,17 @@ def test_refusals_name_another_way() -> None:
     still = replace(record, channels={**record.channels, "u": np.zeros(record.n)})
     with pytest.raises(UnusableInput, match=r"no command .* moves"):
         estimate(study_of(resonator(), still), "frequency_domain")
+
+
+def test_two_periods_after_a_run_in_that_is_over_are_enough() -> None:
+    """Three of five train: the first runs in, the others repeat but for their noise."""
+    law = Polynomial(orders=(3,), size=1.0)
+    graph = spring(law=law).with_values({"a_3_k": 1e4})
+    record = recorded(graph, 200.0, 400, 5, (0.5, 15.0), lead=0)
+    study = Study(graph, record, nuisances=Nuisances(lags=False))
+    made = estimate(study, "frequency_domain")
+    assert any("2 periods of 400 samples, 1 left out as run-in" in n for n in made.notes)
+    agree(made, estimate(study))
 
 
 def worn() -> BondGraph:

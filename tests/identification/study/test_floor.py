@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -10,10 +11,15 @@ from scipy.signal import butter, lfilter
 
 from bondgraph.signals.recording import Recording, Split
 from identification.statistics.periods import repeats
-from identification.study.noise_floor import RELATIVE_LEAST, measured, noise_floor
+from identification.study.noise_floor import RELATIVE_LEAST, noise_floor, read_noise
 
 N = 4000
 T = np.asarray(1e-3 * np.arange(N), np.float64)
+
+
+def measured(recording: Recording, split: Split, sensors: tuple[str, ...], *more: Any) -> bool:
+    """Whether the noise of all sensors was measured."""
+    return all(sure for _, sure in read_noise(recording, split, sensors, *more).values())
 
 
 def recorded(x: np.ndarray) -> Recording:

@@ -41,6 +41,14 @@ class SensorGainEffect(Effect):
         several = len(graph.of_type(Sensor)) > 1
         return tuple(e for e in prompt_sensors(graph) if held(e)) if several else ()
 
+    def places_in(self, scene: FittedModel) -> tuple[Element, ...]:
+        """Return a sensor alone too if its calibration is stated, and that of no command is."""
+        found = self.places(scene.graph)
+        stated = {p.name.removeprefix("gain_") for p in scene.nominal.problem.gains}
+        if found or stated & scene.data.commands.keys():
+            return found
+        return tuple(e for e in prompt_sensors(scene.graph) if e.name in stated)
+
     def signatures(self, scene: FittedModel, element: Element) -> tuple[Signature, ...]:
         """Return the reading about its centre: what an error of one adds."""
         past = _past(scene, element)
