@@ -422,12 +422,13 @@ BARE = 1.2
 
 def _attached(law: Scored, e: Evidence) -> list[str]:
     """Places that look the same, where a form of a law's kind explains about as much as the law."""
-    own, best = law.trial.insertion.kind, min([law, *e.kinds], key=lambda h: h.score.loss).score
-    least = explained(law, e.plain, best) - LIKE
+    own, best = law.trial.insertion.kind, best_of([law, *e.kinds])
+    assert best is not None
+    least = explained(law, e.plain, best.score) - LIKE
     return [
         k.element for k in e.kinds
         if k.kind == own and together(k.element, law.element, e.classes)
-        and explained(k, e.plain, best, usual=True) > least
+        and explained(k, e.plain, best.score, usual=True) > least
     ]  # fmt: skip
 
 
