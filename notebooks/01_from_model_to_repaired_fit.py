@@ -30,8 +30,9 @@ from IPython.display import HTML, Math, display
 
 from actuators import stack_bond_graph
 from actuators.models.catalogue import stack_with_payload
-from bondgraph import Recording, derive, simulate
+from bondgraph import Recording, simulate
 from bondgraph.drawing.svg import svg
+from bondsight import equations
 from hardware.simulators import draw_truth, record
 from identification.datasets import available, load
 from identification.diagnosis.diagnose import diagnose
@@ -57,7 +58,7 @@ graph
 # ## Equations
 
 # %%
-space = derive(graph)
+space = equations(graph)
 assert [str(s.symbol) for s in space.states] == ["q_C_nl", "q_k", "p_m"]
 space
 

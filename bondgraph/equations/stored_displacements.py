@@ -8,9 +8,23 @@ from typing import Any
 
 import sympy as sp
 
-from bondgraph.equations.relation import Relations
+from bondgraph.equations.bond_signals import SignalNames
+from bondgraph.equations.relation import Relation, Relations, StoredState
 
 MOST_DISPLACEMENTS = 12
+
+
+def place_displacements(made: Relations) -> None:
+    """Read stored displacements that already integrate the flow of a sensor, or add a state."""
+    names = SignalNames(made.graph)
+    for e in made.displacements:
+        flow, target = names.at("f", made.graph.neighbour(e.name)), f"x_{e.name}"
+        terms = stored_displacements(made, flow)
+        if terms is None:
+            state = f"q_{e.name}"
+            made.states.append(StoredState(state, flow, e.name, e.unit))
+            terms = ((1, state),)
+        made.found[target] = Relation(target, terms, f"displacement at {e.name}")
 
 
 def stored_displacements(made: Relations, flow: str) -> tuple[tuple[Any, str], ...] | None:

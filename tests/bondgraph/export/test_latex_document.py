@@ -17,8 +17,9 @@ from matplotlib.mathtext import MathTextParser
 from actuators.models.catalogue import MODELS
 from actuators.stack.bond_graph import stack_bond_graph
 from actuators.stack.hysteresis import stack_ang
-from bondgraph import BondGraph, C, Df, I, One, R, Se, Zero, derive
+from bondgraph import BondGraph, C, Df, I, One, R, Se, Zero
 from bondgraph.equations.codegen import program
+from bondgraph.equations.derivation import equations
 from bondgraph.equations.program import Program, ProgramStep
 from bondgraph.export.latex import pretty, tex, words
 from bondgraph.export.latex_document import document
@@ -61,12 +62,12 @@ def hostile() -> Program:
 
 
 def documents() -> dict[str, str]:
-    found = {n: document(derive(MODELS[n]())) for n in NAMES}
+    found = {n: document(equations(MODELS[n]())) for n in NAMES}
     return found | {
         "program": document(program(stack_bond_graph(sensors=("x", "i")))),
         "operator": document(program(stack_ang())),
         "loop": document(cubic_loop()),
-        "chain": document(derive(chain())),
+        "chain": document(equations(chain())),
         "hostile": document(hostile()),
     }
 
