@@ -58,9 +58,9 @@ graph
 # ## Equations
 
 # %%
-space = equations(graph)
-assert [str(s.symbol) for s in space.states] == ["q_C_nl", "q_k", "p_m"]
-space
+model = equations(graph)
+assert model.states == ("q_C_nl", "q_k", "p_m")
+model
 
 # %% [markdown]
 # ## Simulate

@@ -322,9 +322,9 @@ assert graph.check() == ()
 display(HTML(svg(graph)))
 
 # %%
-space = equations(graph)
-assert [str(s.symbol) for s in space.states] == ["q_C_nl", "q_k", "p_m"]
-space
+model = equations(graph)
+assert model.states == ("q_C_nl", "q_k", "p_m")
+model
 
 # %% [markdown]
 # ### Why it is the corrected model
@@ -334,9 +334,9 @@ space
 # even say it: a transformer passes on what it gets.
 
 # %%
-p, q, momentum = space.x
-s = {str(v): v for v in space.dxdt.free_symbols}
-current = space.signal("y_i")
+s = {str(v): v for rate in model.rates for v in rate.free_symbols}
+p, q, momentum = (s[n] for n in model.states)
+current = model.signal("y_i")
 v = momentum / s["m"]
 energy = momentum**2 / (2 * s["m"]) + s["k"] * q**2 / 2 + p**2 / (2 * s["C_nl"])
 

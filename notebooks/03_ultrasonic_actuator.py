@@ -92,10 +92,10 @@ for name, parameter in graph.parameters.items():
 display(HTML(svg(graph)))
 
 # %%
-space = equations(graph)
-assert [str(s.symbol) for s in space.states] == ["p_m", "q_x"]
-print(space)
-space
+model = equations(graph)
+assert model.states == ("p_m", "q_x")
+print(model)
+model
 
 # %% [markdown]
 # ## Voltage to force: a table as law

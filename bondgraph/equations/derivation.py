@@ -151,8 +151,9 @@ class _Solver:
         rows = [("residual", i) for i in range(len(self.algebraic))]
         graph.add_nodes_from(rows)
         graph.add_nodes_from(names)
+        whole = replace(self.closed, whole=True)  # laws are not expanded
         for row, a in zip(rows, self.algebraic, strict=True):
-            closed = sp.expand(self.closed.value(a.residual))
+            closed = sp.expand(whole.value(a.residual))
             held = {str(v) for v in closed.free_symbols}
             # without an unknown but with states it is a hidden constraint, which the integrator
             # keeps; with neither it says nothing

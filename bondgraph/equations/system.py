@@ -49,7 +49,7 @@ class Algebraic:
     reason: str
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class System:
     """``dx/dt = f(x, z, u, du/dt, p)``, ``0 = g(..)``, ``y = h(..)``.
 
@@ -257,6 +257,10 @@ class System:
         return sp.Add(
             *parts, *([] if use is None else [law_function(r, use)(symbol(use.argument))])
         )
+
+    def __repr__(self) -> str:
+        """Name, states, inputs and readings."""
+        return f"System({self.name!r}, {self.states}, {self.inputs}, {self.output_names})"
 
     def __str__(self) -> str:
         """Ordered assignments, rates, residuals and outputs as text."""
