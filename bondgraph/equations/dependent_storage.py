@@ -96,7 +96,7 @@ class _Displacing:
             if c != 0:
                 shift[s.name] = c
                 self._state(i, f"z_{s.name}", sp.expand(rate - c * flow))
-            elif s.rate in lost:  # it cancels in what it drives
+            elif s.rate in lost and symbol(s.rate) in closed:  # it cancels in what it drives
                 self._state(i, s.name, rate)
         if not shift:
             if e.law is not None:

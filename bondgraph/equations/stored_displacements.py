@@ -33,7 +33,7 @@ def stored_displacements(made: Relations, flow: str) -> tuple[tuple[Any, str], .
     Works in the linear relations with constant coefficients near the sensor only; the unknown
     combination follows from a small exact linear solve.
     """
-    stores = {s.rate: s.name for s in made.states if s.name.startswith("q_")}
+    stores = {s.rate: s.name for s in reversed(made.states) if s.name.startswith("q_")}
     stores |= {d.rate: d.stored for d in made.dependents if d.stored.startswith("q_")}
     if flow in stores:
         return ((1, stores[flow]),)

@@ -7,8 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 import sympy as sp
 
 from bondgraph.equations.program import Program
-from bondgraph.equations.system import System
-from bondgraph.export.latex import ordered, pretty, rate_of, tex, words
+from bondgraph.export.latex import pretty, rate_of, tex, words
 from bondgraph.export.latex_lines import broken, width
 from bondgraph.graph.elements import symbol
 
@@ -28,16 +27,12 @@ _HEAD = r"""\documentclass[a4paper]{article}
 Line = tuple[str, sp.Expr, str]
 
 
-def document(model: Program | System) -> str:
-    r"""Return the equations of `model` as a complete ``.tex`` file: article and amsmath only.
+def document(program: Program) -> str:
+    r"""Return the equations of `program` as a complete ``.tex`` file: article and amsmath only.
 
     Long expressions are broken, so nothing runs over the margin. Every name is listed with what it
-    is, its unit and its value. Whatever a name holds, TeX is never made to obey it.
-
-    Parameters
-    ----------
-    model : Program or System
-        A program shows laws as deviations ``D`` with their memory, a system whole laws.
+    is, its unit and its value. Laws stand as deviations ``D`` with their memory. Whatever a name
+    holds, TeX is never made to obey it.
 
     Returns
     -------
@@ -52,37 +47,14 @@ def document(model: Program | System) -> str:
     ...     loop = One("loop")
     ...     _ = Se("V") >> loop >> R("R_1", 1e3)
     ...     _ = loop >> C("C_1", 1e-6)
-    >>> text = document(equations(g))
+    >>> text = document(equations(g).program())
     >>> text.startswith("\\documentclass"), text.endswith("\\end{document}\n")
     (True, True)
     """
-    parts = _of_program(model) if isinstance(model, Program) else _of_system(model)
-    return _HEAD + "\n\n".join(parts) + "\n\\end{document}\n"
+    return _HEAD + "\n\n".join(_parts(program)) + "\n\\end{document}\n"
 
 
-def _of_system(model: System) -> list[str]:
-    roles = [
-        ("state", [(s.name, s.unit, "") for s in model.stored]),
-        ("unknown", [(a.name, "", "") for a in model.algebraic]),
-        ("input", [(u, "", "") for u in (*model.inputs, *model.input_rates)]),
-        ("output", [(n, unit, "") for n, _, unit in model.readings]),
-        ("parameter", [(n, q.unit, _value(q.value)) for n, q in model.parameters.items()]),
-    ]
-    rows = ordered(model)
-    lines = [(left, right, reason) for left, sign, right, reason in rows if sign == ":="]
-    zeros = [(left, right, reason) for left, sign, right, reason in rows if sign == "="]
-    table = {symbol(r.target): model.right_side(r) for r in model.relations}
-    return [
-        _title(model.name),
-        *_symbols(roles),
-        _section("Equations in order of evaluation"),
-        *_aligned(lines, ":="),
-        *_unknowns(zeros),
-        *_closed(table, [(a, e) for a, e, _ in (*zeros, *lines[len(table) :])]),
-    ]
-
-
-def _of_program(program: Program) -> list[str]:
+def _parts(program: Program) -> list[str]:
     values = dict(zip(program.parameters, program.nominal, strict=True))
     units = program.units
     roles = [

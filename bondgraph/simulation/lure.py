@@ -133,26 +133,6 @@ class Compiled:
         block = ca.vec(self.matrices(p))
         return ca.Function("dmatrices", [p], [ca.densify(ca.jacobian(block, p))])
 
-    @cached_property
-    def rhs(self) -> ca.Function:
-        """``(t, x, u, p, m) -> (dx/dt, y)`` with the laws at memory `m`.
-
-        The continuous right-hand side for other integrators and exports; laws that depend on
-        their own output through an algebraic path are solved by their closed form or Newton steps.
-        """
-        n, m = self.n_x, self.n_u
-        t, x, u = ca.SX.sym("t"), ca.SX.sym("x", n), ca.SX.sym("u", m)
-        p = ca.SX.sym("p", len(self.parameter_names))
-        memory = ca.SX.sym("m", sum(port.law.n_memory for port in self.laws))
-        known, acting = ca.horzsplit(self.matrices(p), [0, n + m, n + m + self.n_w])
-        free, gain = known @ ca.vertcat(x, u), acting[n : n + self.n_w, :]
-        rows = slice(n, n + self.n_w)
-        w = solve_laws(self, free[rows], gain, memory, p, ca.SX.zeros(self.n_w))
-        rates, _, outputs = ca.vertsplit(free + acting @ w, [0, n, rows.stop, free.numel()])
-        return ca.Function(
-            "rhs", [t, x, u, p, memory], [rates, outputs], ["t", "x", "u", "p", "m"], ["dx", "y"]
-        )
-
     def nominal(self) -> np.ndarray:
         """Parameter vector of the declared values, shape (n_p,)."""
         return np.array([q.value for q in self.model.parameters.values()])
