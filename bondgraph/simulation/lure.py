@@ -102,10 +102,8 @@ class Compiled:
         x, z, u, p = (made.columns[k] for k in "xzup")
         if z.numel():
             residual = ca.vertcat(*made.residuals)
-            slope, rest = (
-                ca.jacobian(residual, z),
-                ca.substitute(residual, z, ca.SX.zeros(*z.shape)),
-            )
+            slope = ca.jacobian(residual, z)
+            rest = ca.substitute(residual, z, ca.SX.zeros(*z.shape))
             if ca.sprank(slope) < z.numel():
                 raise AlgebraicLoop(
                     f"{model.name}: the linear part of {model.algebraic[0].reason} is singular; "
@@ -187,7 +185,8 @@ def lure_of(model: System) -> Compiled:
     relations = (*model.relations, *(a.residual for a in model.algebraic))
     read = {s for r in relations for _, s in r.terms} | {use.argument for use in laws}
     read |= {s.rate for s in model.stored} | {s for _, s, _ in model.readings}
-    constant = any(r.expression is not None and r.target in read for r in relations)
+    named = {s for r in relations for s in r.reads} - read  # coefficients
+    constant = any(r.expression is not None and r.target not in named for r in relations)
     inputs = (*model.inputs, *model.recorded, *(("one",) if constant else ()))
     made = Compiled(model, inputs, tuple(laws))
     if model.algebraic:
