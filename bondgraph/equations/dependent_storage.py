@@ -124,8 +124,8 @@ class _Displacing:
             terms = ((beta + slope, d.stored), (-1, free))
             self.found[d.stored] = replace(relation, terms=terms, reason=why)
         self._put(effort, symbol(free) - beta * q, why)
-        for s, value in moved.items():
-            self._put(s, value.xreplace(first), why)
+        for store, value in moved.items():
+            self._put(store, value.xreplace(first), why)
 
     def drop_flows(self) -> None:
         """Leave out the signals that need the flow of a dependent storage: nothing needs them."""
