@@ -209,3 +209,25 @@ def test_a_position_at_a_spring_that_a_source_imposes() -> None:
     values = {"n": 2.0, "k": 4.0, "F": 3.0}
     numbers = {s: values[str(s)] for s in reading.free_symbols}
     assert float(reading.subs(numbers)) == pytest.approx(3.0 / 2.0 / 4.0 / 2.0)
+
+
+def test_the_linear_rest_is_a_property_of_the_equations() -> None:
+    """Rows dx/dt, argument, reading; columns x, F, one, w: of a spring with a law and an offset."""
+    with BondGraph("spring") as g:
+        g.parameter("F_0", 0.25, "N", positive=False)
+        body = One("body")
+        Se("F", offset="F_0") >> body >> I("m", 2.0)
+        body >> C("k", stiffness=3.0, law=Polynomial())
+        body >> Df("v")
+    lure = equations(g).lure
+    assert lure is not None
+    assert (lure.states, lure.inputs) == (("p_m", "q_k"), ("F", "one"))
+    assert lure.matrices(lure.nominal()).full().tolist() == [
+        [0.0, -3.0, 1.0, 0.25, -1.0],
+        [0.5, 0.0, 0.0, 0.0, 0.0],
+        [0.0, 1.0, 0.0, 0.0, 0.0],
+        [0.5, 0.0, 0.0, 0.0, 0.0],
+    ]
+    moved = g.with_element("k", law=None).with_branch("body", [I("n", 1.0)])
+    assert equations(moved).states == ("p_m", "q_k")
+    assert getattr(equations(moved).lure, "states", None) == ("z_p_m", "q_k")
