@@ -1,12 +1,9 @@
 from bondgraph.causality.assignment import CausalConflict as CausalConflict
 from bondgraph.causality.assignment import alternatives as alternatives
 from bondgraph.causality.assignment import assign_causality as assign_causality
-from bondgraph.equations.derivation import system as system
-from bondgraph.equations.state_space import AlgebraicLoop as AlgebraicLoop
-from bondgraph.equations.state_space import DerivativeCausality as DerivativeCausality
-from bondgraph.equations.state_space import NotLinearUpToLaws as NotLinearUpToLaws
-from bondgraph.equations.state_space import StateSpace as StateSpace
-from bondgraph.equations.state_space import derive as derive
+from bondgraph.equations.refusals import AlgebraicLoop as AlgebraicLoop
+from bondgraph.equations.refusals import DerivativeCausality as DerivativeCausality
+from bondgraph.equations.refusals import NotLinearUpToLaws as NotLinearUpToLaws
 from bondgraph.equations.system import System as System
 from bondgraph.graph.bond_graph import Bond as Bond
 from bondgraph.graph.bond_graph import BondGraph as BondGraph

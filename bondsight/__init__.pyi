@@ -1,6 +1,6 @@
 from bondgraph.causality.assignment import assign_causality as assign_causality
 from bondgraph.drawing.svg import svg as svg
-from bondgraph.equations.derivation import system as system
+from bondgraph.equations.derivation import equations as equations
 from bondgraph.graph.bond_graph import BondGraph as BondGraph
 from bondgraph.graph.elements import GY as GY
 from bondgraph.graph.elements import MGY as MGY

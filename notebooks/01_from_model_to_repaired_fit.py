@@ -30,8 +30,9 @@ from IPython.display import HTML, Math, display
 
 from actuators import stack_bond_graph
 from actuators.models.catalogue import stack_with_payload
-from bondgraph import Recording, derive, simulate
+from bondgraph import Recording, simulate
 from bondgraph.drawing.svg import svg
+from bondsight import equations
 from hardware.simulators import draw_truth, record
 from identification.datasets import available, load
 from identification.diagnosis.diagnose import diagnose
@@ -57,9 +58,9 @@ graph
 # ## Equations
 
 # %%
-space = derive(graph)
-assert [str(s.symbol) for s in space.states] == ["q_C_nl", "q_k", "p_m"]
-space
+model = equations(graph)
+assert model.states == ("q_C_nl", "q_k", "p_m")
+model
 
 # %% [markdown]
 # ## Simulate

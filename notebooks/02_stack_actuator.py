@@ -58,12 +58,13 @@ from actuators.stack.loop_width import loop_of
 from actuators.stack.sizing import P_840_1, operating_point, peak_current
 from actuators.stack.sizing_sheet import sizing_sheet
 from actuators.thesis import constant_rows, loop_rows
-from bondgraph import UnusableInput, derive, simulate
+from bondgraph import UnusableInput, simulate
 from bondgraph.drawing.svg import svg
 from bondgraph.hysteresis import AlJanaideh, Ang, MaxwellResistiveCapacitor, PrandtlIshlinskii
 from bondgraph.hysteresis.fitting import fit_loading_curve, fit_weights
 from bondgraph.laws import Hysteretic
 from bondgraph.support.ops import NUMPY
+from bondsight import equations
 from hardware.synchrony import ClockWiring, Stream, TimeMap, align, false_width, merged
 
 # %config InlineBackend.figure_formats = ['png']
@@ -321,9 +322,9 @@ assert graph.check() == ()
 display(HTML(svg(graph)))
 
 # %%
-space = derive(graph)
-assert [str(s.symbol) for s in space.states] == ["q_C_nl", "q_k", "p_m"]
-space
+model = equations(graph)
+assert model.states == ("q_C_nl", "q_k", "p_m")
+model
 
 # %% [markdown]
 # ### Why it is the corrected model
@@ -333,9 +334,9 @@ space
 # even say it: a transformer passes on what it gets.
 
 # %%
-p, q, momentum = space.x
-s = {str(v): v for v in space.dxdt.free_symbols}
-current = space.signal("y_i")
+s = {str(v): v for rate in model.rates for v in rate.free_symbols}
+p, q, momentum = (s[n] for n in model.states)
+current = model.signal("y_i")
 v = momentum / s["m"]
 energy = momentum**2 / (2 * s["m"]) + s["k"] * q**2 / 2 + p**2 / (2 * s["C_nl"])
 
@@ -742,7 +743,7 @@ by_voltage = simulate(
 )
 delivered = current_for(time, float(by_voltage["q_H"].max()) * wave)
 driven = current_driven(lumped)
-n_states = len(derive(driven).states)
+n_states = len(equations(driven).states)
 by_charge = simulate(driven, time, {"i_in": delivered}, x0=np.zeros(n_states), hold="linear")
 charge = charge_of(time, delivered)
 volt_loop = loop_of(100 * wave[last], by_voltage["x"][last])

@@ -32,8 +32,9 @@ import numpy as np
 from IPython.display import HTML, display
 
 from actuators import ultrasonic as us
-from bondgraph import derive, simulate
+from bondgraph import simulate
 from bondgraph.drawing.svg import svg
+from bondsight import equations
 
 # %config InlineBackend.figure_formats = ['png']
 plt.rcParams.update(
@@ -91,10 +92,10 @@ for name, parameter in graph.parameters.items():
 display(HTML(svg(graph)))
 
 # %%
-space = derive(graph)
-assert [str(s.symbol) for s in space.states] == ["p_m", "q_x"]
-print(space)
-space
+model = equations(graph)
+assert model.states == ("p_m", "q_x")
+print(model)
+model
 
 # %% [markdown]
 # ## Voltage to force: a table as law

@@ -58,7 +58,6 @@ from bondgraph import (
     Zero,
     assign_causality,
     simulate,
-    system,
     use,
 )
 from bondgraph.drawing.svg import svg
@@ -76,6 +75,7 @@ from bondgraph.graph.composing.simplification import merge_junctions
 from bondgraph.hysteresis import MaxwellResistiveCapacitor
 from bondgraph.laws import Hysteretic
 from bondgraph.support.native import compiler
+from bondsight import equations
 
 # %config InlineBackend.figure_formats = ['png']
 plt.rcParams.update(
@@ -162,7 +162,7 @@ assert causality.derivative == causality.free_choices == ()
 # The strokes put the relations in an order in which each uses only what is known already:
 
 # %%
-model = system(axis)
+model = equations(axis)
 print(model)
 assert model.states == ("p_L_a", "p_J_m", "q_k", "p_J_l")
 assert model.is_explicit
@@ -426,7 +426,7 @@ print("\n".join([*written.splitlines()[:13], "..."]))
 assert to_json(again) == written
 assert dict(again.elements) == dict(axis.elements)
 assert again.bonds == axis.bonds
-assert [str(r) for r in system(again).rates] == [str(r) for r in model.rates]
+assert [str(r) for r in equations(again).rates] == [str(r) for r in model.rates]
 
 # %% [markdown]
 # ## Parts
@@ -478,7 +478,7 @@ put |= {
     for letter in "pq"
     for a, b in renamed.items()
 }
-typed, parts = dict(zip(model.states, model.rates, strict=True)), system(composed)
+typed, parts = dict(zip(model.states, model.rates, strict=True)), equations(composed)
 assert len(composed.parameters) == len(axis.parameters) == len(renamed)
 for state, rate in zip(parts.states, parts.rates, strict=True):
     twin = str(sp.Symbol(state, real=True).xreplace(put))
@@ -499,7 +499,7 @@ with BondGraph("pair") as pair:
     bus >> right.supply
 
 assert pair.check() == ()
-found = system(pair).eigenvalues()
+found = equations(pair).eigenvalues()
 expected = np.concatenate([model.eigenvalues(), model.eigenvalues({"R_a": 0.6 + 2 * 0.2})])
 assert found.size == 8
 assert np.allclose(np.sort_complex(found), np.sort_complex(expected), rtol=1e-8)

@@ -55,7 +55,6 @@ from bondgraph import (
     effort,
     port_variables,
     simulate,
-    system,
 )
 from bondgraph.analysis.redundancy import redundancy
 from bondgraph.analysis.sensor_advice import splitting_sensors
@@ -65,6 +64,7 @@ from bondgraph.energy.bond_power import observables
 from bondgraph.energy.ledger import ledger
 from bondgraph.energy.port_hamiltonian import port_hamiltonian
 from bondgraph.laws import QuadraticDrag
+from bondsight import equations
 
 # %config InlineBackend.figure_formats = ['png']
 plt.rcParams.update(
@@ -133,7 +133,7 @@ assert "Q_2>pipe" in message
 mended = pumps.with_inserted(bond, Zero("oil"))
 mended = mended.with_branch("oil", [C("C_oil", 1e-13, unit="m^3/Pa")])
 print(assign_causality(mended))
-(rate,) = system(mended).rates
+(rate,) = equations(mended).rates
 assert equal(rate, sp.Symbol("Q_2", real=True) - sp.Symbol("Q_1", real=True))
 
 # %% [markdown]
@@ -157,7 +157,7 @@ s = sp.Symbol("s")
 by_hand = 1 / ((p["J_1"] + p["J_2"] + p["J_3"]) * s + p["b"])
 choices = sorted(alternatives(wheels), key=lambda choice: sorted(choice.derivative))
 for choice in choices:
-    model = system(wheels, choice)
+    model = equations(wheels, choice)
     (rate,) = model.rates
     names = ", ".join(sorted(choice.derivative))
     print(f"dependent: {names:10s} d{model.states[0]}/dt = {sp.simplify(rate)}")
@@ -177,7 +177,7 @@ with BondGraph("geared") as geared:
     slow >> Df("w", unit="rad/s")
 
 assert assign_causality(geared).derivative == ("J_2",)
-model, p = system(geared), parameters(geared)
+model, p = equations(geared), parameters(geared)
 print("dependent:", model.dependent)
 by_hand = p["n"] / ((p["J_1"] + p["n"] ** 2 * p["J_2"]) * s + p["n"] ** 2 * p["b"])
 assert equal(model.transfer_function("tau", "w"), by_hand)
@@ -193,7 +193,7 @@ with BondGraph("blocked") as blocked:
     Se("V", unit="V") >> loop >> C("C_p", 2e-6, unit="F")
     loop >> Df("i", unit="A")
 
-model = system(blocked)
+model = equations(blocked)
 print("states:", model.states, " input rates:", model.input_rates, " i =", model.outputs[0])
 assert (model.states, model.input_rates) == ((), ("d_V",))
 time = np.linspace(0.0, 0.02, 2001)
@@ -247,7 +247,7 @@ tau = sp.Symbol("tau", real=True)
 lagrange = kinetic.diff(speed).diff(t) - kinetic.diff(angle) + potential.diff(angle) + damping - tau
 (acceleration,) = sp.solve(lagrange, angle.diff(t, 2))
 
-model = system(yoke)
+model = equations(yoke)
 q, w = sp.Symbol("q_angle1", real=True), sp.Symbol("p_J_c", real=True) / p["J_c"]
 by_hand = acceleration.subs(speed, w).subs(angle, q)
 rates = dict(zip(model.states, model.rates, strict=True))
@@ -311,7 +311,7 @@ with BondGraph("bridge") as bridge:
     middle >> Df("i", unit="A")
 
 display(HTML(svg(bridge)))
-model, p = system(bridge), parameters(bridge)
+model, p = equations(bridge), parameters(bridge)
 print("chosen freely:", ", ".join(assign_causality(bridge).free_choices))
 print("solved loop of", ", ".join(model.loops[0]))
 assert model.is_explicit
@@ -344,7 +344,7 @@ with BondGraph("filling") as filling:
     line >> Df("Q", unit="m^3/s")
 filling = filling.with_parameters([Parameter("c_2_orifice", 1e12, "Pa*s^2/m^6")])
 
-model = system(filling)
+model = equations(filling)
 (unknown,) = model.algebraic
 print(f"unknown {unknown.name}: {unknown.reason}")
 print("0 =", model.residuals[0])
@@ -399,7 +399,7 @@ with BondGraph("amplifier") as amplifier:
     out >> De("y", unit="V")
 
 display(HTML(svg(amplifier)))
-model, p = system(amplifier), parameters(amplifier)
+model, p = equations(amplifier), parameters(amplifier)
 gain = sp.factor(model.transfer_function("u", "y"))
 print("gain:", gain)
 print("loop:", ", ".join(model.loops[0]))
@@ -418,7 +418,7 @@ with BondGraph("mirror") as mirror:
     node >> R("R_1", 1.0, unit="ohm")
 
 try:
-    system(mirror)
+    equations(mirror)
 except AlgebraicLoop as error:
     message = str(error)
 print(message)
@@ -624,7 +624,7 @@ seeing = observability(train.with_branch("second", [Df("v", unit="m/s")]))
 print(seeing)
 assert seeing.holds
 
-linear = system(train).linearise()
+linear = equations(train).linearise()
 a, _, c, _ = linear.numbers({name: p.value for name, p in train.parameters.items()})
 unseen = np.array([2.0, 0.0, 3.0])  # both wagons at the same speed, coupling relaxed
 assert linear.states == ("p_m_1", "q_k_c", "p_m_2")

@@ -142,14 +142,14 @@ def piezo_field(
     Examples
     --------
     >>> from bondgraph import BondGraph, One, Se
-    >>> from bondgraph.equations.derivation import system
+    >>> from bondgraph.equations.derivation import equations
     >>> bar = Uniaxial("d", 20e-12, 400e-12, 1.5e-8)
     >>> with BondGraph("free_stack") as g:
     ...     stack = piezo_field("stack", bar, Layers(25e-6, 50e-6, 360))
     ...     loop, tip = One("loop"), One("tip")
     ...     _ = Se("V_in", unit="V") >> loop >> stack
     ...     _ = Se("F_e", unit="N") >> tip >> stack
-    >>> stroke = system(g).signal("q_stack2").coeff(sp.Symbol("V_in", real=True))
+    >>> stroke = equations(g).signal("q_stack2").coeff(sp.Symbol("V_in", real=True))
     >>> round(float(stroke) / 400e-12)  # n d33 a volt
     360
     """

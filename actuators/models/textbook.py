@@ -17,7 +17,7 @@ def mass_with_viscous_friction(mass: float = 50.0, damping: float = 300.0) -> Bo
 
     Examples
     --------
-    >>> system(mass_with_viscous_friction()).states
+    >>> equations(mass_with_viscous_friction()).states
     ('p_M', 'q_x')
     """
     with BondGraph("mass_with_viscous_friction") as g:
@@ -36,7 +36,7 @@ def resonator(mass: float = 4e-6, damping: float = 2e-4, stiffness: float = 0.8)
 
     Examples
     --------
-    >>> round(float(system(resonator()).eigenvalues().imag.max() / (2 * np.pi)), 2)  # Hz
+    >>> round(float(equations(resonator()).eigenvalues().imag.max() / (2 * np.pi)), 2)  # Hz
     71.06
     """
     with BondGraph("resonator") as g:

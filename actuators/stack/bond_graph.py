@@ -64,7 +64,7 @@ def stack_bond_graph(
     >>> stack = stack_bond_graph()
     >>> sorted(stack.parameters)
     ['C_nl', 'R_e', 'R_nl', 'T', 'k', 'l', 'm']
-    >>> system(stack).states
+    >>> equations(stack).states
     ('q_C_nl', 'q_k', 'p_m')
     """
     with BondGraph("stack_bond_graph") as g:

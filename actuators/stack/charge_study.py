@@ -18,11 +18,11 @@ from actuators.stack.charge_drive import (
 from actuators.stack.conversions import Polarised, polarisation_operator
 from actuators.stack.loop_width import HysteresisLoop, loop_of
 from actuators.stack.lumped import stack_lumped
-from bondgraph.equations.state_space import derive
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import C
 from bondgraph.hysteresis import Ang, MaxwellResistiveCapacitor
 from bondgraph.laws import Hysteretic
+from bondgraph.simulation.lure import compile_model
 from bondgraph.simulation.simulate import simulate
 from bondgraph.simulation.trajectory import Trajectory
 from bondgraph.support.ops import FloatArray
@@ -226,7 +226,7 @@ def _from_rest(
     graph: BondGraph, time: FloatArray, commands: Mapping[str, FloatArray]
 ) -> Trajectory:
     """Simulate from all stores empty: a current has no state of rest of its own."""
-    return simulate(graph, time, commands, x0=np.zeros(len(derive(graph).states)), hold="linear")
+    return simulate(graph, time, commands, x0=np.zeros(compile_model(graph).n_x), hold="linear")
 
 
 def _charge(graph: BondGraph) -> tuple[str, float]:

@@ -12,7 +12,7 @@ from typing import TypeAlias
 
 from bondgraph.analysis.exact_algebra import PRIME, generic_values, modular, rank
 from bondgraph.analysis.linear import linear_rates
-from bondgraph.equations.derivation import system
+from bondgraph.equations.derivation import equations
 from bondgraph.equations.system import System
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import MGY, MTF, Sensor, Source, Valued
@@ -28,7 +28,7 @@ def kalman_ranks(graph: BondGraph, seed: int = 1) -> tuple[int, int, int]:
 
     Exact at random parameter values in a prime field, so the rank for almost all parameters.
     """
-    model = system(linear_skeleton(graph))
+    model = equations(linear_skeleton(graph))
     a, b, c = generic_matrices(model, seed)
     n = model.order
     inputs = [list(column) for column in zip(*b, strict=True)]

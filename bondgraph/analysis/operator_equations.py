@@ -149,10 +149,10 @@ def positions(graph: BondGraph) -> dict[str, Terms]:
     wanted = [s.name for s in graph.of_type(Dq)]
     if not wanted:
         return {}
-    from bondgraph.equations.derivation import system
+    from bondgraph.equations.derivation import equations
 
     try:
-        model = system(graph)
+        model = equations(graph)
     except BondsightError:
         return {}
     stores = {f"q_{c.name}" for c in graph.of_type(C)}

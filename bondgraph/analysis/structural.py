@@ -28,7 +28,7 @@ from bondgraph.analysis.kalman import (
 )
 from bondgraph.analysis.operator_equations import positions
 from bondgraph.causality.assignment import CausalConflict, assign_causality, storage_ports
-from bondgraph.equations.derivation import system
+from bondgraph.equations.derivation import equations
 from bondgraph.equations.system import System
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.composing.rewriting import replace as replaced
@@ -161,7 +161,7 @@ def observability(graph: BondGraph) -> Reach:
 
 def _reach(graph: BondGraph, question: Question) -> Reach:
     plain = linear_skeleton(graph)
-    model = system(plain)
+    model = equations(plain)
     paths = _paths(model, question)
     separate = tuple(n for n in model.states if n not in paths)
     held = _held_back(plain, question)

@@ -18,7 +18,7 @@ from bondgraph.energy.bond_values import BondPower, SignalPath, power_bonds
 from bondgraph.equations.bond_signals import SignalNames
 from bondgraph.equations.casadi_printer import to_casadi
 from bondgraph.equations.codegen import law_functions
-from bondgraph.equations.derivation import system
+from bondgraph.equations.derivation import equations
 from bondgraph.equations.relation import Relation
 from bondgraph.equations.system import System
 from bondgraph.graph.bond_graph import BondGraph
@@ -40,7 +40,7 @@ def observables(graph: BondGraph) -> tuple[str, ...]:
     jump also needs its values in ``Trajectory.laws``, where `simulate` leaves them. Pseudo-inputs
     are known, and rates of inputs follow from the inputs.
     """
-    return _needed(system(graph))
+    return _needed(equations(graph))
 
 
 def _needed(model: System) -> tuple[str, ...]:
@@ -73,7 +73,7 @@ def motion(
     hold = hold or trajectory.hold
     if hold not in HOLDS:
         raise unknown_name("inter-sample behaviour", hold, "ledger", HOLDS)
-    model = system(graph)
+    model = equations(graph)
     values = {n: float(v) for n, v in model.values(parameters).items()}
     time = np.asarray(trajectory.time, float)
     if time.ndim != 1 or time.size < 2 or not (np.diff(time) > 0).all():

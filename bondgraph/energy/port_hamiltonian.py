@@ -18,7 +18,7 @@ from bondgraph.energy.definiteness import shortened, vanishes
 from bondgraph.energy.passivity import Passivity, judge
 from bondgraph.energy.stores import energy_problems, store_energy, store_names
 from bondgraph.energy.structure import EnergyPort, Forms, ports, resistances
-from bondgraph.equations.derivation import system
+from bondgraph.equations.derivation import equations
 from bondgraph.equations.system import System
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import RS, Da, Source, symbol
@@ -175,7 +175,7 @@ def port_hamiltonian(graph: BondGraph) -> PortHamiltonian:
     >>> print(form.passivity)
     passive for all positive parameters
     """
-    model = system(graph)
+    model = equations(graph)
     graph = in_mode(graph)
     _refuse(graph, model)
     found = ports(graph, model)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import sympy as sp
 
@@ -11,6 +12,8 @@ from bondgraph.equations.relation import LawUse, Relation
 from bondgraph.graph.elements import Parameter, symbol
 from bondgraph.support.errors import BondsightError
 from bondgraph.support.ops import SYMPY
+
+_ENDINGS = {"drive": "_drive", "sensor": "_reading"}
 
 
 @dataclass
@@ -25,11 +28,14 @@ class Closing:
         By target; what is no target is a leaf.
     laws : sequence of LawUse
     parameters : mapping of str to Parameter
+    whole : bool
+        Laws stand as functions named after their element, not as their deviations.
     """
 
     relations: Mapping[str, Relation]
     laws: Sequence[LawUse]
     parameters: Mapping[str, Parameter]
+    whole: bool = False
 
     def __post_init__(self) -> None:
         """Start with nothing closed."""
@@ -60,17 +66,36 @@ class Closing:
 
     def _put_in(self, r: Relation) -> sp.Expr:
         reads = {symbol(s): self.done[s] for s in r.reads if s in self.done}
+        use = None if r.law is None else self.laws[r.law]
         parts = [
             (c.xreplace(reads) if isinstance(c, sp.Expr) else c) * self.done.get(s, symbol(s))
-            for c, s in r.terms
+            for c, s in (rest_terms(r, use) if self.whole else r.terms)
         ]
         if r.expression is not None:
             parts.append(r.expression.xreplace(reads))
-        if r.law is not None:
-            use = self.laws[r.law]
+        if use is not None:
             argument = self.done.get(use.argument, symbol(use.argument))
-            parts.append(law_expression(use, self.parameters, argument))
+            parts.append(
+                law_function(r, use)(argument)
+                if self.whole
+                else law_expression(use, self.parameters, argument)
+            )
         return sp.Add(*parts)
+
+
+def rest_terms(r: Relation, use: LawUse | None) -> tuple[tuple[Any, str], ...]:
+    """Return the terms of a relation without the linear part of its law, if that is whole here."""
+    if use is None or r.target == f"w_{use.element}":
+        return r.terms
+    kept = ((c - use.slope if s == use.argument else c, s) for c, s in r.terms)
+    return tuple((c, s) for c, s in kept if c != 0)
+
+
+def law_function(r: Relation, use: LawUse) -> Any:
+    """Return the function that a law is named by; by its deviation where that is a signal."""
+    deviation = r.target == f"w_{use.element}"
+    ending = "_deviation" if deviation else _ENDINGS.get(use.role, "")
+    return sp.Function(f"{use.element}{ending}")
 
 
 def law_expression(use: LawUse, parameters: Mapping[str, Parameter], argument: sp.Expr) -> sp.Expr:

@@ -11,7 +11,7 @@ import casadi as ca
 import sympy as sp
 
 from bondgraph.equations.casadi_printer import to_casadi
-from bondgraph.equations.derivation import system
+from bondgraph.equations.derivation import equations
 from bondgraph.equations.program import LawCall, Program, ProgramStep
 from bondgraph.equations.relation import Relation
 from bondgraph.equations.system import System
@@ -49,7 +49,7 @@ def program(graph: BondGraph) -> Program:
             f"{graph.name}: {', '.join(clocks)} has a clock of its own, which the exported "
             "equations do not have; take it out (clock=None) and resample in the target"
         )
-    return exported(system(graph))
+    return exported(equations(graph))
 
 
 def exported(model: System) -> Program:
@@ -84,11 +84,14 @@ def law_functions(law: Law, n_q: int) -> tuple[ca.Function, ca.Function]:
     )
 
 
-class _Evaluation:
-    """CasADi values of every signal of a system, in one pass over its relations."""
+class Evaluation:
+    """CasADi values of every signal of a system, in one pass over its relations.
 
-    def __init__(self, model: System) -> None:
-        self.model = model
+    Laws are not called where their `deviations` are given, one a law.
+    """
+
+    def __init__(self, model: System, deviations: Sequence[ca.SX] | None = None) -> None:
+        self.model, self.deviations = model, deviations
         self.names = {
             "x": model.states,
             "z": tuple(a.name for a in model.algebraic),
@@ -105,14 +108,14 @@ class _Evaluation:
         values = ca.vertsplit(self.columns["p"])
         self.parameter = dict(zip(self.names["p"], values, strict=True))
         self.coefficients: dict[Any, Any] = {}
-        self.calls = self._calls()
+        self.calls = self._calls() if deviations is None else ()
         self.m = ca.SX.sym("m", sum(c.law.n_memory for c in self.calls))
         for r in model.relations:
             self.value[r.target] = self.of(r)
         self.residuals = [self.of(a.residual) for a in model.algebraic]
 
     @cached_property
-    def table(self) -> dict[sp.Symbol, Any]:
+    def _table(self) -> dict[sp.Symbol, Any]:
         return {q.symbol: self.parameter[n] for n, q in self.model.parameters.items()}
 
     def _calls(self) -> tuple[LawCall, ...]:
@@ -142,14 +145,14 @@ class _Evaluation:
             )
         return tuple(found)
 
-    def coefficient(self, c: Any, reads: dict[sp.Symbol, Any]) -> Any:
+    def _coefficient(self, c: Any, reads: dict[sp.Symbol, Any]) -> Any:
         if reads and c.free_symbols & reads.keys():
-            return to_casadi(c, {**self.table, **reads})
+            return to_casadi(c, {**self._table, **reads})
         simple = self._simple(c)
         if simple is not None:
             return simple
         if c not in self.coefficients:
-            self.coefficients[c] = to_casadi(c, self.table)
+            self.coefficients[c] = to_casadi(c, self._table)
         return self.coefficients[c]
 
     def _simple(self, c: Any) -> Any:
@@ -162,20 +165,23 @@ class _Evaluation:
         return None
 
     def of(self, r: Relation) -> Any:
+        """Return what a relation gives, or its residual."""
         reads = {symbol(s): self.value[s] for s in r.reads} if r.reads else {}
         total: Any = _ZERO
         for c, s in r.terms:
             value = self.value[s]
             if not isinstance(c, int):
-                value = _binary(ca.OP_MUL, self.coefficient(c, reads), value)
+                value = _binary(ca.OP_MUL, self._coefficient(c, reads), value)
             total = _binary(ca.OP_SUB if isinstance(c, int) and c != 1 else ca.OP_ADD, total, value)
         if r.expression is not None:
-            total = total + to_casadi(r.expression, {**self.table, **reads})
+            total = total + to_casadi(r.expression, {**self._table, **reads})
         if r.law is not None:
-            total = total + self.law(r.law, "value")
+            given = self.deviations
+            total = total + (self.law(r.law, "value") if given is None else given[r.law])
         return total
 
     def law(self, position: int, what: str) -> Any:
+        """Return the ``value`` of a law, or what its memory becomes."""
         call, use = self.calls[position], self.model.laws[position]
         q = ca.vertcat(*[self.parameter[n] for n in call.parameters])
         function = call.value if what == "value" else call.advance
@@ -183,6 +189,7 @@ class _Evaluation:
 
     @property
     def arguments(self) -> tuple[list[ca.SX], list[str]]:
+        """What functions of the signals take, and how it is called."""
         c = self.columns
         return (
             [self.t, c["x"], c["z"], c["u"], c["p"], self.m, self.h],
@@ -192,7 +199,7 @@ class _Evaluation:
 
 def program_of(model: System) -> Program:
     """Return the executable form of a system."""
-    made = _Evaluation(model)
+    made = Evaluation(model)
     ins, labels = made.arguments
     rates = ca.vertcat(*[made.value[s.rate] for s in model.stored])
     readings = ca.vertcat(*[made.value[s] for _, s, _ in model.readings])
@@ -241,13 +248,10 @@ def program_of(model: System) -> Program:
 
 def signal_function(model: System, names: tuple[str, ...]) -> ca.Function:
     """Return ``(t, x, z, u, p, m, h) -> signals`` for any signals of a system."""
-    made = _Evaluation(model)
+    made = Evaluation(model)
     found = []
     for n in names:
-        name = n if n in made.value else model.aliases.get(n, n)
-        if name not in made.value:
-            model.signal(name)  # raises and says what there is
-        found.append(made.value[name])
+        found.append(made.value[model.called(n)])
     ins, labels = made.arguments
     column = ca.vertcat(*found)
     return ca.Function("signals", ins, [ca.densify(ca.SX(column))], labels, ["s"])

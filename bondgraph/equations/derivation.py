@@ -10,16 +10,16 @@ import sympy as sp
 
 from bondgraph.causality.assignment import Causality, assign_causality, storage_ports
 from bondgraph.equations.closed_forms import Closing
-from bondgraph.equations.displacement_coordinates import relations_of
+from bondgraph.equations.dependent_storage import displaced
 from bondgraph.equations.elimination import eliminate_named
 from bondgraph.equations.ordering import components, tear
-from bondgraph.equations.relation import Dependent, Relation, Relations, StoredState
+from bondgraph.equations.refusals import AlgebraicLoop, DerivativeCausality
+from bondgraph.equations.relation import Dependent, Relation, Relations
 from bondgraph.equations.relations import collect
-from bondgraph.equations.state_space import AlgebraicLoop, DerivativeCausality, derive
-from bondgraph.equations.stored_displacements import stored_displacements
+from bondgraph.equations.stored_displacements import place_displacements
 from bondgraph.equations.system import Algebraic, System
 from bondgraph.graph.bond_graph import BondGraph
-from bondgraph.graph.elements import Da, Dq, Multiport, symbol
+from bondgraph.graph.elements import Da, Multiport, symbol
 from bondgraph.simulation.modes.resolve import in_mode
 from bondgraph.support.errors import GraphError
 
@@ -27,7 +27,7 @@ SHORT = 40
 LONG = 40
 
 
-def system(graph: BondGraph, causality: Causality | None = None) -> System:
+def equations(graph: BondGraph, causality: Causality | None = None) -> System:
     """Derive the exact equations of `graph`.
 
     Parameters
@@ -49,23 +49,40 @@ def system(graph: BondGraph, causality: Causality | None = None) -> System:
 
     Examples
     --------
-    >>> system(graph).rates
+    >>> equations(graph).rates
     (F - d*p_m/m - k*q_k, p_m/m)
     """
     graph = in_mode(graph)
     if causality is None:
         causality = assign_causality(graph, first=_with_memory(graph))
-    made = collect(graph, causality)
+    made = _collected(graph, causality)
     try:
         return _Solver(made).solve()
     except DerivativeCausality as error:
-        if not any(use.law.n_memory for use in made.laws):
+        if not made.dependents:
             raise
         try:
-            shifted = relations_of(derive(graph), made)
+            return displaced_equations(graph)
         except GraphError:
             raise error from None
-        return _Solver(shifted).solve()
+
+
+def displaced_equations(graph: BondGraph) -> System:
+    """Derive the equations of `graph` in coordinates in which no storage is dependent.
+
+    Raises
+    ------
+    DerivativeCausality, NotLinearUpToLaws
+        See `bondgraph.equations.dependent_storage.displaced`.
+    """
+    graph = in_mode(graph)
+    return _Solver(displaced(_collected(graph, assign_causality(graph)))).solve()
+
+
+def _collected(graph: BondGraph, causality: Causality) -> Relations:
+    made = collect(graph, causality)
+    place_displacements(made)
+    return made
 
 
 def _with_memory(graph: BondGraph) -> tuple[str, ...]:
@@ -98,8 +115,6 @@ class _Solver:
         self.rate_reads: dict[str, tuple[str, ...]] = {}
 
     def solve(self) -> System:
-        for e in self.made.displacements:
-            self._displacement(e)
         self.dependents |= {d.rate: d for d in self.made.rates}
         for rate in self.dependents:
             self.rate_reads[rate] = self._reads_of_derivative(self.dependents[rate])
@@ -109,7 +124,7 @@ class _Solver:
         self._refuse_empty_residuals()
         made = self.made
         return System(
-            self.name,
+            made.graph,
             tuple(made.states),
             tuple(made.inputs),
             tuple(self.input_rates),
@@ -136,8 +151,9 @@ class _Solver:
         rows = [("residual", i) for i in range(len(self.algebraic))]
         graph.add_nodes_from(rows)
         graph.add_nodes_from(names)
+        whole = replace(self.closed, whole=True)  # laws are not expanded
         for row, a in zip(rows, self.algebraic, strict=True):
-            closed = sp.expand(self.closed.value(a.residual))
+            closed = sp.expand(whole.value(a.residual))
             held = {str(v) for v in closed.free_symbols}
             # without an unknown but with states it is a hidden constraint, which the integrator
             # keeps; with neither it says nothing
@@ -518,23 +534,6 @@ class _Solver:
         for r in relations:
             self.unknown[r.target] = r
             self.algebraic.append(Algebraic(r.target, r, "loop of " + ", ".join(reasons)))
-
-    # -- displacements ------------------------------------------------------------------------
-    def _displacement(self, e: Dq) -> None:
-        """Read stored displacements that already integrate this flow, or add a state."""
-        from bondgraph.equations.bond_signals import SignalNames
-
-        made = self.made
-        flow = SignalNames(made.graph).at("f", made.graph.neighbour(e.name))
-        target = f"x_{e.name}"
-        terms = stored_displacements(made, flow)
-        why = f"displacement at {e.name}"
-        if terms is None:
-            state = f"q_{e.name}"
-            made.states.append(StoredState(state, flow, e.name, e.unit))
-            self.states[state] = made.states[-1]
-            terms = ((1, state),)
-        made.found[target] = Relation(target, terms, why)
 
 
 def _free(name: str) -> str:

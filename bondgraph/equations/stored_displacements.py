@@ -8,9 +8,23 @@ from typing import Any
 
 import sympy as sp
 
-from bondgraph.equations.relation import Relations
+from bondgraph.equations.bond_signals import SignalNames
+from bondgraph.equations.relation import Relation, Relations, StoredState
 
 MOST_DISPLACEMENTS = 12
+
+
+def place_displacements(made: Relations) -> None:
+    """Read stored displacements that already integrate the flow of a sensor, or add a state."""
+    names = SignalNames(made.graph)
+    for e in made.displacements:
+        flow, target = names.at("f", made.graph.neighbour(e.name)), f"x_{e.name}"
+        terms = stored_displacements(made, flow)
+        if terms is None:
+            state = f"q_{e.name}"
+            made.states.append(StoredState(state, flow, e.name, e.unit))
+            terms = ((1, state),)
+        made.found[target] = Relation(target, terms, f"displacement at {e.name}")
 
 
 def stored_displacements(made: Relations, flow: str) -> tuple[tuple[Any, str], ...] | None:
@@ -19,7 +33,7 @@ def stored_displacements(made: Relations, flow: str) -> tuple[tuple[Any, str], .
     Works in the linear relations with constant coefficients near the sensor only; the unknown
     combination follows from a small exact linear solve.
     """
-    stores = {s.rate: s.name for s in made.states if s.name.startswith("q_")}
+    stores = {s.rate: s.name for s in reversed(made.states) if s.name.startswith("q_")}
     stores |= {d.rate: d.stored for d in made.dependents if d.stored.startswith("q_")}
     if flow in stores:
         return ((1, stores[flow]),)

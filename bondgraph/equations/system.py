@@ -8,21 +8,24 @@ cannot be solved in closed form stays as algebraic unknowns with residuals.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import sympy as sp
 
 from bondgraph.causality.assignment import Causality
-from bondgraph.equations.closed_forms import Closing
+from bondgraph.equations.closed_forms import Closing, law_function, rest_terms
+from bondgraph.equations.refusals import AlgebraicLoop, NotLinearUpToLaws
 from bondgraph.equations.relation import LawUse, Relation, StoredState
+from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import Parameter, symbol
 from bondgraph.support.errors import unknown_name
 
 if TYPE_CHECKING:
     from bondgraph.analysis.linear import Linearised
     from bondgraph.equations.program import Program
+    from bondgraph.simulation.lure import Compiled
 
 _OUTSIDE = ("time",)
 
@@ -46,13 +49,14 @@ class Algebraic:
     reason: str
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class System:
     """``dx/dt = f(x, z, u, du/dt, p)``, ``0 = g(..)``, ``y = h(..)``.
 
     Attributes
     ----------
-    name : str
+    graph : BondGraph
+        What it was derived from, in its mode.
     stored : tuple of StoredState
         Independent states with the signals that are their rates.
     inputs : tuple of str
@@ -81,14 +85,14 @@ class System:
 
     Examples
     --------
-    >>> exact = system(graph)
+    >>> exact = equations(graph)
     >>> exact.states, exact.inputs
     (('p_m', 'q_k'), ('F',))
     >>> exact.transfer_function("F", "x")
     1/(d*s + k + m*s**2)
     """
 
-    name: str
+    graph: BondGraph
     stored: tuple[StoredState, ...]
     inputs: tuple[str, ...]
     input_rates: tuple[str, ...]
@@ -104,6 +108,11 @@ class System:
     recorded: tuple[str, ...] = ()
 
     # -- sizes and names ----------------------------------------------------------------------
+    @property
+    def name(self) -> str:
+        """Name of the graph."""
+        return self.graph.name
+
     @property
     def states(self) -> tuple[str, ...]:
         """Names of the independent states."""
@@ -138,6 +147,10 @@ class System:
     def _closing(self) -> Closing:
         return Closing({r.target: r for r in self.relations}, self.laws, self.parameters)
 
+    @cached_property
+    def _showing(self) -> Closing:
+        return replace(self._closing, whole=True)
+
     def signal(self, name: str) -> sp.Expr:
         """Return a signal in states, inputs, parameters (and algebraic unknowns).
 
@@ -145,23 +158,32 @@ class System:
         ------
         UnknownName
         """
-        known = self._closing.relations
-        if name not in known and name not in self._leaves:
-            name = self.aliases.get(name, name)
-        if name not in known and name not in self._leaves:
-            raise unknown_name("signal", name, self.name, [*known, *self._leaves])
-        return self._closing(name)
+        return self._closing(self.called(name))
+
+    def called(self, name: str) -> str:
+        """Return the name under which the relations know a signal.
+
+        Raises
+        ------
+        UnknownName
+        """
+        found = name if name in self.signals else self.aliases.get(name, name)
+        if found not in self.signals:
+            raise unknown_name("signal", name, self.name, [*self.index, *self.signals])
+        return found
+
+    def shown(self, what: str | Relation) -> sp.Expr:
+        """Return the closed form of a signal or relation, every law a function by its element."""
+        if isinstance(what, Relation):
+            return self._showing.value(what)
+        return self._showing(self.called(what))
 
     @cached_property
-    def _leaves(self) -> frozenset[str]:
+    def signals(self) -> frozenset[str]:
+        """Names of all signals: states, inputs and their rates, unknowns, and what is assigned."""
+        unknowns = (a.name for a in self.algebraic)
         return frozenset(
-            (
-                *self.states,
-                *self.inputs,
-                *self.input_rates,
-                *(a.name for a in self.algebraic),
-                *_OUTSIDE,
-            )
+            (*self.index, *self.states, *self.inputs, *self.input_rates, *unknowns, *_OUTSIDE)
         )
 
     @property
@@ -190,6 +212,18 @@ class System:
         return not self.algebraic
 
     # -- analysis -----------------------------------------------------------------------------
+    @cached_property
+    def lure(self) -> Compiled | None:
+        """The linear rest with scalar laws around it; None where there is none."""
+        from bondgraph.simulation.lure import exact_form, lure_of
+
+        if self.held:  # in coordinates without dependent stores
+            return exact_form(self.graph)
+        try:
+            return lure_of(self)
+        except (AlgebraicLoop, NotLinearUpToLaws):
+            return None
+
     def linearise(self, at: Mapping[str, float] | None = None) -> Linearised:
         """Return the symbolic linear system at an operating point, see `analysis.linear`."""
         from bondgraph.analysis.linear import linearise
@@ -215,10 +249,23 @@ class System:
         return exported(self)
 
     # -- showing ------------------------------------------------------------------------------
+    def right_side(self, r: Relation) -> sp.Expr:
+        """Return what a relation gives (or its residual) in signals, its law as a function."""
+        use = None if r.law is None else self.laws[r.law]
+        parts = [sp.Mul(c, symbol(s)) for c, s in rest_terms(r, use)]
+        parts += [] if r.expression is None else [r.expression]
+        return sp.Add(
+            *parts, *([] if use is None else [law_function(r, use)(symbol(use.argument))])
+        )
+
+    def __repr__(self) -> str:
+        """Name, states, inputs and readings."""
+        return f"System({self.name!r}, {self.states}, {self.inputs}, {self.output_names})"
+
     def __str__(self) -> str:
         """Ordered assignments, rates, residuals and outputs as text."""
-        lines = [f"{r.target} := {_text(self, r)}    ({r.reason})" for r in self.relations]
-        lines += [f"0 = {_text(self, a.residual)}    (unknown {a.name}: {a.reason})"
+        lines = [f"{r.target} := {self.right_side(r)}    ({r.reason})" for r in self.relations]
+        lines += [f"0 = {self.right_side(a.residual)}    (unknown {a.name}: {a.reason})"
                   for a in self.algebraic]  # fmt: skip
         lines += [f"d{s.name}/dt := {s.rate}" for s in self.stored]
         lines += [f"{n} := {s}" for n, s, _ in self.readings]
@@ -226,16 +273,6 @@ class System:
 
     def _repr_latex_(self) -> str:
         """Return the closed equations for notebooks."""
-        from bondgraph.export.latex import system_latex
+        from bondgraph.export.latex import latex
 
-        return "$$" + system_latex(self) + "$$"
-
-
-def _text(system: System, relation: Relation) -> str:
-    parts = [sp.Mul(c, symbol(s), evaluate=True) for c, s in relation.terms]
-    if relation.expression is not None:
-        parts.append(relation.expression)
-    if relation.law is not None:
-        use = system.laws[relation.law]
-        parts.append(sp.Function(f"{use.element}_deviation")(symbol(use.argument)))
-    return str(sp.Add(*parts))
+        return "$$" + latex(self) + "$$"

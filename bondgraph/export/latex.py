@@ -8,7 +8,6 @@ import unicodedata
 import sympy as sp
 from sympy.printing.latex import LatexPrinter, accepted_latex_functions
 
-from bondgraph.equations.state_space import ONE, StateSpace
 from bondgraph.equations.system import System
 from bondgraph.graph.elements import symbol
 
@@ -125,81 +124,64 @@ def deviation_name(element: str) -> str:
     return rf"w_{{{pretty(element)}}}"
 
 
-def latex(space: StateSpace) -> str:
-    r"""Return the closed equations of `space` as an ``aligned`` environment.
+def latex(model: System) -> str:
+    r"""Return the closed equations of a system as an ``aligned`` environment.
 
-    The time ramp of a drifting sensor shows as ``\bar{t}``: time over the length
-    of the recording.
-
-    Parameters
-    ----------
-    space : StateSpace
-        Equations as `derive` returns them.
+    Laws stand as functions named after their element. The time ramp of a drifting sensor shows as
+    ``\bar{t}``: time over the length of the recording.
 
     Returns
     -------
     str
-        ``dx/dt`` of every state, then every output.
+        ``dx/dt`` of every state, the residuals of the unknowns, then every output.
 
     Examples
     --------
-    >>> from bondgraph import BondGraph, C, One, R, Se, derive
+    >>> from bondgraph import BondGraph, C, One, R, Se
     >>> with BondGraph("rc") as g:
     ...     loop = One("loop")
     ...     _ = Se("V") >> loop >> R("R_1", 1e3)
     ...     _ = loop >> C("C_1", 1e-6)
-    >>> print(latex(derive(g)))
+    >>> print(latex(equations(g)))
     \begin{aligned}
     \frac{\mathrm{d}}{\mathrm{d}t}\, q_{C_{1}} &= \frac{V - \frac{q_{C_{1}}}{C_{1}}}{R_{1}}
     \end{aligned}
     """
-    lines = [
-        f"{rate_of(s.symbol)} &= {tex(f)}" for s, f in zip(space.states, space.dxdt, strict=True)
-    ]
-    lines += [f"{pretty(n)} &= {tex(f)}" for n, f in zip(space.output_names, space.y, strict=True)]
+    lines = [f"{rate_of(symbol(s.name))} &= {tex(model.shown(s.rate))}" for s in model.stored]
+    lines += [f"0 &= {tex(model.shown(a.residual))}" for a in model.algebraic]
+    lines += [f"{pretty(n)} &= {tex(model.shown(y))}" for n, y, _ in model.readings]
     return _aligned(lines)
 
 
-def system_latex(model: System) -> str:
-    """Return the closed equations of any system: rates, residuals of unknowns, outputs."""
-    lines = [
-        f"{rate_of(symbol(n))} &= {tex(f)}" for n, f in zip(model.states, model.rates, strict=True)
-    ]
-    lines += [f"0 &= {tex(g)}" for g in model.residuals]
-    lines += [
-        f"{pretty(n)} &= {tex(y)}" for n, y in zip(model.output_names, model.outputs, strict=True)
-    ]
-    return _aligned(lines)
-
-
-def ordered_latex(space: StateSpace) -> str:
-    """Return the causal assignments of `space` in their order, each with its reason.
-
-    Parameters
-    ----------
-    space : StateSpace
-        Equations as `derive` returns them.
+def ordered_latex(model: System) -> str:
+    """Return the causal assignments of a system in their order, each with its reason.
 
     Returns
     -------
     str
-        An ``aligned`` environment: assignments, rates, outputs.
+        An ``aligned`` environment: assignments, residuals, rates, outputs.
     """
     lines = [
-        f"{tex(a.target)} &:= {tex(a.shown)} && \\text{{{words(a.reason)}}}"
-        for a in space.assignments
+        f"{left} &{sign} {tex(right)} && \\text{{{words(reason)}}}"
+        for left, sign, right, reason in ordered(model)
     ]
-    lines += [
-        f"{rate_of(s.symbol)} &:= {tex(s.rate)} && \\text{{state of {words(s.element)}}}"
-        for s in space.states
-    ]
-    lines += [f"{pretty(n)} &:= {tex(shown)} && \\text{{output}}" for n, shown, _ in space.outputs]
     return _aligned(lines)
+
+
+def ordered(model: System) -> list[tuple[str, str, sp.Expr, str]]:
+    """Return left side (LaTeX), sign, right side and reason of all equations, laws whole."""
+    right = model.right_side
+    rows = [(tex(symbol(r.target)), ":=", right(r), r.reason) for r in model.relations]
+    rows += [("0", "=", right(a.residual), f"{a.name} solves it: {a.reason}")
+             for a in model.algebraic]  # fmt: skip
+    rows += [(rate_of(symbol(s.name)), ":=", symbol(s.rate), f"state of {s.element}")
+             for s in model.stored]  # fmt: skip
+    return rows + [(pretty(n), ":=", symbol(y), "output") for n, y, _ in model.readings]
 
 
 def tex(expression: sp.Expr) -> str:
     """Return an expression as LaTeX with Bondsight's names."""
-    return str(_Printer().doprint(expression.xreplace({ONE: sp.S.One})))
+    return str(_Printer().doprint(expression.xreplace({symbol("one"): sp.S.One})))
 
 
 def rate_of(state: sp.Symbol) -> str:

@@ -7,7 +7,6 @@ from collections.abc import Iterable, Mapping, Sequence
 import sympy as sp
 
 from bondgraph.equations.program import Program
-from bondgraph.equations.state_space import StateSpace
 from bondgraph.export.latex import pretty, rate_of, tex, words
 from bondgraph.export.latex_lines import broken, width
 from bondgraph.graph.elements import symbol
@@ -28,17 +27,12 @@ _HEAD = r"""\documentclass[a4paper]{article}
 Line = tuple[str, sp.Expr, str]
 
 
-def document(model: Program | StateSpace) -> str:
-    r"""Return the equations of `model` as a complete ``.tex`` file: article and amsmath only.
+def document(program: Program) -> str:
+    r"""Return the equations of `program` as a complete ``.tex`` file: article and amsmath only.
 
     Long expressions are broken, so nothing runs over the margin. Every name is listed with what it
-    is, its unit and its value. Whatever a name holds, TeX is never made to obey it.
-
-    Parameters
-    ----------
-    model : Program or StateSpace
-        A program shows laws as deviations ``D`` with their memory, and algebraic unknowns; the
-        state space of `derive` shows whole laws.
+    is, its unit and its value. Laws stand as deviations ``D`` with their memory. Whatever a name
+    holds, TeX is never made to obey it.
 
     Returns
     -------
@@ -47,41 +41,20 @@ def document(model: Program | StateSpace) -> str:
 
     Examples
     --------
-    >>> from bondgraph import BondGraph, C, One, R, Se, derive
+    >>> from bondgraph import BondGraph, C, One, R, Se
+    >>> from bondgraph.equations.derivation import equations
     >>> with BondGraph("rc") as g:
     ...     loop = One("loop")
     ...     _ = Se("V") >> loop >> R("R_1", 1e3)
     ...     _ = loop >> C("C_1", 1e-6)
-    >>> text = document(derive(g))
+    >>> text = document(equations(g).program())
     >>> text.startswith("\\documentclass"), text.endswith("\\end{document}\n")
     (True, True)
     """
-    parts = _of_program(model) if isinstance(model, Program) else _of_space(model)
-    return _HEAD + "\n\n".join(parts) + "\n\\end{document}\n"
+    return _HEAD + "\n\n".join(_parts(program)) + "\n\\end{document}\n"
 
 
-def _of_space(space: StateSpace) -> list[str]:
-    outputs = [(n, e) for n, e, _ in space.outputs]
-    roles = [
-        ("state", [(str(s.symbol), s.unit, "") for s in space.states]),
-        ("input", [(str(u), "", "") for u in space.inputs]),
-        ("output", [(n, unit, "") for n, _, unit in space.outputs]),
-        ("parameter", [(n, q.unit, _value(q.value)) for n, q in space.parameters.items()]),
-    ]
-    ordered = [(tex(a.target), a.shown, a.reason) for a in space.assignments]
-    rates = [(rate_of(s.symbol), s.rate, f"state of {s.element}") for s in space.states]
-    readings = [(pretty(n), e, "output") for n, e in outputs]
-    table = {a.target: a.shown for a in space.assignments}
-    return [
-        _title(space.name),
-        *_symbols(roles),
-        _section("Equations in order of evaluation"),
-        *_aligned([*ordered, *rates, *readings], ":="),
-        *_closed(table, [(a, e) for a, e, _ in (*rates, *readings)]),
-    ]
-
-
-def _of_program(program: Program) -> list[str]:
+def _parts(program: Program) -> list[str]:
     values = dict(zip(program.parameters, program.nominal, strict=True))
     units = program.units
     roles = [
@@ -91,13 +64,13 @@ def _of_program(program: Program) -> list[str]:
         ("output", [(n, units.get(n, ""), "") for n in program.outputs]),
         ("parameter", [(n, units.get(n, ""), _value(values[n])) for n in program.parameters]),
     ]
-    ordered: list[Line] = []
+    lines: list[Line] = []
     for step in program.steps:
         shown = step.expression
         if step.law is not None:
             call = program.laws[step.law]
             shown = sp.Function(f"D_{call.element}")(call.argument)
-        ordered.append((pretty(step.target), shown, step.comment))
+        lines.append((pretty(step.target), shown, step.comment))
     rates = [
         (rate_of(symbol(n)), e, "") for n, e in zip(program.states, program.rates, strict=True)
     ]
@@ -108,14 +81,14 @@ def _of_program(program: Program) -> list[str]:
         ("0", e, f"determines {n}")
         for n, e in zip(program.algebraic, program.residuals, strict=True)
     ]
-    table = {symbol(s.target): e for s, (_, e, _) in zip(program.steps, ordered, strict=True)}
+    table = {symbol(s.target): e for s, (_, e, _) in zip(program.steps, lines, strict=True)}
     closing = [(a, e) for a, e, _ in (*rates, *zeros, *readings)]
     return [
         _title(program.name),
         *_symbols(roles),
         _section("Equations in order of evaluation"),
         *_laws(program),
-        *_aligned([*ordered, *rates, *readings], ":="),
+        *_aligned([*lines, *rates, *readings], ":="),
         *_unknowns(zeros),
         *_closed(table, closing),
     ]

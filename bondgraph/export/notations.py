@@ -9,11 +9,12 @@ from typing import TYPE_CHECKING, Any, Final
 from bondgraph.support.errors import unknown_name
 
 if TYPE_CHECKING:
+    from bondgraph.equations.system import System
     from bondgraph.graph.bond_graph import BondGraph
     from bondgraph.laws import Law
 
 
-def equations(model: BondGraph, format: str = "ordered", *, laws: Iterable[type[Law]] = ()) -> str:
+def notation(model: BondGraph, format: str = "ordered", *, laws: Iterable[type[Law]] = ()) -> str:
     """Return the equations of `model` as text.
 
     Parameters
@@ -55,22 +56,6 @@ def of_program(place: str) -> Callable[[BondGraph], Any]:
     )
 
 
-def _space(graph: BondGraph) -> Any:
-    """Return the state space; the exact equations of a graph that has none."""
-    from bondgraph.equations.derivation import system
-    from bondgraph.equations.state_space import (
-        AlgebraicLoop,
-        DerivativeCausality,
-        NotLinearUpToLaws,
-        derive,
-    )
-
-    try:
-        return derive(graph)
-    except (AlgebraicLoop, DerivativeCausality, NotLinearUpToLaws):
-        return system(graph)
-
-
 def _text(graph: BondGraph) -> str:
     p = program_of(graph)
     values = dict(zip(p.parameters, p.nominal, strict=True))
@@ -104,21 +89,21 @@ def _with_unit(name: str, units: Any) -> str:
     return f"{name} [{unit}]" if unit else name
 
 
+def _system(graph: BondGraph) -> System:
+    from bondgraph.equations.derivation import equations
+
+    return equations(graph)
+
+
 def _ordered(graph: BondGraph) -> str:
-    return str(_space(graph))
+    return str(_system(graph))
 
 
 def _closed(graph: BondGraph) -> str:
-    from bondgraph.equations.system import System
-
-    space = _space(graph)
-    if isinstance(space, System):
-        lines = [f"d{n}/dt = {f}" for n, f in zip(space.states, space.rates, strict=True)]
-        lines += [f"0 = {g}" for g in space.residuals]
-        pairs = zip(space.output_names, space.outputs, strict=True)
-        return "\n".join([*lines, *(f"{n} = {y}" for n, y in pairs)])
-    lines = [f"d{s.symbol}/dt = {f}" for s, f in zip(space.states, space.dxdt, strict=True)]
-    lines += [f"{n} = {y}" for n, y in zip(space.output_names, space.y, strict=True)]
+    model = _system(graph)
+    lines = [f"d{s.name}/dt = {model.shown(s.rate)}" for s in model.stored]
+    lines += [f"0 = {model.shown(a.residual)}" for a in model.algebraic]
+    lines += [f"{n} = {model.shown(y)}" for n, y, _ in model.readings]
     return "\n".join(lines)
 
 
@@ -129,11 +114,9 @@ def _causality(graph: BondGraph) -> str:
 
 
 def _latex(graph: BondGraph) -> str:
-    from bondgraph.equations.system import System
-    from bondgraph.export.latex import latex, system_latex
+    from bondgraph.export.latex import latex
 
-    space = _space(graph)
-    return system_latex(space) if isinstance(space, System) else latex(space)
+    return latex(_system(graph))
 
 
 def _c(graph: BondGraph) -> str:

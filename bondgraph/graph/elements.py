@@ -144,7 +144,7 @@ class Zero(Junction):
     ...         loop >> node >> C("c", 1e-6, unit="F")
     ...         node >> De("u", unit="V")
     ...     return g
-    >>> system(low_pass()).transfer_function("U", "u")
+    >>> equations(low_pass()).transfer_function("U", "u")
     1/(c*r*s + 1)
     """
 
@@ -389,7 +389,7 @@ class GY(TwoPort):
     ...         coil >> GY("K", ratio=0.05, unit="V*s/rad") >> shaft >> I("J", 1e-4, unit="kg*m2")
     ...         shaft >> Df("w", unit="rad/s")
     ...     return g
-    >>> system(motor()).transfer_function("U", "w")
+    >>> equations(motor()).transfer_function("U", "w")
     K/(J*r*s + K**2)
     """
 
@@ -514,7 +514,7 @@ class RE(TwoPort):
     ...         a >> C("store_a", 1.0)
     ...         a >> RE("k", 0.3) >> b >> C("store_b", 1.0)
     ...     return g
-    >>> system(reacting()).rates
+    >>> equations(reacting()).rates
     (-k*(exp(q_store_a/store_a) - exp(q_store_b/store_b)), k*(exp(q_store_a/store_a) - ...
     """
 
@@ -537,7 +537,7 @@ class RS(TwoPort):
     ...         part >> C("c", 50.0, unit="J/K")
     ...         part >> De("T", unit="K")
     ...     return g
-    >>> system(heater()).rates
+    >>> equations(heater()).rates
     (U**2/r,)
     """
 
@@ -668,7 +668,7 @@ class Da(Sensor):
     ...         body >> R("d", 4.0, unit="N*s/m")
     ...         body >> Da("a", unit="m/s2")
     ...     return g
-    >>> system(shaken()).outputs
+    >>> equations(shaken()).outputs
     ((F - d*p_m/m)/m,)
     """
 

@@ -157,9 +157,8 @@ def run_prepared(
     compiled, n_p, n_x = ready.compiled, ready.n_p, ready.compiled.n_x
     if fine is None:
         fine = fine_inputs(u, ready.n_sub, hold)
-    space = compiled.space
-    if space.recorded:
-        u, fine = with_rates(space.input_names, space.recorded, u, fine, ready.step)
+    if recorded := compiled.model.recorded:
+        u, fine = with_rates(compiled.inputs, recorded, u, fine, ready.step)
     lay = ready.layout
     z = np.zeros((lay.n_z, 1 + ready.n_d))
     z[:n_x, 0] = x0
@@ -253,7 +252,7 @@ def settle(
     if loud and not np.isfinite(run.y).all():
         first = int(np.argmin(np.isfinite(run.y).all(axis=1)))
         raise BondsightError(
-            f"{compiled.space.name}: the outputs are not finite from sample {first} on, at "
+            f"{compiled.model.name}: the outputs are not finite from sample {first} on, at "
             f"{largest} sub-steps a sample; check parameters and start, or sample faster"
         )
     run = replace(run, settled=False)
@@ -262,9 +261,9 @@ def settle(
 
 def _unrounded(compiled: Compiled, run: KernelRun) -> Array:
     """Return readings as they are before rounding, which would make jumps of small changes."""
-    space, y = compiled.space, run.y.copy()
-    rounded = {str(p.argument): j for j, p in enumerate(space.laws) if p.role == "rounding"}
-    for i, name in enumerate(space.output_names):
+    y = run.y.copy()
+    rounded = {p.argument: j for j, p in enumerate(compiled.laws) if p.role == "rounding"}
+    for i, name in enumerate(compiled.model.output_names):
         if (j := rounded.get(f"{FINE}{name}")) is not None:
             y[:, i] = run.s[:, j]
     return y
@@ -294,7 +293,7 @@ def _given_memory(compiled: Compiled, lay: Any, memory: Memories, z: Array) -> N
     known = {element: (rows, law) for element, rows, law in _memories(compiled, lay)}
     for element, states in memory.items():
         if element not in known:
-            raise unknown_name("law with memory", element, compiled.space.name, known)
+            raise unknown_name("law with memory", element, compiled.model.name, known)
         rows, law = known[element]
         z[rows, 0] = law.checked_memory(states)
         z[rows, 1:] = 0.0
@@ -314,7 +313,7 @@ def _initial_memory(
     s[:, 0] += c[:, lay.n_x :] @ u
     for d in range(dpacked.shape[1]):
         s[:, 1 + d] += dpacked[at:end, d].reshape(c.shape, order="F") @ known
-    place = {port.element: j for j, port in enumerate(compiled.space.laws)}
+    place = {port.element: j for j, port in enumerate(compiled.laws)}
     for element, rows, law in _memories(compiled, lay):
         j = place[element]
         z[rows, 0] = law.initial_memory(float(s[j, 0]))

@@ -195,7 +195,7 @@ def _exponential(z: Array, directions: list[Array]) -> tuple[Array, Iterator[Arr
 def _at_the_end(compiled: Compiled, held: Held) -> Held:
     """Let set-valued laws act with their end value: the force of sticking may jump, not ring."""
     phi, early, late = held[0], held[1].copy(), held[2].copy()
-    for j, port in enumerate(compiled.space.laws, start=compiled.n_u):
+    for j, port in enumerate(compiled.laws, start=compiled.n_u):
         if port.law.set_valued:
             late[:, j] += early[:, j]
             early[:, j] = 0.0

@@ -1,6 +1,6 @@
-"""StateSpace -> numbers: the linear rest as matrices of the parameters, the laws as ports.
+"""System -> numbers: the linear rest as matrices of the parameters, the laws as ports.
 
-Every model of the language is a linear system closed by scalar laws::
+Most models of the language are a linear system closed by scalar laws::
 
     dx/dt = A x + B u + E w       s = Cs x + Ds u + Dsw w
     y     = Cy x + Dy u + Dyw w   w = law.deviation(s, memory)
@@ -12,18 +12,20 @@ Sizes: n_x states, n_u inputs, n_w laws, n_y outputs, n_p parameters.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
 import casadi as ca
 import numpy as np
-import sympy as sp
 
-from bondgraph.equations.casadi_printer import to_casadi
-from bondgraph.equations.state_space import LawPort, StateSpace, derive
+from bondgraph.equations.codegen import Evaluation
+from bondgraph.equations.derivation import displaced_equations
+from bondgraph.equations.refusals import AlgebraicLoop, DerivativeCausality, NotLinearUpToLaws
+from bondgraph.equations.relation import LawUse, Relation
+from bondgraph.equations.system import System
 from bondgraph.graph.bond_graph import BondGraph
-from bondgraph.graph.elements import symbol
+from bondgraph.graph.modulation import TIME
 from bondgraph.laws.law import CALLED_FROM, NEWTON_STEPS, Law, split
 from bondgraph.laws.watching import Gauge
 from bondgraph.support.errors import real_number, unknown_name
@@ -32,81 +34,94 @@ from bondgraph.support.ops import CASADI
 
 @dataclass(frozen=True)
 class Compiled:
-    """A state space with its CasADi functions.
+    """A system that is linear up to scalar laws, with its CasADi functions; `lure_of` makes it.
 
     Attributes
     ----------
-    space : StateSpace
-        The symbolic model.
+    model : System
+        In coordinates in which no store is dependent.
+    inputs : tuple of str
+        Those of the model, rates of recorded integrals, and ``one`` where there is a constant.
+    laws : tuple of LawUse
+        The ports: a law that watches a signal is followed by the gauge of that signal.
     observed : tuple of str
         Signals given out after the sensors' readings.
     """
 
-    space: StateSpace
+    model: System
+    inputs: tuple[str, ...]
+    laws: tuple[LawUse, ...]
     observed: tuple[str, ...] = ()
+
+    @property
+    def states(self) -> tuple[str, ...]:
+        """Names of the states."""
+        return self.model.states
 
     @property
     def n_x(self) -> int:
         """Number of states."""
-        return len(self.space.states)
+        return len(self.states)
 
     @property
     def n_u(self) -> int:
         """Number of inputs, pseudo-inputs (``one``, ``ramp``) included."""
-        return len(self.space.inputs)
+        return len(self.inputs)
 
     @property
     def n_w(self) -> int:
         """Number of laws."""
-        return len(self.space.laws)
+        return len(self.laws)
 
     @property
     def n_y(self) -> int:
         """Number of sensor readings (observed signals not counted)."""
-        return len(self.space.outputs)
+        return len(self.model.readings)
 
     @cached_property
     def parameter_names(self) -> tuple[str, ...]:
         """Names of all parameters, in the order of the vector `p`."""
-        return tuple(self.space.parameters)
+        return tuple(self.model.parameters)
 
     @cached_property
     def law_parameters(self) -> tuple[int, ...]:
         """Positions in `p` of the parameters of all laws, law by law."""
         index = {n: i for i, n in enumerate(self.parameter_names)}
-        return tuple(index[n] for port in self.space.laws for n in port.parameters)
+        return tuple(index[n] for port in self.laws for n in port.parameters)
 
     @cached_property
-    def _signals(self) -> tuple[ca.SX, ca.SX, ca.SX, ca.SX, ca.SX, ca.SX, ca.SX]:
-        space = self.space
-        x, u = ca.SX.sym("x", self.n_x), ca.SX.sym("u", self.n_u)
-        w, p = ca.SX.sym("w", self.n_w), ca.SX.sym("p", len(self.parameter_names))
-        table: dict[sp.Symbol, Any] = {}
-        for i, s in enumerate(space.states):
-            table[s.symbol] = x[i]
-        for i, s in enumerate(space.inputs):
-            table[s] = u[i]
-        for i, port in enumerate(space.laws):
-            table[port.w] = w[i]
-        for i, par in enumerate(space.parameters.values()):
-            table[par.symbol] = p[i]
-        for a in space.assignments:
-            table[a.target] = to_casadi(a.expression, table)
-        outputs = [to_casadi(s, table) for _, s, _ in space.outputs]
-        for name in self.observed:
-            if symbol(name) not in table:
-                raise unknown_name("signal", name, space.name, [str(t) for t in table])
-            outputs.append(table[symbol(name)])
-        rates = ca.vertcat(*[to_casadi(s.rate, table) for s in space.states])
-        arguments = ca.vertcat(*[to_casadi(port.argument, table) for port in space.laws])
-        return x, u, w, p, rates, arguments, ca.vertcat(*outputs)
+    def _block(self) -> tuple[ca.SX, ca.SX]:
+        """Parameters, and the matrices in them."""
+        model, w = self.model, ca.SX.sym("w", self.n_w)
+        calls = [w[i] for i, port in enumerate(self.laws) if port.role != "gauge"]
+        made = Evaluation(model, calls)
+        wanted = [s.rate for s in model.stored] + [port.argument for port in self.laws]
+        wanted += [s for _, s, _ in model.readings]
+        wanted += [model.called(n) for n in self.observed]
+        out = ca.vertcat(*(made.value[n] for n in wanted))
+        x, z, u, p = (made.columns[k] for k in "xzup")
+        if z.numel():
+            residual = ca.vertcat(*made.residuals)
+            slope = ca.jacobian(residual, z)
+            rest = ca.substitute(residual, z, ca.SX.zeros(*z.shape))
+            if ca.sprank(slope) < z.numel():
+                raise AlgebraicLoop(
+                    f"{model.name}: the linear part of {model.algebraic[0].reason} is singular; "
+                    "give its laws a linear part, or put a small inertia beside them"
+                )
+            out = ca.substitute(out, z, ca.solve(slope, -rest))
+        v = ca.vertcat(x, u, w)
+        block = ca.densify(ca.jacobian(out, v))
+        if self.n_u > u.numel():
+            constant = ca.substitute(out, v, ca.SX.zeros(*v.shape))
+            at = x.numel() + u.numel()
+            block = ca.horzcat(block[:, :at], ca.densify(constant), block[:, at:])
+        return p, block
 
     @cached_property
     def matrices(self) -> ca.Function:
         """``p -> [[A, B, E], [Cs, Ds, Dsw], [Cy, Dy, Dyw]]``."""
-        x, u, w, p, rates, arguments, outputs = self._signals
-        z = ca.vertcat(x, u, w)
-        block = ca.densify(ca.jacobian(ca.vertcat(rates, arguments, outputs), z))
+        p, block = self._block
         return ca.Function("matrices", [p], [block], ["p"], ["block"])
 
     @cached_property
@@ -116,51 +131,99 @@ class Compiled:
         block = ca.vec(self.matrices(p))
         return ca.Function("dmatrices", [p], [ca.densify(ca.jacobian(block, p))])
 
-    @cached_property
-    def rhs(self) -> ca.Function:
-        """``(t, x, u, p, m) -> (dx/dt, y)`` with the laws at memory `m`.
-
-        The continuous right-hand side for other integrators and exports; laws that depend on
-        their own output through an algebraic path are solved by their closed form or Newton steps.
-        """
-        x, u, w, p, rates, _, outputs = self._signals
-        t = ca.SX.sym("t")
-        memory = ca.SX.sym("m", sum(port.law.n_memory for port in self.space.laws))
-        block = self.matrices(p)
-        n, m = self.n_x, self.n_u
-        rows = slice(n, n + self.n_w)
-        free = block[rows, :n] @ x + block[rows, n : n + m] @ u
-        values = solve_laws(self, free, block[rows, n + m :], memory, p, ca.SX.zeros(self.n_w))
-        put = [(w, values)] if self.n_w else []
-        rates, outputs = (ca.substitute(v, *put[0]) if put else v for v in (rates, outputs))
-        return ca.Function(
-            "rhs", [t, x, u, p, memory], [rates, outputs], ["t", "x", "u", "p", "m"], ["dx", "y"]
-        )
-
     def nominal(self) -> np.ndarray:
         """Parameter vector of the declared values, shape (n_p,)."""
-        return np.array([q.value for q in self.space.parameters.values()])
+        return np.array([q.value for q in self.model.parameters.values()])
 
     def vector(self, values: Mapping[str, float]) -> np.ndarray:
         """Parameter vector with some values changed by name."""
         p = self.nominal()
         for name, v in values.items():
             if name not in self.parameter_names:
-                raise unknown_name("parameter", name, self.space.name, self.parameter_names)
+                raise unknown_name("parameter", name, self.model.name, self.parameter_names)
             p[self.parameter_names.index(name)] = real_number(name, v)
         return p
 
 
 def compile_model(graph: BondGraph, observed: Sequence[str] = ()) -> Compiled:
-    """Derive and compile `graph`; `observed` signals follow the sensors in the outputs."""
-    return Compiled(derive(graph), tuple(observed))
+    """Derive and compile `graph`; `observed` signals follow the sensors in the outputs.
+
+    Raises
+    ------
+    BondsightError
+        It has no equations, or they are not linear up to scalar laws; one line says why.
+    """
+    return replace(lure_of(displaced_equations(graph)), observed=tuple(observed))
 
 
-def law_slices(compiled: Compiled) -> tuple[tuple[LawPort, slice, slice], ...]:
+def exact_form(model: BondGraph | Compiled, observed: Sequence[str] = ()) -> Compiled | None:
+    """Return the exact-step form of a model; None if it needs the general integrator."""
+    if isinstance(model, Compiled):
+        return model
+    try:
+        return compile_model(model, observed)
+    except (AlgebraicLoop, DerivativeCausality, NotLinearUpToLaws):
+        return None
+
+
+def lure_of(model: System) -> Compiled:
+    """Return the linear rest of a system without dependent stores, scalar laws around it.
+
+    Raises
+    ------
+    AlgebraicLoop, NotLinearUpToLaws
+        There is none; the message names the element.
+    """
+    _refuse_products(model)
+    laws: list[LawUse] = []
+    for use in model.laws:
+        laws.append(use)
+        for name in use.ports[1:]:
+            # a law without output makes the signal known at the end of every step
+            beside = model.called(use.law.watched)
+            laws.append(LawUse(name, "gauge", Gauge(), beside, 0, ()))
+    relations = (*model.relations, *(a.residual for a in model.algebraic))
+    read = {s for r in relations for _, s in r.terms} | {use.argument for use in laws}
+    read |= {s.rate for s in model.stored} | {s for _, s, _ in model.readings}
+    named = {s for r in relations for s in r.reads} - read  # coefficients
+    constant = any(r.expression is not None and r.target not in named for r in relations)
+    inputs = (*model.inputs, *model.recorded, *(("one",) if constant else ()))
+    made = Compiled(model, inputs, tuple(laws))
+    if model.algebraic:
+        _ = made._block  # refuses a singular one
+    return made
+
+
+def _refuse_products(model: System) -> None:
+    """Refuse coefficients and expressions of what moves; named ones of parameters stand still."""
+    if extra := [n for n in model.input_rates if n not in model.recorded]:
+        why = next(r.reason for r in model.relations if any(s in extra for _, s in r.terms))
+        raise NotLinearUpToLaws(
+            f"{model.name}: {why.removeprefix('rate read by ')} reads the rate of a signal that "
+            f"{extra[0].partition('_')[2]} moves at once; its equations and simulate know it"
+        )
+    moving = {str(TIME), *model.states, *model.inputs, *model.recorded}
+    moving |= {a.name for a in model.algebraic}
+
+    def product(r: Relation) -> bool:
+        own = None if r.law is None else model.laws[r.law].argument
+        return any(s in moving and s != own for s in r.reads)
+
+    for r in (*model.relations, *(a.residual for a in model.algebraic)):
+        if product(r):
+            raise NotLinearUpToLaws(
+                f"{model.name}: {r.reason} multiplies or transforms signals, so the model is not "
+                "linear up to scalar laws; its equations and simulate take it as it is"
+            )
+        if r.law is not None or not moving.isdisjoint(r.sources):
+            moving.add(r.target)
+
+
+def law_slices(compiled: Compiled) -> tuple[tuple[LawUse, slice, slice], ...]:
     """For each law: the port, its part of the memory, its part of the law parameters."""
     found = []
     m = q = 0
-    for port in compiled.space.laws:
+    for port in compiled.laws:
         n_m, n_q = port.law.n_memory, len(port.parameters)
         found.append((port, slice(m, m + n_m), slice(q, q + n_q)))
         m, q = m + n_m, q + n_q
@@ -197,7 +260,7 @@ def solve_laws(
 
 
 def _solve_together(
-    laws: tuple[tuple[LawPort, slice, slice], ...],
+    laws: tuple[tuple[LawUse, slice, slice], ...],
     free: ca.SX,
     gain: ca.SX,
     memory: ca.SX,
@@ -232,7 +295,7 @@ def _solve_together(
 
 
 def scalar_solution(
-    port: LawPort, free: Any, gain: Any, memory: ca.SX, q: ca.SX, w_last: Any, step: Any
+    port: LawUse, free: Any, gain: Any, memory: ca.SX, q: ca.SX, w_last: Any, step: Any
 ) -> Any:
     """One law closed over its own gain."""
     return port.law.solve(free, gain, split(memory), law_arguments(port.law, q, step), w_last)

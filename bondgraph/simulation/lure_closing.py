@@ -50,7 +50,7 @@ class ClosedLaws:
 def closed_laws(compiled: Compiled, slopes: bool) -> ClosedLaws:
     """Return the laws of `compiled`, with the derivatives of their answer if `slopes`."""
     n_w = compiled.n_w
-    n_m = sum(port.law.n_memory for port in compiled.space.laws)
+    n_m = sum(port.law.n_memory for port in compiled.laws)
     free, gain = ca.SX.sym("free", n_w), ca.SX.sym("gain", n_w, n_w)
     memory, q = ca.SX.sym("memory", n_m), ca.SX.sym("q", len(compiled.law_parameters))
     last, h = ca.SX.sym("last", n_w), ca.SX.sym("h")
@@ -69,7 +69,7 @@ def closed_laws(compiled: Compiled, slopes: bool) -> ClosedLaws:
     # a plain name might be a symbol of the C library
     made = [ca.densify(v) for v in made]
     function = ca.Function("bondsight_laws", given, made, {"cse": True})
-    ports = compiled.space.laws
+    ports = compiled.laws
     memories = tuple(port.law.n_memory for port in ports)
     parameters = tuple(len(port.parameters) for port in ports)
     return ClosedLaws(function, memories, parameters, tuple(rows), tuple(columns))

@@ -125,7 +125,7 @@ class _Key:
 
     def __init__(self, compiled: Compiled, n_d: int) -> None:
         self.compiled, self.n_d = compiled, n_d
-        laws = tuple((port.law.structure, len(port.parameters)) for port in compiled.space.laws)
+        laws = tuple((port.law.structure, len(port.parameters)) for port in compiled.laws)
         self.id = (layout(compiled, n_d), laws)
 
     def __hash__(self) -> int:
@@ -176,10 +176,10 @@ def _blocked_runner(lay: KernelLayout) -> Runner:
 
 def without_banks(compiled: Compiled) -> tuple[Compiled, TakenOut]:
     """Return a model with the plays taken out of its laws, and what was taken out."""
-    ports = compiled.space.laws
+    ports = compiled.laws
     taken = taken_out([(port.law, len(port.parameters)) for port in ports])
     laws = tuple(replace(port, law=law) for port, law in zip(ports, taken.laws, strict=True))
-    return replace(compiled, space=replace(compiled.space, laws=laws)), taken
+    return replace(compiled, laws=laws), taken
 
 
 def _reordered(run: Runner, lay: KernelLayout, inner: KernelLayout, taken: TakenOut) -> Runner:

@@ -52,7 +52,7 @@ class KernelLayout:
 
 def layout(compiled: Compiled, n_d: int) -> KernelLayout:
     """Sizes for `compiled` with `n_d` sensitivity directions."""
-    n_m = sum(port.law.n_memory for port in compiled.space.laws)
+    n_m = sum(port.law.n_memory for port in compiled.laws)
     n_y = compiled.n_y + len(compiled.observed)
     return KernelLayout(
         compiled.n_x, compiled.n_u, compiled.n_w, n_m, n_y, len(compiled.law_parameters), n_d

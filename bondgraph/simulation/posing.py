@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from bondgraph.equations.codegen import program_of, with_signals
-from bondgraph.equations.derivation import system
+from bondgraph.equations.derivation import equations
 from bondgraph.equations.program import Program
 from bondgraph.equations.relation import FINE
 from bondgraph.graph.bond_graph import BondGraph
@@ -77,7 +77,7 @@ def pose(
     observed: Sequence[str],
 ) -> Posed:
     """Derive `graph` and put a record on an even grid `time` to it."""
-    model = system(graph)
+    model = equations(graph)
     program = program_of(model)
     fine = {n: f"{FINE}{n}" for n in model.output_names if f"{FINE}{n}" in model.index}
     watched = tuple(fine.get(n, n) for n in model.output_names) or program.states

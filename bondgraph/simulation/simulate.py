@@ -79,8 +79,8 @@ def simulate(
         Values that differ from the declared ones.
     x0 : ndarray, shape (n_x,), or dict of str to float, optional
         Initial state: an array in the order of `Trajectory.states` (of an earlier run, or of
-        ``derive(graph).states``), or displacements and momenta by name as in
-        ``system(graph).states``; ``"rest"`` is the rest under the first inputs, as of a recording
+        ``equations(graph).lure.states``), or displacements and momenta by name as in
+        ``equations(graph).states``; ``"rest"`` is the rest under the first inputs, as of a record
         that begins long after they were switched on. When not given, everything rests with all
         inputs at zero until the first sample: a constant input is a step.
     hold : {"hold", "linear", "band-limited"}, optional
@@ -115,6 +115,8 @@ def simulate(
     if isinstance(model, BondGraph) and parameters:
         if lines := tried_problems(model, parameters):
             raise UnusableInput(f"{model.name}: {'; '.join(lines)}")
+    from bondgraph.simulation.lure import exact_form
+
     compiled = exact_form(model, observed)
     if integrator is not None:
         return _by_sundials(
@@ -122,42 +124,42 @@ def simulate(
             x0=x0, hold=hold, accuracy=accuracy, observed=observed, memory=memory,
         )  # fmt: skip
     if compiled is not None and isinstance(x0, Mapping):
-        known = tuple(str(v.symbol) for v in compiled.space.states)
+        known = compiled.states
         if any(n.startswith(("z_q_", "z_p_")) for n in known) and isinstance(model, BondGraph):
             compiled = None  # its states are no displacements and momenta
         else:
-            x0 = state_by_name(compiled.space.name, x0, known)
+            x0 = state_by_name(compiled.model.name, x0, known)
     if compiled is None:
         assert isinstance(model, BondGraph)
         return simulate_general(
             model, time, commands, parameters,
             x0=x0, hold=hold, accuracy=accuracy, observed=observed, memory=memory,
         )  # fmt: skip
-    time = even_grid(compiled.space.name, time)
-    commands = checked_commands(compiled.space.name, commands, time)
+    time = even_grid(compiled.model.name, time)
+    commands = checked_commands(compiled.model.name, commands, time)
     for name in commands:
-        if name not in compiled.space.input_names:
-            raise unknown_name("input", name, compiled.space.name, compiled.space.input_names)
+        if name not in compiled.inputs:
+            raise unknown_name("input", name, compiled.model.name, compiled.inputs)
     u = inputs_of(compiled, commands, time)
     p = compiled.vector(parameters or {})
     if not np.isfinite(compiled.matrices(p).full()).all():
         none = [n for n, v in zip(compiled.parameter_names, p, strict=True) if v == 0]
         raise UnusableInput(
-            f"{compiled.space.name}: the equations divide by a parameter that is 0, or by one too "
+            f"{compiled.model.name}: the equations divide by a parameter that is 0, or by one too "
             f"small for it ({', '.join(none) or 'none is 0'}); give other values"
         )
-    known = tuple(str(v.symbol) for v in compiled.space.states)
+    known = compiled.states
     step = float(np.diff(time).mean())
-    hold = hold or ("linear" if compiled.space.recorded else "hold")
+    hold = hold or ("linear" if compiled.model.recorded else "hold")
     if x0 is None or isinstance(x0, str):
         x0, memory = _rested(compiled, p, u, step, x0, memory)
-    start = initial_state(compiled.space.name, x0, known)
+    start = initial_state(compiled.model.name, x0, known)
     n_sub, run = settle(compiled, p, u, step, start, hold, accuracy, memory=memory, loud=True)
-    names = (*compiled.space.output_names, *compiled.observed)
+    names = (*compiled.model.output_names, *compiled.observed)
     outputs = {n: run.y[:, i] for i, n in enumerate(names)}
-    laws = {port.element: (run.s[:, j], run.w[:, j]) for j, port in enumerate(compiled.space.laws)}
+    laws = {port.element: (run.s[:, j], run.w[:, j]) for j, port in enumerate(compiled.laws)}
     return Trajectory(
-        compiled.space.name, time, outputs, laws, n_sub, run.x, run.memory, known, run.settled,
+        compiled.model.name, time, outputs, laws, n_sub, run.x, run.memory, known, run.settled,
         hold=hold,
     )  # fmt: skip
 
@@ -166,7 +168,7 @@ def _rested(
     compiled: Compiled, p: Array, u: Array, step: float, x0: str | None, memory: Memories | None
 ) -> tuple[Array, Memories | None]:
     """Return the state and the memory of a rest before the first sample."""
-    begun = begun_with(compiled.space.name, x0, compiled.space.input_names, u[0])
+    begun = begun_with(compiled.model.name, x0, compiled.inputs, u[0])
     x = equilibrium(compiled, p, begun)
     if np.array_equal(begun, u[0]):
         return x, memory
@@ -191,9 +193,9 @@ def _by_sundials(
     from bondgraph.simulation.sundials.record import simulate_sundials
 
     if not isinstance(model, BondGraph):
-        raise UnusableInput(f"{model.space.name}: {integrator} needs the graph; give that")
+        raise UnusableInput(f"{model.model.name}: {integrator} needs the graph; give that")
     if compiled is not None and not isinstance(x0, Mapping):
-        known = tuple(str(v.symbol) for v in compiled.space.states)
+        known = compiled.states
         if x0 is None or isinstance(x0, str):
             time = even_grid(model.name, time)
             u = inputs_of(compiled, checked_commands(model.name, commands, time), time)
@@ -205,23 +207,6 @@ def _by_sundials(
         model, time, commands, parameters, integrator,
         x0=x0, memory=memory, relaxed=compiled is not None, **rest,
     )  # fmt: skip
-
-
-def exact_form(model: BondGraph | Compiled, observed: Sequence[str] = ()) -> Compiled | None:
-    """Return the exact-step form of a model; None if it needs the general integrator."""
-    from bondgraph.equations.state_space import (
-        AlgebraicLoop,
-        DerivativeCausality,
-        NotLinearUpToLaws,
-    )
-    from bondgraph.simulation.lure import compile_model
-
-    if not isinstance(model, BondGraph):
-        return model
-    try:
-        return compile_model(model, observed)
-    except (AlgebraicLoop, DerivativeCausality, NotLinearUpToLaws):
-        return None
 
 
 def simulate_general(

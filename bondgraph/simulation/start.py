@@ -55,10 +55,10 @@ def inputs_of(
     """
     n = time.size
     u = np.empty((n, compiled.n_u))
-    for i, name in enumerate(compiled.space.input_names):
+    for i, name in enumerate(compiled.inputs):
         given = commands.get(name, own_input(name, n))
         whole = commands.get(name.partition("_")[2])
-        if name in compiled.space.recorded and whole is not None:
+        if name in compiled.model.recorded and whole is not None:
             given = slopes(whole, float(np.diff(time).mean()) if n > 1 else 1.0, breaks)
         if given is None:
             raise unknown_name("input", name, "the commands", list(commands))
@@ -107,10 +107,8 @@ def equilibrium(compiled: Compiled, p: Array, u: Array) -> Array:
     """State at rest under constant inputs `u` (shape (n_u,)); integrators stay at zero."""
     from bondgraph.simulation.first_order_hold import blocks
 
-    space = compiled.space
-    if space.recorded:  # where nothing moves, nothing has a rate
-        u = np.where([n in space.recorded for n in space.input_names], 0.0, u)
-
+    if recorded := compiled.model.recorded:  # where nothing moves, nothing has a rate
+        u = np.where([n in recorded for n in compiled.inputs], 0.0, u)
     block = np.asarray(compiled.matrices(p).full(), float)
     parts = blocks(compiled, block)
     a, b = parts.a, parts.b[:, : compiled.n_u] @ u

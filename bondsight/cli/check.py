@@ -19,12 +19,12 @@ def add_check_command(verbs: Any) -> None:
 def _check(options: argparse.Namespace) -> int:
     from actuators.models.opening import load_model
     from bondgraph.causality.assignment import assign_causality
-    from bondgraph.equations.derivation import system
+    from bondgraph.equations.derivation import equations
 
     graph = load_model(options.model)
     if lines := graph.check():
         print("\n".join(lines), file=sys.stderr)
         return 2
     print(assign_causality(graph))
-    print(f"sound: {len(graph.elements)} elements, states {', '.join(system(graph).states)}")
+    print(f"sound: {len(graph.elements)} elements, states {', '.join(equations(graph).states)}")
     return 0

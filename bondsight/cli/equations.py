@@ -22,7 +22,7 @@ def add_equations_command(verbs: Any) -> None:
 
 def _equations(options: argparse.Namespace) -> int:
     from actuators.models.opening import load_model
-    from bondgraph.export.notations import equations
+    from bondgraph.export.notations import notation
 
-    print(equations(load_model(options.model, loaded=True), options.format))
+    print(notation(load_model(options.model, loaded=True), options.format))
     return 0

@@ -7,11 +7,11 @@ from typing import Any, Protocol, final
 
 import numpy as np
 
+from bondgraph.equations.derivation import equations
 from bondgraph.equations.program import Program
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.simulation.exact_run import prepare, run_record
-from bondgraph.simulation.lure import Compiled, law_slices
-from bondgraph.simulation.simulate import exact_form
+from bondgraph.simulation.lure import Compiled, exact_form, law_slices
 from bondgraph.simulation.start import equilibrium
 from bondgraph.support.arrays import FloatArray as Array
 from bondgraph.support.errors import BondsightError, UnusableInput
@@ -47,13 +47,11 @@ def march_of(
     graph: BondGraph, source: str, parameters: Mapping[str, float], step: float, substeps: int
 ) -> March:
     """Return the way that fits the model."""
-    compiled = exact_form(graph)
-    if compiled is not None:
-        return ExactMarch(compiled, source, parameters, step, substeps)
     from bondgraph.equations.codegen import program_of
-    from bondgraph.equations.derivation import system
 
-    return GeneralMarch(program_of(system(graph)), source, parameters, step, substeps)
+    if (compiled := exact_form(graph)) is not None:
+        return ExactMarch(compiled, source, parameters, step, substeps)
+    return GeneralMarch(program_of(equations(graph)), source, parameters, step, substeps)
 
 
 def _refuse_rates(name: str, rates: Sequence[str]) -> None:
@@ -76,11 +74,11 @@ class ExactMarch:
         step: float,
         substeps: int,
     ) -> None:
-        names = compiled.space.input_names
-        _refuse_rates(compiled.space.name, compiled.space.recorded)
+        names = compiled.inputs
+        _refuse_rates(compiled.model.name, compiled.model.recorded)
         if ramps := [n for n in names if n.startswith("ramp")]:
             raise UnusableInput(
-                f"{compiled.space.name}: {', '.join(ramps)} belongs to the length of a record; a "
+                f"{compiled.model.name}: {', '.join(ramps)} belongs to the length of a record; a "
                 "bench has none: leave the drift out"
             )
         p = compiled.vector(parameters)
@@ -89,7 +87,7 @@ class ExactMarch:
         self._still = still
         ready = prepare(compiled, p, step, substeps)
         self._march, self._substeps = ready.onward, substeps
-        self.outputs = tuple(n for n, *_ in compiled.space.outputs)
+        self.outputs = tuple(n for n, *_ in compiled.model.readings)
         x0 = equilibrium(compiled, p, still)
         first = run_record(compiled, p, np.stack([still, still]), step, x0, n_sub=substeps)
         memory = [

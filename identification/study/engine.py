@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
 from typing import Any
@@ -16,11 +16,10 @@ from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import Parameter
 from bondgraph.simulation.exact_run import KernelRun, Memories, Prepared, prepare, run_prepared
 from bondgraph.simulation.first_order_hold import Blocks, blocks, continuous
-from bondgraph.simulation.lure import Compiled
+from bondgraph.simulation.lure import Compiled, exact_form
 from bondgraph.simulation.radau.native import PreparedGeneral, prepare_general, run_general
 from bondgraph.simulation.radau.start import evaluated, rest
 from bondgraph.simulation.radau.start import inputs_of as general_inputs
-from bondgraph.simulation.simulate import exact_form
 from bondgraph.simulation.start import equilibrium, fine_inputs, inputs_of, own_input
 from bondgraph.support.arrays import Array, ComplexArray
 from bondgraph.support.errors import BondsightError
@@ -181,23 +180,22 @@ class ExactEngine(Engine):
     @cached_property
     def names(self) -> FunctionNames:
         """Names of the state space."""
-        space = self.compiled.space
-        states = {str(s.symbol): s.unit for s in space.states}
+        c, model = self.compiled, self.compiled.model
         return FunctionNames(
-            space.name, tuple(states), (), space.input_names, tuple(space.parameters), (),
-            space.output_names, space.recorded, states, tuple(self.compiled.nominal().tolist()),
+            model.name, c.states, (), c.inputs, c.parameter_names, (), model.output_names,
+            model.recorded, {s.name: s.unit for s in model.stored}, tuple(c.nominal().tolist()),
             (), (), (),
         )  # fmt: skip
 
     @property
     def parameters(self) -> Mapping[str, Parameter]:
         """Declared parameters, in order."""
-        return self.compiled.space.parameters
+        return self.compiled.model.parameters
 
     @property
     def exact_step(self) -> bool:
         """Whether there is no law between the steps."""
-        return not self.compiled.space.laws
+        return not self.compiled.laws
 
     def inputs(
         self, commands: Mapping[str, Array], time: Array, breaks: Sequence[int] = ()
@@ -231,7 +229,7 @@ class ExactEngine(Engine):
     @cached_property
     def _observed(self) -> Compiled:
         """The model with every state among its readings."""
-        return Compiled(self.compiled.space, self.state_names)
+        return replace(self.compiled, observed=self.state_names)
 
     def small_signal(self, p: Array, u: Array) -> SmallSignal:
         """Return the linear rest; laws count with their linear slope, wherever the rest is."""
@@ -361,6 +359,6 @@ def engine_of(model: Model) -> Engine:
     if (compiled := exact_form(model)) is not None:
         return ExactEngine(compiled)
     from bondgraph.equations.codegen import program_of
-    from bondgraph.equations.derivation import system
+    from bondgraph.equations.derivation import equations
 
-    return GeneralEngine(program_of(system(model)), model.parameters)
+    return GeneralEngine(program_of(equations(model)), model.parameters)

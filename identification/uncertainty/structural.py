@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from bondgraph.analysis.exact_algebra import PRIME, echelon
 from bondgraph.analysis.kalman import null_vectors
-from bondgraph.equations.derivation import system
+from bondgraph.equations.derivation import equations
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import Sensor
 from bondgraph.support.errors import UnusableInput, unknown_name
@@ -149,7 +149,7 @@ def structural_rank(graph: BondGraph, free: Sequence[str], seed: int = 1) -> int
     """Return how many numbers about `free` can be determined, without naming combinations."""
     graph = _not_rounded(graph)
     try:
-        everything = tuple(dict.fromkeys((*system(graph).parameters, *free)))
+        everything = tuple(dict.fromkeys((*equations(graph).parameters, *free)))
         point = random_integers(everything, seed)
         return len(echelon(transfer_jacobian(graph, free, point)))
     except UnusableInput:
@@ -157,7 +157,7 @@ def structural_rank(graph: BondGraph, free: Sequence[str], seed: int = 1) -> int
 
 
 def _free(graph: BondGraph, free: Sequence[str] | None) -> tuple[str, ...]:
-    known = dict(system(graph).parameters)
+    known = dict(equations(graph).parameters)
     known |= {n: p for n, p in graph.parameters.items() if n not in known}
     if free is not None:
         for n in free:
@@ -166,13 +166,13 @@ def _free(graph: BondGraph, free: Sequence[str] | None) -> tuple[str, ...]:
     names = tuple(free) if free is not None else tuple(n for n, p in known.items() if not p.fixed)
     if not names:
         raise UnusableInput(f"{graph.name}: no parameter is free; name some with free=")
-    if not system(graph).readings:
+    if not equations(graph).readings:
         raise UnusableInput(f"{graph.name} has no sensor, so nothing is determined; add one")
     return names
 
 
 def _exact(graph: BondGraph, names: tuple[str, ...], seed: int) -> StructuralIdentifiability:
-    everything = tuple(dict.fromkeys((*system(graph).parameters, *names)))
+    everything = tuple(dict.fromkeys((*equations(graph).parameters, *names)))
     points = [random_integers(everything, seed + k) for k in range(2)]
     forms = [echelon(transfer_jacobian(graph, names, p)) for p in points]
     rank = max(len(f) for f in forms)

@@ -18,7 +18,7 @@ from typing import TypeAlias
 from bondgraph.analysis.exact_algebra import PRIME
 from bondgraph.analysis.kalman import SET_ASIDE
 from bondgraph.analysis.linear import linear_rates
-from bondgraph.equations.derivation import system
+from bondgraph.equations.derivation import equations
 from bondgraph.equations.system import System
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import Sensor, Source
@@ -52,7 +52,7 @@ def transfer_jacobian(graph: BondGraph, free: Sequence[str], point: Mapping[str,
     UnusableInput
         The graph is not linear, has constant inputs, or a coefficient is no rational function.
     """
-    model = system(graph)
+    model = equations(graph)
     delays = delays_of(graph)
     own = [n for n in free if n in model.parameters and n not in delays]
     constants = [u for u in model.inputs if u.rstrip("0123456789") in SET_ASIDE]

@@ -105,7 +105,7 @@ def _once(segments: int, family: str) -> dict[str, float]:
 
     from bondgraph.analysis.linear import linear_rates
     from bondgraph.equations.codegen import program_of
-    from bondgraph.equations.derivation import system
+    from bondgraph.equations.derivation import equations
 
     clear_cache()  # a repetition must not find the work of the one before
     gc.collect()
@@ -118,7 +118,7 @@ def _once(segments: int, family: str) -> dict[str, float]:
         return made
 
     graph = timed("build", lambda: chain(segments, family))
-    model = timed("equations", lambda: system(graph))
+    model = timed("equations", lambda: equations(graph))
     timed("function", lambda: program_of(model).rhs)
     timed("numeric", lambda: linear_rates(model))
     if segments <= MOST_CLOSED:

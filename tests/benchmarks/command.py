@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from actuators import stack_bond_graph
-from bondgraph.equations.state_space import derive
+from bondgraph.equations.derivation import equations
 from bondgraph.laws import StopSum
 from bondgraph.simulation.exact_run import run_record
 from bondgraph.simulation.lure import compile_model
@@ -49,7 +49,8 @@ def _best(action: Callable[[], object], repeats: int = 3) -> float:
 def derivation() -> None:
     """Equations of the stack model."""
     graph = stack_bond_graph(sensors=("x", "i"))
-    print(f"causality and equations of {graph.name}: {1e3 * _best(lambda: derive(graph)):.1f} ms")
+    spent = _best(lambda: equations(graph))
+    print(f"causality and equations of {graph.name}: {1e3 * spent:.1f} ms")
 
 
 def simulation() -> None:

@@ -115,14 +115,14 @@ def _peer(found: dict[int, dict[str, Any]]) -> None:
 def _stack_models() -> None:
     """Print the closed forms of every stack model, after one call that loads what SymPy needs."""
     from actuators.models.catalogue import MODELS
-    from bondgraph.equations.derivation import system
+    from bondgraph.equations.derivation import equations
 
-    system(MODELS["resonator"]()).rates
+    equations(MODELS["resonator"]()).rates
     for name, model in MODELS.items():
         if name.startswith("stack"):
             graph = model()
             begin = time.perf_counter()
-            system(graph).rates
+            equations(graph).rates
             print(limit_line(f"{name}: closed forms, s", time.perf_counter() - begin, 0.1))
 
 

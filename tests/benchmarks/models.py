@@ -9,7 +9,7 @@ import numpy as np
 
 from actuators.models.catalogue import MODELS
 from bondgraph.equations.codegen import program
-from bondgraph.equations.derivation import system
+from bondgraph.equations.derivation import equations
 from bondgraph.hysteresis.fitting import fit_weights
 from bondgraph.simulation.radau.native import prepare_general, run_general
 from tests.benchmarks.bounds import Measured, best, judged
@@ -28,7 +28,7 @@ def measured() -> Iterator[Measured]:
     """Every stack of the catalogue; 0.5 and 0.7 us a step; 0.07 s for forty weights."""
     for name in (n for n in MODELS if n.startswith("stack_")):
         graph = MODELS[name]()
-        yield Measured(f"closed form of {name}", best(lambda g=graph: system(g).rates), 0.1)  # type: ignore[misc]
+        yield Measured(f"closed form of {name}", best(lambda g=graph: equations(g).rates), 0.1)  # type: ignore[misc]
     for make in (duffing, silverbox):
         made = program(make())
         ready = prepare_general(made, point(made), STEP, 1, range(7), True)

@@ -15,7 +15,7 @@ import numpy as np
 
 from actuators import stack_bond_graph
 from bondgraph.equations.codegen import program_of
-from bondgraph.equations.derivation import system
+from bondgraph.equations.derivation import equations
 from bondgraph.hysteresis import Ang, MaxwellResistiveCapacitor, PrandtlIshlinskii
 from bondgraph.hysteresis.plays.play import weighted_plays
 from bondgraph.laws import Hysteretic
@@ -179,7 +179,7 @@ def _in_a_graph(count: int, t: Any, voltage: Any) -> None:
     record(2)
     first = spent() - begin
     begin = spent()
-    model = program_of(system(stack_bond_graph(Hysteretic(law))))
+    model = program_of(equations(stack_bond_graph(Hysteretic(law))))
     p_general, x_general = np.array(model.nominal), np.zeros(len(model.states))
     u_general = np.zeros((RECORD, len(model.inputs)))
     u_general[:, model.inputs.index("V_in")] = voltage

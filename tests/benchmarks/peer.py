@@ -11,7 +11,7 @@ from typing import Any
 import sympy as sp
 
 from bondgraph.analysis.linear import linear_rates
-from bondgraph.equations.derivation import system
+from bondgraph.equations.derivation import equations
 from bondgraph.support.errors import UnusableInput
 from tests.benchmarks.chain import DAMPING, STIFFNESS, chain, mass
 from tests.proof.conformance.reader import read_expression
@@ -72,8 +72,8 @@ def peer_time(python: str, segments: int, limit: float) -> PeerTime:
 
 def difference(segments: int, reply: dict[str, Any]) -> float:
     """Return the largest relative difference of the peer's coefficients from ours."""
-    ours = linear_rates(system(chain(segments)))
-    names = [s.name for s in system(chain(segments)).stored]
+    ours = linear_rates(equations(chain(segments)))
+    names = [s.name for s in equations(chain(segments)).stored]
     position = {n: i for i, n in enumerate(names)}
     table = {x: f"{'p' if n.startswith('m') else 'q'}_{n}" for x, n in reply["states"].items()}
     table |= reply["controls"]

@@ -18,7 +18,7 @@ from actuators.models.catalogue import MODELS
 from actuators.models.opening import load_model
 from bondgraph import BondGraph, UnknownName, UnusableInput
 from bondgraph.export.formats import FORMATS, export
-from bondgraph.export.notations import NOTATIONS, equations
+from bondgraph.export.notations import NOTATIONS, notation
 from bondsight.cli.export import add_export_command
 from tests.settled import simulate
 from tests.spring import spring
@@ -105,7 +105,7 @@ def test_missing_words_are_named_in_one_line() -> None:
     with pytest.raises(UnknownName, match="no format 'matlab'"):
         export(carriage(), "matlab")
     with pytest.raises(UnknownName, match=r"no notation 'Latex'.*Did you mean 'latex'"):
-        equations(carriage(), "Latex")
+        notation(carriage(), "Latex")
 
 
 def test_the_model_file_is_not_overwritten(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -190,29 +190,29 @@ def test_json_is_the_same_graph(model: str, tmp_path: Path) -> None:
     (file,) = export(MODELS[model](), "json", tmp_path)
     again = load_model(str(file))
     assert list(again.elements) == list(MODELS[model]().elements)
-    assert equations(again, "ordered") == equations(MODELS[model](), "ordered")
+    assert notation(again, "ordered") == notation(MODELS[model](), "ordered")
     assert json.loads(file.read_text())["schema"].startswith("bondsight-graph/")
 
 
 @pytest.mark.parametrize("notation", tuple(NOTATIONS))
 @pytest.mark.parametrize("model", [LINEAR, MEMORY])
 def test_every_notation_prints_every_model(notation: str, model: str) -> None:
-    text = equations(MODELS[model](), notation)
+    text = notation(MODELS[model](), notation)
     assert len(text) > 10
     assert not text.endswith("\n")
 
 
 def test_text_names_everything() -> None:
-    text = equations(MODELS[LINEAR](), "text")
+    text = notation(MODELS[LINEAR](), "text")
     for part in ("R_e = 20 ohm", "outputs: ", "x [m]", "i [A]", "inputs: V_in", "dp_m/dt := "):
         assert part in text
-    assert "operator(c_V_in; 12 numbers of memory)" in equations(MODELS[MEMORY](), "text")
+    assert "operator(c_V_in; 12 numbers of memory)" in notation(MODELS[MEMORY](), "text")
 
 
 def test_exports_agree_with_the_printed_notations(tmp_path: Path) -> None:
     graph = carriage()
     for name in ("numpy", "modelica", "json"):
         (file,) = export(graph, name, tmp_path)
-        assert file.read_text(encoding="utf-8").rstrip("\n") == equations(graph, name)
+        assert file.read_text(encoding="utf-8").rstrip("\n") == notation(graph, name)
     for file in export(graph, "c", tmp_path / "c"):
-        assert file.read_text(encoding="utf-8").rstrip("\n") in equations(graph, "c")
+        assert file.read_text(encoding="utf-8").rstrip("\n") in notation(graph, "c")

@@ -25,10 +25,9 @@ from bondgraph import (
     Se,
     Sf,
     Zero,
-    derive,
 )
-from bondgraph.equations.state_space import port_signals
-from bondgraph.simulation.lure import Compiled
+from bondgraph.equations.bond_signals import SignalNames
+from bondgraph.simulation.lure import compile_model
 
 quick = settings(max_examples=25, deadline=None, derandomize=True, database=None)
 seeds = st.integers(0, 2**32 - 1)
@@ -146,16 +145,23 @@ def at_state(x: dict[str, float], u: float) -> Any:
     return known
 
 
+def port_signals(g: BondGraph) -> dict[str, tuple[str, str]]:
+    """Names of the effort and the flow at every one-port element."""
+    names = SignalNames(g)
+    ports = (e.name for e in g.elements.values() if e.n_ports == 1)
+    return {n: names.pair(*g.bonds_of(n)) for n in ports}
+
+
 def numbers(g: BondGraph) -> Any:
     """Matrices A, B, C, D of the derived model; outputs are all port signals it has."""
-    space = derive(g)
-    available = {str(a.target) for a in space.assignments}
+    model = compile_model(g)
+    available = set(model.model.index)
     ports = port_signals(g)
     observed = tuple(dict.fromkeys(n for pair in ports.values() for n in pair if n in available))
-    model = Compiled(space, observed)
+    model = replace(model, observed=observed)
     block = model.matrices(model.nominal()).full()
     n = model.n_x
-    return space, ports, observed, block[:n, :n], block[:n, n:], block[n:, :n], block[n:, n:]
+    return model.model, ports, observed, block[:n, :n], block[:n, n:], block[n:, :n], block[n:, n:]
 
 
 def derived(seed: int) -> Any:
@@ -206,8 +212,8 @@ def test_a_and_b_equal_the_brute_force(seed: int) -> None:
     g, made = derived(seed)
     if made is None or made[0].causality.derivative:
         return
-    space, _, _, a, b, _, _ = made
-    stores = [s.element for s in space.states]
+    model, _, _, a, b, _, _ = made
+    stores = [s.element for s in model.stored]
     for column in range(len(stores) + 1):
         x = {n: float(i == column) for i, n in enumerate(stores)}
         exact = brute_force(g, at_state(x, float(column == len(stores))))
@@ -222,10 +228,10 @@ def test_energy_rate_is_input_power_less_dissipation(seed: int) -> None:
     g, made = derived(seed)
     if made is None or made[0].causality.derivative:
         return
-    space, ports, observed, a, b, c, d = made
+    model, ports, observed, a, b, c, d = made
     rng = np.random.default_rng(seed)
     x, u = rng.normal(size=len(a)), rng.normal(size=1)
-    gradient = np.array([v / g[s.element].value for v, s in zip(x, space.states, strict=True)])
+    gradient = np.array([v / g[s.element].value for v, s in zip(x, model.stored, strict=True)])
     signal = dict(zip(observed, c @ x + d @ u, strict=True))
     power = signal[ports["u"][0]] * signal[ports["u"][1]]
     heat = [signal[ports[e.name][0]] * signal[ports[e.name][1]] for e in g.of_type(R)]

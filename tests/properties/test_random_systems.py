@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 from bondgraph import BondGraph, CausalConflict, GraphError
 from bondgraph.analysis.linear import eigenvalues, linear_rates
 from bondgraph.equations.codegen import signal_function
-from bondgraph.equations.derivation import system
+from bondgraph.equations.derivation import equations
 from bondgraph.equations.system import System
 from tests.properties.graphs import degree, pencil, random_graph
 
@@ -30,7 +30,7 @@ def derived(g: BondGraph) -> tuple[System | None, int | None]:
     e, a, _, _ = pencil(g)
     order = degree(e, a)
     try:
-        return system(g), order
+        return equations(g), order
     except CausalConflict:
         return None, order
     except GraphError:

@@ -201,7 +201,7 @@ class _Run:
         on_grid = np.abs(self.grid[np.clip(near, 0, self.grid.size - 1)] - done.time) <= slack
         if not last:
             on_grid[-1] = False  # the next piece gives it
-        for n in mode.compiled.space.output_names:
+        for n in mode.compiled.model.output_names:
             values = done[n] + self.shift.get(n, 0.0)
             self.outputs.setdefault(n, []).append(values[on_grid])
             self.held[f"y {n}"] = float(values[-1])
@@ -214,9 +214,9 @@ class _Run:
         from bondgraph.simulation.start import begun_with, equilibrium, inputs_of
 
         now = {n: v[:1] for n, v in self.commands.items()}
-        p, space = mode.compiled.vector(self.parameters), mode.compiled.space
+        model, p = mode.compiled, mode.compiled.vector(self.parameters)
         first = inputs_of(mode.compiled, now, np.zeros(1))[0]
-        x = equilibrium(mode.compiled, p, begun_with(space.name, None, space.input_names, first))
+        x = equilibrium(model, p, begun_with(model.model.name, None, model.inputs, first))
         for name, value in (start or {}).items():
             if name not in mode.states:
                 raise unknown_name("state", name, f"mode {mode.text}", mode.states)
@@ -240,7 +240,7 @@ class _Run:
 
 
 def _remembering(mode: Mode) -> set[str]:
-    return {port.element for port in mode.compiled.space.laws if port.law.n_memory}
+    return {port.element for port in mode.compiled.laws if port.law.n_memory}
 
 
 def _even(times: Array) -> list[Array]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -24,27 +25,25 @@ class Mode:
     """A compiled mode with everything that its storages hold among the outputs."""
 
     def __init__(self, graph: BondGraph, mode: Mapping[str, bool]) -> None:
-        from bondgraph.equations.state_space import derive
         from bondgraph.simulation.lure import compile_model
 
         self.text = ", ".join(f"{n} {'on' if on else 'off'}" for n, on in mode.items())
         resolved = in_mode(graph, mode)
         try:
-            space = derive(resolved)
+            compiled = compile_model(resolved)
         except GraphError as error:
             raise GraphError(f"mode {self.text}: {error}") from error
-        self.states = tuple(str(s.symbol) for s in space.states)
-        known = {*self.states, *(str(a.target) for a in space.assignments)}
+        self.states = compiled.states
         stored = [
             f"{'q' if isinstance(e, C | CField) else 'p'}_{n}"
             for n, _, e in storage_ports(resolved)
         ]
-        self.stores = tuple(s for s in stored if s in known)
+        self.stores = tuple(s for s in stored if s in compiled.model.signals)
         self.taps = tuple(e.name for e in resolved.of_type(Dq) if e.law is None and not e.drift)
         shifted = {f"z_{s}" for s in self.stores}  # what they mean differs from mode to mode
         own = tuple(s for s in self.states if s not in self.stores and s not in shifted)
         self.carried = (*self.stores, *own)
-        self.compiled: Compiled = compile_model(resolved, self.carried)
+        self.compiled: Compiled = replace(compiled, observed=self.carried)
 
 
 def taken_over(
@@ -128,7 +127,7 @@ def _refuse_impulse(
         return
     n = next((n for n in off if n not in mode.states), off[0])
     raise GraphError(
-        f"{mode.compiled.space.name}: switching to {mode.text} at {begin:g} s needs an impulse: "
+        f"{mode.compiled.model.name}: switching to {mode.text} at {begin:g} s needs an impulse: "
         f"the store {n[2:]} holds {n} = {old[n]:.6g} and would have to jump to about "
         f"{new[n]:.6g}; switch when it fits, or put a resistance (a compliance) beside it"
     )

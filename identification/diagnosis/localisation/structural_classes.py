@@ -16,10 +16,11 @@ import numpy as np
 from scipy.linalg import matrix_balance
 
 from bondgraph.analysis.sensor_advice import unmeasured
+from bondgraph.equations.derivation import equations
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import Df, Sensor, Source
 from bondgraph.simulation.first_order_hold import blocks
-from bondgraph.simulation.simulate import exact_form
+from bondgraph.simulation.lure import exact_form
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import BondsightError
 from identification.diagnosis.screening.latent_input import probed_graph
@@ -93,13 +94,10 @@ def latent_columns(graph: BondGraph, frequencies: Array) -> tuple[list[str], Arr
 
 def linear_part(graph: BondGraph) -> tuple[Array, Array, Array, Array, list[str]]:
     """Return A, B, C, D and the inputs, laws after them; of other models, linear about rest."""
-    compiled = exact_form(graph)
-    if compiled is not None:
+    if (compiled := exact_form(graph)) is not None:
         parts = blocks(compiled, np.asarray(compiled.matrices(compiled.nominal()).full(), float))
-        return parts.a, parts.b, parts.cy, parts.dy, [str(u) for u in compiled.space.input_names]
-    from bondgraph.equations.derivation import system
-
-    model = system(graph)
+        return parts.a, parts.b, parts.cy, parts.dy, list(compiled.inputs)
+    model = equations(graph)
     about = model.linearise()
     values = {p.symbol: p.value for p in model.parameters.values()}
     matrices = [

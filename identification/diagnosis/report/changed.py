@@ -10,20 +10,9 @@ import matplotlib as mpl
 import sympy as sp
 from matplotlib.figure import Figure
 
-from bondgraph.equations.derivation import system
-from bondgraph.equations.relation import Relation
-from bondgraph.equations.state_space import StateSpace, derive
+from bondgraph.equations.derivation import equations
 from bondgraph.equations.system import System
-from bondgraph.export.latex import (
-    deviation_name,
-    latex,
-    law_name,
-    ordered_latex,
-    pretty,
-    rate_of,
-    system_latex,
-    tex,
-)
+from bondgraph.export.latex import deviation_name, latex, law_name, ordered, pretty, tex
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import C, Element, R, Sensor, Source, symbol
 from bondgraph.laws.watching import WatchingLaw
@@ -57,78 +46,35 @@ class Change:
 def changes(before: BondGraph, after: BondGraph) -> tuple[tuple[Change, ...], tuple[Change, ...]]:
     """Return changed assignments, and changed closed rates and outputs."""
     try:
-        old, new = derive(before), derive(after)
-        return _differences(_ordered(old), _ordered(new)), _differences(_closed(old), _closed(new))
-    except BondsightError:
-        pass  # not linear up to scalar laws: the exact equations of both
-    try:
-        first, last = system(before), system(after)
+        old, new = equations(before), equations(after)
     except BondsightError:
         return (), ()
-    return (
-        _differences(_relations(first), _relations(last)),
-        _differences(_closed_system(first), _closed_system(last)),
-    )
+    return _differences(_ordered(old), _ordered(new)), _differences(_closed(old), _closed(new))
 
 
 Equations = dict[str, tuple[str, str]]
 """What an equation gives -> the equation and what it is."""
 
 
-def _ordered(space: StateSpace) -> Equations:
-    reasons = [a.reason for a in space.assignments]
-    reasons += [f"state of {s.element}" for s in space.states]
-    reasons += [f"reading {n}" for n in space.output_names]
-    found = {}
-    for line, reason in zip(_lines(ordered_latex(space)), reasons, strict=True):
-        left, _, right = re.sub(r"\s*&& \\text\{.*$", "", line).partition(" &:= ")
-        found[left] = (f"{left} = {right}", reason)
-    return found
+def _ordered(model: System) -> Equations:
+    keys = [*model.index, *(a.name for a in model.algebraic)]
+    keys += [f"rate of {n}" for n in model.states] + [f"reading {n}" for n in model.output_names]
+    return {
+        key: (f"{left} = {tex(right)}", key if reason == "output" else reason)
+        for key, (left, _, right, reason) in zip(keys, ordered(model), strict=True)
+    }
 
 
-def _closed(space: StateSpace) -> Equations:
-    names = [f"rate of {s.symbol}" for s in space.states] + [
-        f"reading {n}" for n in space.output_names
-    ]
-    return _named(latex(space), names)
+def _closed(model: System) -> Equations:
+    names = [f"rate of {n}" for n in model.states]
+    names += [f"{a.name} solves it" for a in model.algebraic]
+    names += [f"reading {n}" for n in model.output_names]
+    return _named(latex(model), names)
 
 
 def _named(aligned: str, names: list[str]) -> Equations:
     lines = _lines(aligned)
     return {n: (line.replace(" &= ", " = ", 1), n) for n, line in zip(names, lines, strict=True)}
-
-
-def _relations(model: System) -> Equations:
-    found = {
-        r.target: (f"{tex(symbol(r.target))} = {tex(_whole(model, r))}", r.reason)
-        for r in model.relations
-    }
-    for a in model.algebraic:
-        found[a.name] = (f"0 = {tex(_whole(model, a.residual))}", f"{a.name} solves it: {a.reason}")
-    for s in model.stored:
-        rate = f"{rate_of(symbol(s.name))} = {tex(symbol(s.rate))}"
-        found[f"rate of {s.name}"] = (rate, f"state of {s.element}")
-    for n, signal, _ in model.readings:
-        found[f"reading {n}"] = (f"{pretty(n)} = {tex(symbol(signal))}", f"reading {n}")
-    return found
-
-
-def _whole(model: System, r: Relation) -> sp.Expr:
-    """Right-hand side (or residual) of a relation, its law as a named function."""
-    terms, parts = r.terms, [] if r.expression is None else [r.expression]
-    if r.law is not None:
-        use = model.laws[r.law]
-        ending = {"drive": "_drive", "sensor": "_reading"}.get(use.role, "")
-        parts.append(sp.Function(f"{use.element}{ending}")(symbol(use.argument)))
-        terms = tuple((c, s) for c, s in terms if s != use.argument)
-    return sp.Add(*(c * symbol(s) for c, s in terms), *parts)
-
-
-def _closed_system(model: System) -> Equations:
-    names = [f"rate of {n}" for n in model.states]
-    names += [f"{a.name} solves it" for a in model.algebraic]
-    names += [f"reading {n}" for n in model.output_names]
-    return _named(system_latex(model), names)
 
 
 def _lines(aligned: str) -> list[str]:

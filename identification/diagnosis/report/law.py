@@ -59,7 +59,7 @@ def path(trial: Candidate) -> LawPath | None:
 def law_ports(f: Fit) -> list[str]:
     """Elements with a scalar law, in the order of the exact step; empty for general graphs."""
     lure = f.problem.engine.lure
-    return [] if lure is None else [p.element for p in lure.space.laws]
+    return [] if lure is None else [p.element for p in lure.laws]
 
 
 def _run(f: Fit, column: int) -> tuple[Array, Array]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping
+from dataclasses import replace
 
 import numpy as np
 
@@ -27,7 +28,6 @@ from bondgraph.graph.elements import (
 )
 from bondgraph.signals.units import Dimension
 from bondgraph.simulation.exact_run import prepare, run_prepared
-from bondgraph.simulation.lure import Compiled
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import BondsightError, UnusableInput
 from identification.diagnosis.screening.port_history import FittedModel, PortHistory
@@ -170,10 +170,9 @@ def observed(
     """
     if engine.lure is None:
         raise UnusableInput(f"{problem.graph.name} is not linear up to scalar laws")
-    space = engine.lure.space
-    known = {str(s.symbol) for s in space.states} | {str(a.target) for a in space.assignments}
-    names = tuple(sorted(known & set(wanted)))
-    seen = Compiled(space, names)
+    model = engine.lure.model
+    names = tuple(sorted(model.signals & set(wanted)))
+    seen = replace(engine.lure, observed=names)
     ready = by_step(lambda h: prepare(seen, p, h, problem.steps))
     trace = np.full((problem.data.n, len(names)), np.nan)
     for w, x0 in zip(windows(problem), states, strict=True):

@@ -92,8 +92,9 @@ class Candidate:
     @property
     def misstated(self) -> bool:
         """Whether it is a gain, beyond its bounds, of a sensor whose calibration was stated."""
-        stated = {p.name for p in self.fit.problem.gains}
-        return self.effect == SensorGainEffect.name and gain_name(self.element) in stated
+        if self.effect != SensorGainEffect.name:
+            return False
+        return gain_name(self.element) in {p.name for p in self.fit.problem.gains}
 
     @cached_property
     def added(self) -> float:

@@ -32,7 +32,7 @@ class ExactPlant(FilterPlant):
     def structure(self) -> tuple[object, ...]:
         """Sizes and laws, and `feedthrough`."""
         c = self.compiled
-        laws = tuple((port.law, len(port.parameters)) for port in c.space.laws)
+        laws = tuple((port.law, len(port.parameters)) for port in c.laws)
         sizes = (c.n_x, c.n_u, c.n_w, c.n_y, c.law_parameters, len(c.parameter_names))
         return (sizes, laws, self.feedthrough)
 
@@ -46,7 +46,7 @@ class ExactPlant(FilterPlant):
     @property
     def laws(self) -> tuple[tuple[str, Law], ...]:
         """Elements with a law, and it."""
-        return tuple((port.element, port.law) for port in self.compiled.space.laws)
+        return tuple((port.element, port.law) for port in self.compiled.laws)
 
     def build(self) -> FilterSteps:
         """Build the functions of the filter."""
@@ -54,9 +54,8 @@ class ExactPlant(FilterPlant):
 
     def fine(self, u: Array, n_sub: int, step: float, hold: str) -> Array:
         """Return the inputs at both ends of each sub-step."""
-        space = self.compiled.space
-        fine = fine_inputs(u, n_sub, hold)
-        return with_rates(space.input_names, space.recorded, u, fine, step)[1]
+        c, fine = self.compiled, fine_inputs(u, n_sub, hold)
+        return with_rates(c.inputs, c.model.recorded, u, fine, step)[1]
 
     def linear(self, p: Array, x: Array, u: Array) -> tuple[Array, Array, Array]:
         """Return the linear part."""

@@ -145,7 +145,7 @@ def _polished(
     Two Newton steps from a constant: the first gives the first derivatives of the implicit
     function, the second the second ones, which the derivatives of the filter's Jacobian need.
     """
-    n = len(compiled.space.laws)
+    n = len(compiled.laws)
     w = ca.SX.sym("w", n)
     mapped = []
     for j, (port, ms, qs) in enumerate(law_slices(compiled)):
@@ -167,7 +167,7 @@ def _polished(
 
 def _kept(compiled: Compiled, made: ca.SX, carried: ca.SX) -> ca.SX:
     """Laws that jump keep their carried value: they act with the end value of a step only."""
-    ports = compiled.space.laws
+    ports = compiled.laws
     values = [carried[j] if port.law.set_valued else made[j] for j, port in enumerate(ports)]
     return ca.vertcat(*values) if values else ca.SX(0, 1)
 

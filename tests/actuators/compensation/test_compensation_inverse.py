@@ -33,7 +33,7 @@ from actuators.compensation import (
     thesis_reference,
     voltage_steps,
 )
-from bondgraph import derive
+from bondgraph.equations.derivation import equations
 from bondgraph.hysteresis import (
     AlJanaideh,
     Ang,
@@ -43,6 +43,7 @@ from bondgraph.hysteresis import (
     PrandtlIshlinskii,
 )
 from bondgraph.support.errors import UnusableInput
+from tests.symbols import closed
 
 MODELS: list[Any] = [AlJanaideh.stack_2hz(), Ang.stack_2hz()]
 MAXWELL = MaxwellResistiveCapacitor.stack_2hz()
@@ -194,8 +195,8 @@ def test_parameters_are_those_of_the_graphs() -> None:
         (LumpedStack().graph(MAXWELL), stack_lumped()),
         (BondGraphStack().graph(MAXWELL), stack_bond_graph()),
     ):
-        own = {n: q.value for n, q in derive(stack).parameters.items()}
-        known = {n: q.value for n, q in derive(graph).parameters.items()}
+        own = {n: q.value for n, q in equations(stack).parameters.items()}
+        known = {n: q.value for n, q in equations(graph).parameters.items()}
         assert {n: v for n, v in known.items() if n != "C_nl"} == {
             n: v for n, v in own.items() if n != "C_nl"
         }
@@ -265,7 +266,7 @@ def test_field_law_is_the_operator_at_rest(model: Any) -> None:
 
 def test_derivation_of_the_bond_graph_inverse() -> None:
     """The voltage formula, put into the equations of the graph, leaves nothing."""
-    space = derive(stack_bond_graph(external_force=True))
+    space = closed(equations(stack_bond_graph(external_force=True)))
     rates = dict(zip(space.x, space.dxdt, strict=True))
     p = sp.Symbol("q_C_nl", real=True)
     k, m, r, t, ell, re, c = sp.symbols("k m R_nl T l R_e C_nl", positive=True)

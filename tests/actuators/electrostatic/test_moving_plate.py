@@ -21,7 +21,7 @@ from bondgraph.analysis.linear import eigenvalues
 from bondgraph.energy.bond_power import observables
 from bondgraph.energy.ledger import ledger
 from bondgraph.energy.stores import energy_problems
-from bondgraph.equations.derivation import system
+from bondgraph.equations.derivation import equations
 from tests.settled import simulate
 
 SIZES: dict[str, Any] = {
@@ -39,7 +39,7 @@ def slowest(model: Any, x: float, extra: dict[str, float] | None = None) -> floa
 
 @pytest.mark.parametrize("resistance", [None, 1e6])
 def test_pull_in_is_where_an_eigenvalue_vanishes(resistance: float | None) -> None:
-    model = system(moving_plate(resistance=resistance))
+    model = equations(moving_plate(resistance=resistance))
     assert slowest(model, 0.3 * GAP) < 0.0 < slowest(model, 0.37 * GAP)
     x = brentq(lambda v: slowest(model, v), 0.3 * GAP, 0.37 * GAP, xtol=1e-14)
     assert x == pytest.approx(GAP / 3, rel=1e-6)
@@ -47,7 +47,7 @@ def test_pull_in_is_where_an_eigenvalue_vanishes(resistance: float | None) -> No
 
 
 def test_the_rest_is_one_of_the_model() -> None:
-    model = system(moving_plate())
+    model = equations(moving_plate())
     point = plate_rest(0.2 * GAP, **SIZES)
     values = {p.symbol: p.value for p in model.parameters.values()}
     values |= {sp.Symbol(n, real=True): v for n, v in point.at().items()}
@@ -59,7 +59,7 @@ def test_the_rest_is_one_of_the_model() -> None:
 
 def test_pull_in_follows_from_the_linearised_stiffness_in_symbols() -> None:
     """``det A = 0`` at rest gives ``x = g/3`` and the formula, for all parameters."""
-    model = system(moving_plate())
+    model = equations(moving_plate())
     q, x = sp.symbols("q_plate1 q_plate2", real=True)
     k, gap, area, eps = sp.symbols("k gap A eps", positive=True)
     residual, force = model.residuals[0], model.rates[1]
@@ -88,7 +88,7 @@ def test_a_slow_ramp_stands_below_and_falls_above() -> None:
 
 
 def test_charge_drive_has_no_pull_in() -> None:
-    model = system(moving_plate_charge())
+    model = equations(moving_plate_charge())
     for x in np.array([0.1, 1 / 3, 0.6, 0.95]) * GAP:
         point = plate_rest(x, **SIZES)
         at = {"q_plate1": point.charge, "q_plate2": point.x}

@@ -31,8 +31,10 @@ from actuators.materials.voigt import (
     stress_rotation,
     stress_to_voigt,
 )
-from bondgraph import UnknownName, UnusableInput, derive
+from bondgraph import UnknownName, UnusableInput
+from bondgraph.equations.derivation import equations
 from tests.settled import simulate
+from tests.symbols import closed
 
 EPS = 8.8541878128e-12
 # PZT-5H as tabulated by its manufacturer in the 1960s and in textbooks since
@@ -295,10 +297,10 @@ def test_stack_reduction_symbolic(symbolic: Piezoelectric) -> None:
 
 
 def frequency_response(graph: Any, parameters: dict[str, float], omega: float) -> Any:
-    space = derive(graph)
-    values = {p.symbol: p.value for p in space.parameters.values()}
-    values |= {space.parameters[n].symbol: v for n, v in parameters.items()}
-    u = sp.Matrix(space.inputs)
+    model = equations(graph)
+    space, u = closed(model), closed(model).u
+    values = {p.symbol: p.value for p in model.parameters.values()}
+    values |= {model.parameters[n].symbol: v for n, v in parameters.items()}
     a, b = space.dxdt.jacobian(space.x), space.dxdt.jacobian(u)
     c, d = space.y.jacobian(space.x), space.y.jacobian(u)
     m = [np.array(x.subs(values).evalf(), dtype=float) for x in (a, b, c, d)]

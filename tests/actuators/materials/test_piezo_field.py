@@ -39,7 +39,7 @@ from bondgraph import BondGraph, Dq, GraphError, One, Se, Sf, UnusableInput
 from bondgraph.energy.bond_power import observables
 from bondgraph.energy.ledger import ledger
 from bondgraph.energy.stores import energy_problems, positivity, store_energy
-from bondgraph.equations.derivation import system
+from bondgraph.equations.derivation import equations
 from bondgraph.graph.modulation import port_variables
 from tests.counted import calls
 from tests.settled import simulate
@@ -189,7 +189,7 @@ def bare(electrical: str, mechanical: str) -> BondGraph:
     ],
 )
 def test_every_causality_of_the_field_is_one_two_port(pattern: str, dependent: set[str]) -> None:
-    model = system(bare(*pattern))
+    model = equations(bare(*pattern))
     assert set(model.held) == dependent
     assert model.is_explicit
     c = letters("h")
@@ -207,14 +207,14 @@ def test_every_causality_of_the_field_is_one_two_port(pattern: str, dependent: s
 
 def test_the_same_stack_by_voltage_and_by_charge() -> None:
     """Both port patterns of the electrical side: (x/i) / (u/i) = x/V, with and without resistor."""
-    driven = system(stack_field_charge(sensors=("x", "u")))
+    driven = equations(stack_field_charge(sensors=("x", "u")))
     x_i, u_i = (driven.transfer_function("i_in", n) for n in ("x", "u"))
-    direct = system(stack_field_voltage(sensors=("x", "i")))
+    direct = equations(stack_field_voltage(sensors=("x", "i")))
     assert direct.held == {"q_stack1": "stack"}
     x_v, i_v = (direct.transfer_function("V_in", n) for n in ("x", "i"))
     assert same(x_i / u_i, x_v)
     assert same(u_i * i_v, 1)
-    wired = system(stack_field_voltage(resistance=5.0, sensors=("x", "i", "u")))
+    wired = equations(stack_field_voltage(resistance=5.0, sensors=("x", "i", "u")))
     assert wired.held == {}
     x_w, i_w, u_w = (wired.transfer_function("V_in", n) for n in ("x", "i", "u"))
     assert same(x_w, x_v / (1 + sp.Symbol("R_e", positive=True) * i_v))
@@ -226,9 +226,9 @@ def test_massless_tips_are_the_limit() -> None:
     m, b = sp.symbols("m b", positive=True)
     full = stack_field_voltage(external_force=True)
     for source in ("V_in", "F_e"):
-        tf = system(full).transfer_function(source, "x")
-        bare_tip = system(stack_field_voltage(mass=None, damping=None, external_force=True))
-        damped = system(stack_field_voltage(mass=None))
+        tf = equations(full).transfer_function(source, "x")
+        bare_tip = equations(stack_field_voltage(mass=None, damping=None, external_force=True))
+        damped = equations(stack_field_voltage(mass=None))
         assert set(bare_tip.held) == {"q_stack1", "q_stack2"}
         assert same(tf.subs({m: 0, b: 0}), bare_tip.transfer_function(source, "x"))
         if source == "V_in":
@@ -250,8 +250,8 @@ def material_symbols(form: Any) -> tuple[Uniaxial, Layers]:
 @pytest.mark.parametrize("form", FORMS)
 @pytest.mark.parametrize("resistance", [None, 5.0])
 def test_stack_lumped_coincides(form: Any, resistance: float | None) -> None:
-    ours = system(stack_field_voltage(form=form, resistance=resistance, external_force=True))
-    theirs = system(stack_lumped(resistance=resistance, external_force=True))
+    ours = equations(stack_field_voltage(form=form, resistance=resistance, external_force=True))
+    theirs = equations(stack_lumped(resistance=resistance, external_force=True))
     two = small_signal(field_energy(*material_symbols(form)))
     mapped = {sp.Symbol(n, positive=True): v for n, v in two.as_lumped().items()}
     for source in ("V_in", "F_e"):
@@ -262,10 +262,10 @@ def test_stack_lumped_coincides(form: Any, resistance: float | None) -> None:
 @pytest.mark.parametrize("form", FORMS)
 def test_stack_bond_graph_coincides(form: Any) -> None:
     sensors = ("x", "i")
-    ours = system(
+    ours = equations(
         stack_field_voltage(form=form, resistance=5.0, external_force=True, sensors=sensors)
     )
-    theirs = system(stack_bond_graph(external_force=True, sensors=sensors))
+    theirs = equations(stack_bond_graph(external_force=True, sensors=sensors))
     length, b = sp.symbols("l b", positive=True)
     two = small_signal(field_energy(*material_symbols(form)))
     named = {**two.as_bond_graph(length), "R_nl": b}
@@ -355,6 +355,6 @@ def test_direct_drive_is_the_limit_of_a_small_resistance() -> None:
 @pytest.mark.parametrize("name", [n for n in MODELS if n.startswith("stack_")])
 def test_closed_forms_take_no_search(name: str) -> None:
     graph = MODELS[name]()
-    assert all(isinstance(r, sp.Expr) for r in system(graph).rates)
+    assert all(isinstance(r, sp.Expr) for r in equations(graph).rates)
     # with what sympy remembers of the first time; a simplification takes a hundred times as many
-    assert calls(lambda: system(graph).rates) < 100_000
+    assert calls(lambda: equations(graph).rates) < 100_000

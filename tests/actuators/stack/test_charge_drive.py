@@ -18,11 +18,14 @@ from actuators.stack.charge_drive import (
 )
 from actuators.stack.conversions import Polarised, polarisation_operator
 from actuators.stack.loop_width import loop_of
-from bondgraph import BondGraph, C, GraphError, derive
+from bondgraph import BondGraph, C, GraphError
+from bondgraph.equations.derivation import equations
 from bondgraph.hysteresis import Ang, MaxwellResistiveCapacitor
 from bondgraph.laws import Hysteretic, StopSum
+from bondgraph.simulation.lure import compile_model
 from bondgraph.support.errors import UnusableInput
 from tests.settled import simulate
+from tests.symbols import closed
 
 LENGTH, RATIO = 18e-3, 0.0327
 MAXWELL = Hysteretic(MaxwellResistiveCapacitor.stack_2hz())
@@ -33,13 +36,13 @@ LAST = slice(1000, 1500)
 
 
 def from_rest(graph: BondGraph, time: np.ndarray, current: np.ndarray) -> np.ndarray:
-    start = np.zeros(len(derive(graph).states))
+    start = np.zeros(compile_model(graph).n_x)
     return simulate(graph, time, {"i_in": current}, x0=start)["x"]
 
 
 def test_equations_of_the_lumped_stack() -> None:
-    space = derive(current_driven(stack_lumped(MAXWELL)))
-    rates = {str(s.symbol): rate for s, rate in zip(space.states, space.dxdt, strict=True)}
+    space = equations(current_driven(stack_lumped(MAXWELL)))
+    rates = closed(space).rates
     i, mom = sp.symbols("i_in p_m", real=True)
     m, t = sp.symbols("m T", positive=True)
     assert space.causality.derivative == ()
@@ -51,7 +54,7 @@ def test_equations_of_the_lumped_stack() -> None:
 def test_leak_takes_the_terminal_voltage(make: Any) -> None:
     graph = current_driven(make(sensors=("x",)), leak=1e7)
     assert graph.check() == ()
-    space = derive(graph)
+    space = equations(graph)
     assert space.causality.derivative == ()
     leak = sp.Symbol("R_leak", positive=True)
     flow = space.signal("f_R_leak")

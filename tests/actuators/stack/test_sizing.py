@@ -32,7 +32,8 @@ from actuators.stack.sizing import (
     stack_mass,
 )
 from actuators.stack.sizing_sheet import engineering, sizing_sheet
-from bondgraph import UnknownName, UnusableInput, derive
+from bondgraph import UnknownName, UnusableInput
+from bondgraph.equations.derivation import equations
 from bondgraph.signals.quantity import quantity
 from bondsight.cli.sizing import add_sizing_command, sheet
 from tests.settled import simulate
@@ -94,7 +95,7 @@ def test_heat_against_the_lossy_capacitor() -> None:
 
 def test_operating_point_against_the_model() -> None:
     """The lumped stack against a spring is the same model with a stiffer spring behind it."""
-    values = {n: p.value for n, p in derive(stack_lumped()).parameters.items()}
+    values = {n: p.value for n, p in equations(stack_lumped()).parameters.items()}
     k, load = values["k"], 20e6
     free = values["T"] * 100.0 / k
     time = np.linspace(0.0, 1e-3, 5)

@@ -8,9 +8,9 @@ import pytest
 import sympy as sp
 
 from actuators import stack_bond_graph
-from bondgraph import StateSpace, derive
+from bondgraph.equations.derivation import equations
 from bondgraph.laws import Polynomial
-from tests.symbols import same
+from tests.symbols import closed, same
 
 Re, l, T, k, m, Rn = sp.symbols("R_e l T k m R_nl", positive=True)
 Vin, Fe, dFe, p, x1, mom = sp.symbols("V_in F_e dF_e q_C_nl q_k p_m", real=True)
@@ -19,8 +19,10 @@ v = mom / m
 
 
 @pytest.fixture(scope="module")
-def space() -> StateSpace:
-    return derive(stack_bond_graph(Polynomial(), sensors=("x", "i"), external_force=True))
+def space() -> Any:
+    return closed(
+        equations(stack_bond_graph(Polynomial(), sensors=("x", "i"), external_force=True))
+    )
 
 
 @pytest.fixture(scope="module")
@@ -36,7 +38,7 @@ def along(expression: Any, rates: dict[Any, Any]) -> Any:
 
 def test_states(space: Any) -> None:
     assert list(space.x) == [p, x1, mom]
-    assert set(space.inputs) == {Vin, Fe}
+    assert set(space.u) == {Vin, Fe}
 
 
 def test_rates(rates: Any) -> None:
@@ -74,10 +76,11 @@ def test_inversion_formulas(space: Any, rates: Any) -> None:
 
 def test_open_circuit_stiffness_and_clamped_body() -> None:
     """The printed form with E_2 = +F T / l would create power; here a positive voltage expands."""
-    space = derive(stack_bond_graph())
-    values = {q.symbol: q.value for q in space.parameters.values()}
+    model = equations(stack_bond_graph())
+    space = closed(model)
+    values = {q.symbol: q.value for q in model.parameters.values()}
     a = space.dxdt.jacobian(space.x).subs(values)
-    b = space.dxdt.jacobian(sp.Matrix(space.inputs)).subs(values)
+    b = space.dxdt.jacobian(space.u).subs(values)
     rest = -a.inv() * b
     free = (space.y[0].subs(values)).subs(dict(zip(space.x, rest, strict=True)))
     assert float(free) == pytest.approx(0.0327 * 1.65e-6, rel=1e-9)  # T C per volt

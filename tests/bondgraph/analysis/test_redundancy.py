@@ -34,7 +34,7 @@ from bondgraph.analysis.linear import LAPLACE
 from bondgraph.analysis.redundancy import Redundancy, redundancy
 from bondgraph.analysis.redundancy_relation import RedundancyRelation
 from bondgraph.analysis.sensor_advice import splitting_sensors
-from bondgraph.equations.derivation import system
+from bondgraph.equations.derivation import equations
 from bondgraph.graph.drives import Drive
 from bondgraph.graph.elements import RS, Field, Parameter, Sensor, TwoPort, symbol
 from bondgraph.hysteresis import PrandtlIshlinskii
@@ -207,7 +207,7 @@ def sensed(seed: int, largest: int = 16) -> BondGraph | None:
         kind: Any = De if isinstance(j, Zero) else Df
         g = g.with_branch(j.name, [kind(f"y_{k}")])
     try:
-        system(g)
+        equations(g)
     except GraphError:
         return None
     return g
@@ -303,7 +303,7 @@ def test_every_parameter_of_a_relation_breaks_it() -> None:
     """On the motor, the tanks and the stack: zero at the truth, not zero beside it."""
     stack = stack_bond_graph(sensors=("x", "i"))
     for g in (two_tanks(), dc_motor(), stack):
-        model = system(g)
+        model = equations(g)
         values = nominal(g)
         at = complex(3.0, 40.0) if g is not stack else complex(300.0, 4000.0)
         put = {model.parameters[n].symbol: v for n, v in values.items()}
@@ -345,7 +345,7 @@ def test_motion_in_time() -> None:
     g = stack_bond_graph(sensors=("x", "i"))
     found = redundancy(g)
     values = nominal(g)
-    a, b, c, d = system(g).linearise().numbers(values)
+    a, b, c, d = equations(g).linearise().numbers(values)
     rng = np.random.default_rng(3)
     t = np.linspace(0.0, 1e-3, 40)
     rates = np.stack([1e4 * t, np.full_like(t, 1e4), 0 * t, 0 * t, 0 * t])
@@ -354,7 +354,7 @@ def test_motion_in_time() -> None:
     for k in range(4):
         readings.append(c @ x + d @ rates[k][None])
         x = a @ x + b @ rates[k][None]
-    names = list(system(g).output_names)
+    names = list(equations(g).output_names)
     data = {"V_in": list(rates)} | {n: [y[names.index(n)] for y in readings] for n in names}
     for r in found.relations:
         zero = {n: [0 * v for v in record] for n, record in data.items()}

@@ -28,7 +28,7 @@ from bondgraph import (
 )
 from bondgraph.analysis.kalman import kalman_ranks, linear_skeleton
 from bondgraph.analysis.structural import controllability, observability
-from bondgraph.equations.derivation import system
+from bondgraph.equations.derivation import equations
 from bondgraph.graph.elements import Field
 from bondgraph.laws import Coulomb, Polynomial
 from tests.properties.graphs import random_graph
@@ -47,7 +47,7 @@ def with_sensors(g: BondGraph, seed: int) -> BondGraph:
 
 def rational_ranks(g: BondGraph, seed: int) -> tuple[int, int, int]:
     """Kalman ranks in SymPy's rational numbers, from the linearised closed equations."""
-    model = system(linear_skeleton(g))
+    model = equations(linear_skeleton(g))
     linear = model.linearise()
     rng = np.random.default_rng(seed)
     put = {
@@ -93,7 +93,7 @@ def test_random_graphs_have_the_exact_ranks(loops: bool) -> None:
 @pytest.mark.parametrize("seed", range(40))
 def test_prime_field_ranks_are_rational_ranks(seed: int) -> None:
     g = with_sensors(random_graph(1000 + seed, 12, False), seed)
-    if system(g).order == 0:
+    if equations(g).order == 0:
         pytest.skip("no state")
     assert kalman_ranks(g) == rational_ranks(g, seed)
 
@@ -102,7 +102,7 @@ def test_prime_field_ranks_are_rational_ranks(seed: int) -> None:
 def test_what_is_tied_is_constant_or_unseen(seed: int) -> None:
     """At other values, in floating point: the directions without effect span the states named."""
     g = with_sensors(random_graph(seed, 15, False), seed)
-    linear = system(g).linearise()
+    linear = equations(g).linearise()
     rng = np.random.default_rng(seed)
     a, _, c, _ = linear.numbers({n: float(rng.uniform(0.5, 2.0)) for n in g.parameters})
     seen = observability(g)

@@ -15,7 +15,7 @@ from bondgraph.energy.accounts import Ledger
 from bondgraph.energy.bond_power import motion, observables
 from bondgraph.energy.ledger import ledger
 from bondgraph.equations.codegen import program
-from bondgraph.equations.derivation import system
+from bondgraph.equations.derivation import equations
 from bondgraph.graph.elements import RE, RS, Zero
 from bondgraph.hysteresis import MaxwellResistiveCapacitor, PrandtlIshlinskii
 from bondgraph.laws import Coulomb, Hysteretic, Polynomial, Sliding, StopSum, TableLaw
@@ -334,7 +334,7 @@ def test_a_reaction_dissipates_and_is_not_called_conservative() -> None:
 def test_random_graphs_close(seed: int) -> None:
     g = random_graph(seed)
     try:
-        model = system(g)
+        model = equations(g)
     except GraphError:
         pytest.skip("refused by the engine")
     rng = np.random.default_rng(seed)

@@ -12,7 +12,7 @@ from bondgraph.energy.definiteness import vanishes
 from bondgraph.energy.passivity import judge
 from bondgraph.energy.port_hamiltonian import PortHamiltonian, port_hamiltonian
 from bondgraph.energy.structure import resistances
-from bondgraph.equations.derivation import system
+from bondgraph.equations.derivation import equations
 from bondgraph.graph.elements import RE, RS, CField, IField, MSe, RField
 from bondgraph.graph.modulation import flow, port_variables
 from bondgraph.hysteresis import MaxwellResistiveCapacitor, PrandtlIshlinskii
@@ -138,7 +138,7 @@ def test_a_nonlinear_loop_is_cut_at_its_resistor() -> None:
         a >> z >> R("R_2", 2.0)
         z >> b >> I("L", 1.0)
         b >> R("R_3", 3.0)
-    assert system(g).algebraic
+    assert equations(g).algebraic
     form = proved(g)
     assert form.S != sp.zeros(2, 2)
 
@@ -150,7 +150,7 @@ def test_a_linear_loop_is_solved() -> None:
         a >> z >> R("R_2", 2.0)
         z >> b >> I("L", 1.0)
         b >> R("R_3", 3.0)
-    assert system(g).loops
+    assert equations(g).loops
     form = proved(g)
     r1, r2, r3 = P("R_1 R_2 R_3")
     assert vanishes(form.R[0, 0] - r3 - r1 * r2 / (r1 + r2))
@@ -258,7 +258,7 @@ def test_a_mixed_field() -> None:
         Sf("i") >> z >> device
         z >> C("C_2", 3.0)
         z >> R("R_2", 5.0)
-    assert system(g).held
+    assert equations(g).held
     form = proved(g)
     assert form.passivity.passive
 
@@ -280,7 +280,7 @@ def test_gyrators_and_an_autonomous_graph() -> None:
 def test_random_graphs(seed: int) -> None:
     g = random_graph(seed)
     try:
-        model = system(g)
+        model = equations(g)
     except GraphError:
         pytest.skip("refused by the engine")
     if model.input_rates:

@@ -10,9 +10,10 @@ import pytest
 import sympy as sp
 from scipy import signal
 
-from bondgraph import BondGraph, R, Reading, derive, system
+from bondgraph import BondGraph, R, Reading
 from bondgraph.analysis.linear import LAPLACE
 from bondgraph.analysis.operator_equations import operator_equations
+from bondgraph.equations.derivation import equations
 from bondgraph.graph.composing.hierarchy import use
 from bondgraph.graph.elements import Parameter
 from bondgraph.graph.modulation import effort, flow
@@ -22,6 +23,7 @@ from bondgraph.support.errors import BondsightError
 from bondgraph.support.ops import CASADI, NUMPY
 from tests.bondgraph.readings_bench import FORCE, TIME, spring
 from tests.settled import simulate
+from tests.symbols import closed
 
 
 def read(values: dict[str, float] | None = None, **channel: Any) -> np.ndarray:
@@ -58,16 +60,16 @@ def test_first_and_second_order_dynamics_are_those_of_scipy() -> None:
 
 def test_the_equations_symbol_by_symbol() -> None:
     graph = spring(natural_frequency=80.0, damping_ratio=0.3, gain=2.0, offset=0.1, lag=0.02)
-    space = derive(graph)
+    space = closed(equations(graph))
     symbols = {str(s): s for e in (*space.dxdt, *space.y) for s in e.free_symbols}
     names = "natural_frequency_x damping_ratio_x gain_x offset_x lag_x z_x shown_x rate_shown_x q_k"
     w, zeta, gain, offset, tau, z, y, v, q = (symbols[n] for n in names.split())
-    rates = dict(zip((str(s.symbol) for s in space.states), space.dxdt, strict=True))
+    rates = space.rates
     assert sp.simplify(rates["z_x"] - (q - z) / tau) == 0
     assert rates["shown_x"] == v
     assert sp.simplify(rates["rate_shown_x"] - (w**2 * (z - y) - 2 * zeta * w * v)) == 0
-    assert sp.simplify(space.y[0] - (gain * y + offset * symbols["one"])) == 0
-    assert system(graph).inputs == ("F",)  # an offset is no input that somebody has to give
+    assert sp.simplify(space.y[0] - (gain * y + offset)) == 0
+    assert equations(graph).inputs == ("F",)  # an offset is no input that somebody has to give
 
 
 def test_operator_equations_have_the_same_response() -> None:
@@ -195,12 +197,12 @@ def test_a_gain_may_change_the_unit() -> None:
 def test_an_element_called_like_a_port_of_a_law_is_refused() -> None:
     graph = spring(resolution=1e-3).with_branch("v", [R("x_resolution", 0.1, law=Rectifier(1.0))])
     with pytest.raises(BondsightError, match="'x_resolution' is an element with a law"):
-        derive(graph)
+        equations(graph)
     watching = R("d2", 0.1, law=FrictionAlongWay("q_k"))
     graph = spring().with_branch("v", [watching])
     graph = graph.with_branch("v", [R("beside_d2", 0.1, law=Rectifier(1.0))])
     with pytest.raises(BondsightError, match="'beside_d2' is an element with a law"):
-        derive(graph)
+        equations(graph)
 
 
 def test_a_new_value_of_a_channel_stands_in_its_field() -> None:

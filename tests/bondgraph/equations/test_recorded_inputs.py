@@ -20,11 +20,10 @@ from bondgraph import (
     Se,
     Sf,
     Zero,
-    derive,
-    system,
 )  # fmt: skip
 from bondgraph.analysis.linear import LAPLACE
 from bondgraph.analysis.operator_equations import operator_equations
+from bondgraph.equations.derivation import equations
 from bondgraph.export.graph_json.read_graph import from_json
 from bondgraph.export.graph_json.write_graph import to_json
 from bondgraph.graph.elements import Sensor
@@ -35,6 +34,7 @@ from bondgraph.simulation.simulate import simulate_general
 from bondgraph.simulation.start import fine_inputs
 from bondgraph.support.errors import BondsightError, GraphError
 from tests.settled import simulate
+from tests.symbols import closed
 
 UNITS = {"value": "m/s", "rate": "m/s^2", "integral": "m"}
 OMEGA = 9.0
@@ -97,7 +97,7 @@ def test_whatever_is_recorded_the_body_moves_alike(given: str, law: Law | None) 
 )
 def test_states_keep_their_names_whatever_is_read(sensors: tuple[Sensor, ...]) -> None:
     """p' = d (v - p / m) + k q and q' = v - p / m, v the rate of what is recorded."""
-    space = derive(shaken("integral", *sensors))
+    space = closed(equations(shaken("integral", *sensors)))
     values = {s.name: s for e in space.dxdt for s in e.free_symbols}
     d, m, k, v, p, q = (values[n] for n in ("d", "m", "k", "d_b", "p_m", "q_k"))
     gap = v - p / m
@@ -177,7 +177,7 @@ def test_what_jumps_with_the_base_wants_another_record() -> None:
 
 def test_what_needs_the_rate_itself_takes_the_general_engine() -> None:
     graph = shaken("integral", Da("a", unit="m/s^2"))
-    assert system(graph).input_rates == ("d_b",)
+    assert equations(graph).input_rates == ("d_b",)
     t = np.linspace(0, 2, 8001)
     run = simulate(graph, t, {"b": recorded(t)["integral"]})
     right = simulate(shaken("rate", Da("a", unit="m/s^2")), t, {"b": recorded(t)["rate"]})

@@ -29,7 +29,7 @@ from bondgraph import (
 )
 from bondgraph.analysis.linear import linear_rates, linearise, sensitivities, zeros
 from bondgraph.causality.assignment import alternatives, assign_causality
-from bondgraph.equations.derivation import system
+from bondgraph.equations.derivation import equations
 from bondgraph.graph.elements import MGY, MTF, RE, RS, CField, MSe, MSf, RField, symbol
 from bondgraph.graph.modulation import (
     TIME,
@@ -59,7 +59,7 @@ def test_two_masses_share_the_force() -> None:
         Se("F") >> body >> I("m_1", 2.0)
         body >> I("m_2", 3.0)
         body >> Df("v")
-    model = system(g)
+    model = equations(g)
     assert model.states == ("p_m_1",)
     m1, m2, p = P("m_1"), P("m_2"), S("p_m_1")
     assert same(model.rates[0], m1 / (m1 + m2) * S("F"))
@@ -72,7 +72,7 @@ def test_a_voltage_on_a_capacitance_needs_the_rate_of_the_input() -> None:
         loop = One("loop")
         Se("V") >> loop >> C("c", 2.0)
         loop >> Df("i")
-    model = system(g)
+    model = equations(g)
     assert (model.states, model.input_rates) == ((), ("d_V",))
     assert same(model.outputs[0], P("c") * S("d_V"))
     assert model.transfer_function("V", "i") == P("c") * sp.Symbol("s")
@@ -86,7 +86,7 @@ def test_a_linear_loop_is_solved() -> None:
         a >> j >> R("r2", 2.0)
         j >> b >> R("r3", 3.0)
         b >> C("c", 1.0)
-    model = system(g)
+    model = equations(g)
     r1, r2, r3, c, q = P("r1"), P("r2"), P("r3"), P("c"), S("q_c")
     bottom = r1 * r2 + r1 * r3 + r2 * r3
     assert same(model.rates[0], (r2 * S("V") - (r1 + r2) * q / c) / bottom)
@@ -110,7 +110,7 @@ def crank() -> BondGraph:
 
 def test_a_mass_behind_a_modulated_lever() -> None:
     """(J + m L^2 sin^2) w' + m L^2 sin cos w^2 + b L^2 sin^2 w + k phi = T, by Lagrange."""
-    model = system(crank())
+    model = equations(crank())
     L, J, m, b, k = (P(n) for n in ("L", "J", "m", "b", "phi"))
     p, q, T = S("p_J"), S("q_phi"), S("T")
     w = p / J
@@ -129,7 +129,7 @@ def test_two_nonlinear_stores_in_parallel() -> None:
         Sf("F") >> node >> C("c1", 0.5, law=Polynomial())
         node >> C("c2", 2.0, law=Polynomial())
         node >> De("e")
-    model = system(g)
+    model = equations(g)
     assert model.order == 1
     assert len(model.algebraic) == 1
     (state,), (dependent,) = model.states, (a.name for a in model.algebraic)
@@ -145,7 +145,7 @@ def test_a_nonlinear_resistive_loop_stays_implicit() -> None:
         Se("V") >> loop >> R("r", 2.0)
         loop >> R("d", 0.0, law=Polynomial())
         loop >> Df("i")
-    model = system(g)
+    model = equations(g)
     assert [a.name for a in model.algebraic] == ["f_loop"] or len(model.algebraic) == 1
     known = {str(s) for r in model.residuals for s in r.free_symbols}
     assert known <= {*model.inputs, *model.parameters, *(a.name for a in model.algebraic)}
@@ -160,7 +160,7 @@ def test_modulation_by_any_signal() -> None:
         loop >> machine
         machine >> shaft >> I("J", 0.5)
         MSe("load", value=-0.25 * flow("J") ** 2 + sp.cos(TIME)) >> shaft
-    model = system(g)
+    model = equations(g)
     assert set(model.inputs) == {"V", "in_field"}
     K, Ra, J, p = P("K"), P("Ra"), P("J"), S("p_J")
     r = K * S("in_field")
@@ -176,7 +176,7 @@ def test_a_loop_through_the_modulation_is_found() -> None:
         Se("u") >> a >> R("Rin", 2.0)
         a >> n >> b >> C("Cf", 3.0)
         b >> MSe("amp", value=-gain * effort("n"))
-    model = system(g)
+    model = equations(g)
     assert model.loops
     q, c = S("q_Cf"), P("Cf")
     expected = (S("u") - q / ((1 + P("g")) * c)) / P("Rin")
@@ -190,7 +190,7 @@ def test_two_inputs_from_one_signal_loop_that_is_singular() -> None:
         MSe("e", value=effort("n")) >> One("a") >> n
         n >> R("r", 1.0)
     with pytest.raises(AlgebraicLoop, match=r"mirror: .*singular"):
-        system(g)
+        equations(g)
 
 
 def test_moving_plate_capacitor() -> None:
@@ -204,7 +204,7 @@ def test_moving_plate_capacitor() -> None:
         plate = CField("cm", energy=q1**2 * q2 / (2 * c0 * x0))
         a >> plate
         b >> plate
-    model = system(g)
+    model = equations(g)
     rate = dict(zip(model.states, model.rates, strict=True))
     q, x = S("q_cm1"), S("q_cm2")
     assert same(rate["q_cm1"], (S("V") - q * x / (P("c0") * P("x0"))) / P("r"))
@@ -220,14 +220,14 @@ def test_reaction_and_heat() -> None:
         na >> a
         nb >> b
         na >> RE("k", ratio=0.3) >> nb
-    model = system(g)
+    model = equations(g)
     x, y = S("q_A1"), S("q_B1")
     rate = dict(zip(model.states, model.rates, strict=True))
     assert same(rate["q_A1"], -P("k") * (x - y))
     with BondGraph("heater") as h:
         loop, hot = One("loop"), Zero("hot")
         Se("V") >> loop >> RS("heat", ratio=5.0) >> hot >> C("C_th", 10.0)
-    assert same(system(h).rates[0], S("V") ** 2 / P("heat"))
+    assert same(equations(h).rates[0], S("V") ** 2 / P("heat"))
 
 
 def test_position_of_a_free_mass_is_a_state() -> None:
@@ -235,7 +235,7 @@ def test_position_of_a_free_mass_is_a_state() -> None:
         body = One("body")
         Se("F") >> body >> I("m", 2.0)
         body >> Dq("x")
-    assert system(g).states == ("p_m", "q_x")
+    assert equations(g).states == ("p_m", "q_x")
 
 
 # -- causality -------------------------------------------------------------------------------
@@ -250,7 +250,7 @@ def test_all_alternatives() -> None:
         frozenset(pair) for pair in (("m_0", "m_1"), ("m_0", "m_2"), ("m_1", "m_2"))
     }
     for causality in alternatives(g):
-        model = system(g, causality)
+        model = equations(g, causality)
         (rate,) = model.rates
         m = P("m_0") + P("m_1") + P("m_2")
         assert same(rate, P(model.states[0][2:]) / m * S("F"))
@@ -288,7 +288,7 @@ def test_fighting_sources_are_named() -> None:
         Sf("A") >> loop
         loop >> TF("n", ratio=2.0) >> One("far") >> Sf("B")
     with pytest.raises(CausalConflict, match=r"conflict at bond .*Sf [AB] imposes"):
-        system(g)
+        equations(g)
 
 
 def test_a_law_without_inverse_in_a_loop_is_solved_numerically() -> None:
@@ -299,7 +299,7 @@ def test_a_law_without_inverse_in_a_loop_is_solved_numerically() -> None:
         loop >> R("r", 1.0)
         loop >> node >> C("c1", 1.0)
         node >> C("c2", 1.0)
-    model = system(g)
+    model = equations(g)
     assert model.order == 1
     assert len(model.algebraic) == 1
     assert "R d" in model.algebraic[0].reason
@@ -309,12 +309,12 @@ def test_a_graph_without_bonds_is_refused() -> None:
     with BondGraph("nothing") as g:
         One("a")
     with pytest.raises(GraphError, match="nothing: a"):
-        system(g)
+        equations(g)
 
 
 # -- analysis --------------------------------------------------------------------------------
 def test_linearisation_about_a_point() -> None:
-    model = system(crank())
+    model = equations(crank())
     point = {"q_phi": 0.3, "p_J": 0.2, "T": 0.1}
     linear = linearise(model, point)
     values = {n: p.value for n, p in model.parameters.items()}
@@ -343,7 +343,7 @@ def test_linearisation_through_an_implicit_loop() -> None:
         Se("V") >> loop >> R("r", 2.0)
         loop >> R("d", 0.0, law=Polynomial())
         loop >> C("c", 1.0)
-    model = system(g)
+    model = equations(g)
     cubic = next(n for n in model.parameters if n not in ("r", "c", "d"))
     a, _, _, _ = linearise(model, {model.algebraic[0].name: 0.0}).numbers(
         {n: q.value for n, q in model.parameters.items()} | {cubic: 0.7}
@@ -358,7 +358,7 @@ def test_zeros_and_sensitivities() -> None:
         body >> Df("v")
         body >> joint >> tuned >> I("m_2", 0.5)
         joint >> C("k", stiffness=8.0)
-    model = system(g)
+    model = equations(g)
     poly = zeros(model, "F", "v").as_expr()
     s = sp.Symbol("s")
     assert same(sp.cancel(poly / (P("m_2") * s**2 + P("k"))), sp.S.One * sp.LC(poly, s) / P("m_2"))
@@ -376,7 +376,7 @@ def test_exact_numbers_leave_nothing_behind() -> None:
         a >> j >> b >> I("m2", 7.6)
         j >> C("c", 31 / 3)
         b >> R("r", 0.1)
-    rows = linear_rates(system(g))
+    rows = linear_rates(equations(g))
     known = {"p_m1", "p_m2", "q_c", "F"}
     assert all(set(row) <= known for row in rows)
     assert sum(len(row) for row in rows) == 2 + 2 + 2
@@ -388,7 +388,7 @@ def test_both_sources_imposed_on_stores() -> None:
         Se("V") >> node >> C("c", 2.0)
         Sf("F") >> loop >> I("L", 3.0)
         node >> loop
-    model = system(g)
+    model = equations(g)
     assert set(model.input_rates) == {"d_V", "d_F"}
     assert same(model.signal("f_V"), P("c") * S("d_V") + S("F"))
     assert same(model.signal("e_F"), P("L") * S("d_F") - S("V"))
@@ -402,7 +402,7 @@ def test_a_law_that_cannot_be_inverted_is_named() -> None:
         Se("V") >> loop >> R("r", 0.0, law=Coulomb())
         loop >> C("c", 1.0)
     with pytest.raises((CausalConflict, DerivativeCausality)):
-        system(g)
+        equations(g)
 
 
 def test_unused_flow_source_modulated() -> None:
@@ -410,7 +410,7 @@ def test_unused_flow_source_modulated() -> None:
         node = Zero("node")
         Sf("F") >> node >> C("c", 2.0)
         MSf("leak", value=-(effort("node") ** 3)) >> node
-    assert same(system(g).rates[0], S("F") - (S("q_c") / P("c")) ** 3)
+    assert same(equations(g).rates[0], S("F") - (S("q_c") / P("c")) ** 3)
 
 
 # -- what reviewers broke ----------------------------------------------------------------------
@@ -422,7 +422,7 @@ def test_ports_of_a_resistive_field_that_share_one_flow() -> None:
         a >> plate
         b >> plate
         b >> C("c", 1.0)
-    assert same(system(g).rates[0], (S("u") - S("q_c") / P("c")) * sp.Rational(2, 9))
+    assert same(equations(g).rates[0], (S("u") - S("q_c") / P("c")) * sp.Rational(2, 9))
 
 
 @pytest.mark.parametrize(
@@ -436,7 +436,7 @@ def test_one_name_has_one_meaning(name: str) -> None:
         loop >> Df("i")
         Se(name) >> loop
     with pytest.raises(GraphError, match=f"names: '{name}' is the name of a signal"):
-        system(g)
+        equations(g)
 
 
 def test_a_parameter_may_not_be_called_like_another_or_a_signal() -> None:
@@ -445,14 +445,14 @@ def test_a_parameter_may_not_be_called_like_another_or_a_signal() -> None:
         Se("V") >> loop >> R("N", 2.0, law=Polynomial())
         loop >> C("a_3_N", 0.5)
     with pytest.raises(GraphError, match="'a_3_N' is a parameter of N and of a_3_N"):
-        system(g)
+        equations(g)
     with BondGraph("names") as h:
         loop = One("loop")
         Se("V") >> loop >> R("r", 2.0, law=Polynomial())
         loop >> C("c", 0.5)
         loop >> R("w_r", 1.0)
     with pytest.raises(GraphError, match="'w_r' is the name of a signal"):
-        system(h)
+        equations(h)
 
 
 def test_two_stores_may_not_share_a_name() -> None:
@@ -465,7 +465,7 @@ def test_two_stores_may_not_share_a_name() -> None:
         loop >> other
         other >> C("c2", 0.5)
     with pytest.raises(GraphError, match=r"names: (two stores|e_c2 is determined twice)"):
-        system(g)
+        equations(g)
 
 
 def test_order_of_declaration_does_not_matter_for_a_store_in_a_loop() -> None:
@@ -489,7 +489,7 @@ def test_order_of_declaration_does_not_matter_for_a_store_in_a_loop() -> None:
         g.bond(j, a)
         g.bond(a, made["L"])
         g.bond(j, made["K"])
-        model = system(g)
+        model = equations(g)
         known = {*model.states, *model.inputs, *model.input_rates, *model.parameters}
         known |= {x.name for x in model.algebraic}
         for expression in (*model.rates, model.signal("e_a")):
@@ -508,7 +508,7 @@ def test_a_store_behind_a_nonlinear_loop() -> None:
         node >> out >> R("r2", 0.4)
         out >> C("c2", 0.3)
         node >> C("c3", 0.2)
-    model = system(g)
+    model = equations(g)
     assert model.order == 2
     known = {*model.states, *model.inputs, *model.input_rates, *model.parameters}
     known |= {x.name for x in model.algebraic}
@@ -530,7 +530,7 @@ def test_a_long_resistive_ladder_stays_small() -> None:
                     a = One(f"a{i + 1}")
                     z >> a
             z >> C("c", 1.0)
-        model = system(g)
+        model = equations(g)
         sizes.append(len(model.relations))
         # against the continued fraction of the ladder: rate = (V_th - q/c) / R_th
         v, r = 1.0, 0.0
@@ -549,7 +549,7 @@ def test_numbers_of_numpy_and_numbers_that_are_none() -> None:
         loop = One("loop")
         Se("V") >> loop >> R("r", np.int64(2))
         loop >> C("c", np.float32(0.5))
-    assert same(system(g).rates[0], (S("V") - S("q_c") / P("c")) / P("r"))
+    assert same(equations(g).rates[0], (S("V") - S("q_c") / P("c")) / P("r"))
     with pytest.raises(GraphError, match="value = "):
         R("r", 2 + 0j)
     for bad in (float("nan"), float("inf"), None):
@@ -558,13 +558,13 @@ def test_numbers_of_numpy_and_numbers_that_are_none() -> None:
             MSe("V", value=bad) >> loop >> R("r", 1.0)
             loop >> C("c", 1.0)
         with pytest.raises(GraphError):
-            system(h)
+            equations(h)
     with BondGraph("n") as k:
         loop = One("loop")
         Se("V") >> loop >> R("r", 1e308)
         loop >> C("c", 1.0)
     with pytest.raises(GraphError, match="choose other units"):
-        system(k)
+        equations(k)
 
 
 def test_names_of_lags_offsets_and_delays_must_exist() -> None:
@@ -582,7 +582,7 @@ def test_names_of_lags_offsets_and_delays_must_exist() -> None:
             loop >> C("c", 1.0)
             loop >> Df("i", **sensor)
         with pytest.raises(GraphError, match="'nosuch'"):
-            system(g)
+            equations(g)
 
 
 def test_a_zero_ratio_is_not_divided_by() -> None:
@@ -592,7 +592,7 @@ def test_a_zero_ratio_is_not_divided_by() -> None:
         Se("V") >> lever
         lever >> loop >> R("r", 1.0)
     with pytest.raises(GraphError, match="ratio 0"):
-        system(g)
+        equations(g)
 
 
 def test_a_whole_law_has_its_own_slope() -> None:
@@ -607,8 +607,8 @@ def test_a_whole_law_has_its_own_slope() -> None:
             body = One("body")
             Se("F") >> body >> I("m", 1.0)
             body >> C("k", law=law, **given)
-        f = system(g).program().rhs
-        made = system(g).program()
+        f = equations(g).program().rhs
+        made = equations(g).program()
         x = [1e-3 if n == "q_k" else 0.0 for n in made.states]
         dx = f(0, x, [], [0], list(made.nominal), list(made.virgin), 0)[0].full().ravel()
         assert -dx[made.states.index("p_m")] == pytest.approx(9.0)

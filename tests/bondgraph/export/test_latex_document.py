@@ -17,7 +17,7 @@ from matplotlib.mathtext import MathTextParser
 from actuators.models.catalogue import MODELS
 from actuators.stack.bond_graph import stack_bond_graph
 from actuators.stack.hysteresis import stack_ang
-from bondgraph import BondGraph, C, Df, I, One, R, Se, Zero, derive
+from bondgraph import BondGraph, C, Df, I, One, R, Se, Zero
 from bondgraph.equations.codegen import program
 from bondgraph.equations.program import Program, ProgramStep
 from bondgraph.export.latex import pretty, tex, words
@@ -61,12 +61,12 @@ def hostile() -> Program:
 
 
 def documents() -> dict[str, str]:
-    found = {n: document(derive(MODELS[n]())) for n in NAMES}
+    found = {n: document(program(MODELS[n]())) for n in NAMES}
     return found | {
         "program": document(program(stack_bond_graph(sensors=("x", "i")))),
         "operator": document(program(stack_ang())),
         "loop": document(cubic_loop()),
-        "chain": document(derive(chain())),
+        "chain": document(program(chain())),
         "hostile": document(hostile()),
     }
 

@@ -30,8 +30,8 @@ from bondgraph import (
     Sf,
     UnknownName,
     Zero,
-    derive,
 )
+from bondgraph.equations.derivation import equations
 from bondgraph.graph import building
 from bondgraph.graph.drives import Drive
 from bondgraph.graph.elements import Parameter, symbol
@@ -376,7 +376,7 @@ def test_half_arrows_may_point_either_way() -> None:
             Sf("F") >> node
             for e in (C("c", 2.0), R("r", 4.0)):
                 _ = e >> node if outward else node >> e
-        rates.append(derive(g).dxdt[0])
+        rates.append(equations(g).rates[0])
     F, c, r, q = (symbol(n, positive=n in "cr") for n in ("F", "c", "r", "q_c"))
     for rate in rates:
         assert sp.simplify(rate - (F - q / (c * r))) == 0
@@ -384,7 +384,7 @@ def test_half_arrows_may_point_either_way() -> None:
         body = One("body")
         Se("M") >> body >> Se("load")
         body >> I("J", 2.0)
-    assert derive(g).dxdt[0] == symbol("M") - symbol("load")
+    assert equations(g).rates[0] == symbol("M") - symbol("load")
 
 
 def test_two_port_arrows_and_parts() -> None:
@@ -403,7 +403,7 @@ def test_two_port_arrows_and_parts() -> None:
 def test_two_one_ports_may_be_bonded_directly() -> None:
     with BondGraph("g") as g:
         R("R_1", 3.0) >> C("C_1", 2.0)
-    (rate,) = derive(g).dxdt
+    (rate,) = equations(g).rates
     q, r, c = symbol("q_C_1"), symbol("R_1", positive=True), symbol("C_1", positive=True)
     assert sp.simplify(rate + q / (r * c)) == 0
 

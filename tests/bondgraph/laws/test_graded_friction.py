@@ -11,7 +11,7 @@ import sympy as sp
 
 from bondgraph import BondGraph, C, De, Dq, One, R, Sf, Zero
 from bondgraph.equations.codegen import program
-from bondgraph.equations.derivation import system
+from bondgraph.equations.derivation import equations
 from bondgraph.graph.drives import Drive
 from bondgraph.graph.elements import MTF
 from bondgraph.graph.modulation import displacement
@@ -244,7 +244,7 @@ def test_a_watched_signal_has_to_be_there() -> None:
     with pytest.raises(UnusableInput, match="law of d reads e_k"):
         program(oscillator(FrictionUnderLoad("e_k")))
     with pytest.raises(UnusableInput, match="exported equations cannot carry"):
-        system(oscillator(FrictionUnderLoad("e_k"))).program()
+        equations(oscillator(FrictionUnderLoad("e_k"))).program()
     bent = oscillator(FrictionUnderLoad("e_k"))
     bent = bent.with_branch("body", [MTF("lever", 1 + displacement("k")), R("r", 1.0)])
     with pytest.raises(UnusableInput, match="take modulated elements") as error:

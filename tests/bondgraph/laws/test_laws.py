@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 
 import bondgraph.laws
-from bondgraph import BondGraph, One, R, Se, derive
+from bondgraph import BondGraph, One, R, Se
+from bondgraph.equations.derivation import equations
 from bondgraph.hysteresis import (
     MaxwellResistiveCapacitor,
     PrandtlIshlinskii,
@@ -289,7 +290,7 @@ def test_a_law_out_of_its_bounds_is_one_line(law: Law, says: str) -> None:
         One("v") >> R("d", 1.0, law=law)
         Se("F") >> g["v"]
     with pytest.raises(GraphError, match=re.escape(says)):
-        derive(g)
+        equations(g)
 
 
 def test_a_magnet_starts_within_its_own_bounds() -> None:

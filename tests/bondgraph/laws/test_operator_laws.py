@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bondgraph import BondGraph, C, De, Dq, I, One, R, Se, Zero, derive
+from bondgraph import BondGraph, C, De, Dq, I, One, R, Se, Zero
+from bondgraph.equations.derivation import equations
 from bondgraph.graph.drives import Drive
 from bondgraph.laws import Hysteretic, Sliding
 from bondgraph.simulation.exact_run import run_record
@@ -65,15 +66,16 @@ def test_the_law_in_the_graph_is_the_operator(name: str, place: str) -> None:
     close = {"rtol": 0, "atol": 1e-8 * np.abs(expected).max()}
     np.testing.assert_allclose(value[1:], expected, **close)
     if place in ("drive", "sensor"):  # what comes out is the operator, not what its slope lacks
-        outputs = [name for name, *_ in model.space.outputs]
+        outputs = [name for name, *_ in model.model.readings]
         seen = run.y[1:, outputs.index("driven" if place == "drive" else "x")]
         np.testing.assert_allclose(seen, expected, **close)
 
 
 @pytest.mark.parametrize("name", EXAMPLES)
 def test_equations_show_a_named_function(name: str) -> None:
-    space = derive(positioner(EXAMPLES[name], "storage"))
-    functions = {f.func.__name__ for a in space.assignments for f in a.shown.atoms(_undefined())}
+    model = equations(positioner(EXAMPLES[name], "storage"))
+    shown = map(model.right_side, model.relations)
+    functions = {f.func.__name__ for e in shown for f in e.atoms(_undefined())}
     assert "k" in functions
 
 

@@ -14,7 +14,7 @@ from bondgraph.laws import Rectifier, Rounding, SlewLimit
 from bondgraph.laws.law import Law
 from bondgraph.laws.slew_limit import slew_limited
 from bondgraph.simulation.exact_run import run_record
-from bondgraph.simulation.simulate import exact_form
+from bondgraph.simulation.lure import exact_form
 from bondgraph.simulation.start import equilibrium, inputs_of
 from bondgraph.support.ops import CASADI, NUMPY, SYMPY
 

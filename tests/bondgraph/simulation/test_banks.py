@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from bondgraph.equations.codegen import program_of
-from bondgraph.equations.derivation import system
+from bondgraph.equations.derivation import equations
 from bondgraph.hysteresis import (
     Ang,
     Cascade,
@@ -146,7 +146,7 @@ def test_the_general_step_gives_what_its_closed_code_gives(
     found = []
     for banked in (True, False):
         path(banked)
-        model = program_of(system(graph))
+        model = program_of(equations(graph))
         assert bool(recorder.without_banks(model)[1].banks) == banked
         ready = prepare_general(
             model, np.array(model.nominal), STEP, 2, range(len(model.nominal)), True, True

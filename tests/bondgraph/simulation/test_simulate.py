@@ -142,7 +142,7 @@ def test_block_loses_2_fc_over_k_each_half_cycle_and_sticks() -> None:
     graph = block()
     time = np.arange(4501) * 1e-3
     compiled = compile_model(graph)
-    x0 = np.array([0.51 if str(s.symbol) == "q_k" else 0.0 for s in compiled.space.states])
+    x0 = np.array([0.51 if n == "q_k" else 0.0 for n in compiled.states])
     run = run_record(compiled, compiled.nominal(), np.zeros((4501, 1)), 1e-3, x0, n_sub=16)
     x, v = run.y.T
     going = np.sign(np.where(np.abs(v) > 1e-9, v, 0.0))

@@ -13,7 +13,7 @@ from bondgraph import BondGraph, C, De, Df, Dq, I, One, R, Se, Sf, Zero
 from bondgraph.equations.bond_signals import SignalNames
 from bondgraph.graph.elements import Sensor
 from bondgraph.signals.recording import Split
-from bondgraph.simulation.simulate import exact_form
+from bondgraph.simulation.lure import exact_form
 from identification.diagnosis.screening.port_history import FittedModel, PortHistory
 from identification.study.problem import Data
 from tests.settled import simulate

@@ -71,7 +71,7 @@ def left_by(misfit: float) -> Any:
         floor_measured=True,
     )  # fmt: skip
     return SimpleNamespace(
-        values={"s": 1.0}, problem=SimpleNamespace(data=data), simulated=moved,
+        values={"s": 1.0}, problem=SimpleNamespace(data=data, gains=()), simulated=moved,
         residuals=lambda part: noise[N // 2 :],
     )  # fmt: skip
 

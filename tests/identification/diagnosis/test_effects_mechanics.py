@@ -10,7 +10,7 @@ import pytest
 
 from bondgraph.graph.elements import C, Source
 from bondgraph.laws import ContactLoss
-from bondgraph.simulation.simulate import exact_form
+from bondgraph.simulation.lure import exact_form
 from identification.diagnosis.catalogue.effect import Effect, Hint, Signature
 from identification.diagnosis.catalogue.flow.diode import DiodeEffect
 from identification.diagnosis.catalogue.flow.nonlinear_resistance import NonlinearResistanceEffect

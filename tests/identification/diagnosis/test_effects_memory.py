@@ -11,7 +11,7 @@ from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import GY, TF, C, Df, Dq, Element, I, One, R, Se, Valued, Zero
 from bondgraph.laws import Law
 from bondgraph.signals.recording import Split
-from bondgraph.simulation.simulate import exact_form
+from bondgraph.simulation.lure import exact_form
 from bondgraph.support.arrays import Array
 from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
 from identification.diagnosis.catalogue.memory.creep import Creep, lagged

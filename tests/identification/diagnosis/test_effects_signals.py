@@ -11,7 +11,7 @@ import pytest
 from bondgraph import BondGraph
 from bondgraph.graph.elements import C, Df, Dq, I, One, R, Se, Source
 from bondgraph.signals.recording import Split
-from bondgraph.simulation.simulate import exact_form
+from bondgraph.simulation.lure import exact_form
 from identification.diagnosis.catalogue.drive.dead_zone import DeadZoneEffect
 from identification.diagnosis.catalogue.drive.low_pass import LowPass
 from identification.diagnosis.catalogue.drive.saturation import SaturationEffect

@@ -18,7 +18,7 @@ from bondgraph.laws import (
     MaxwellSlip,
 )
 from bondgraph.signals.recording import Recording
-from bondgraph.simulation.simulate import exact_form
+from bondgraph.simulation.lure import exact_form
 from identification.diagnosis.catalogue import Insertion, by_name
 from identification.diagnosis.catalogue.words import described
 from identification.diagnosis.diagnose import diagnose

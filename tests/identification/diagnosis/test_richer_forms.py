@@ -11,7 +11,7 @@ import pytest
 from bondgraph import BondGraph, C, One, R, Zero
 from bondgraph.laws import BoucWenMemory, LawSum, Polynomial, StopSum
 from bondgraph.signals.recording import Recording, Split
-from bondgraph.simulation.simulate import exact_form
+from bondgraph.simulation.lure import exact_form
 from identification.diagnosis.catalogue import CATALOGUE, Insertion, by_name
 from identification.diagnosis.diagnose import diagnose
 from identification.diagnosis.evidence.answer import Decision

@@ -7,7 +7,7 @@ import sympy as sp
 
 from bondgraph import GY, BondGraph, C, De, Df, Dq, I, One, R, Se, Sf, Zero
 from bondgraph.equations.codegen import program_of
-from bondgraph.equations.derivation import system
+from bondgraph.equations.derivation import equations
 from bondgraph.graph.elements import MTF, CField, RField
 from bondgraph.graph.modulation import displacement, port_variables
 from bondgraph.signals.recording import Recording
@@ -18,7 +18,7 @@ from tests.settled import simulate
 
 def general(graph: BondGraph) -> GeneralEngine:
     """Return the general engine of any graph, of linear ones as well."""
-    return GeneralEngine(program_of(system(graph)), graph.parameters)
+    return GeneralEngine(program_of(equations(graph)), graph.parameters)
 
 
 def pendulum() -> BondGraph:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from bondgraph import derive
+from bondgraph.equations.derivation import equations
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import C, Df, Dq, I, MSe, One, R, Se
 from bondgraph.laws import Rectifier
@@ -18,6 +18,7 @@ from identification.estimation import Known, Nuisances, Study, Vary, estimate, g
 from identification.estimation.archive import open_fit, save_fit
 from identification.uncertainty.fitted import from_estimation
 from tests.settled import simulate
+from tests.symbols import closed
 
 N, DT = 3000, 1e-3
 
@@ -50,13 +51,13 @@ def recorded(x: float = 1.0, force: float = 1.0, seed: int = 0, name: str = "r")
 
 
 def test_gains_stand_in_the_equations() -> None:
-    space = derive(positioner(gain="g", source="h"))
+    space = closed(equations(positioner(gain="g", source="h")))
     g, h, f = (
         sp.Symbol("g", positive=True),
         sp.Symbol("h", positive=True),
         sp.Symbol("F", real=True),
     )
-    force = space.dxdt[[str(s.symbol) for s in space.states].index("p_m")]
+    force = space.rates["p_m"]
     assert sp.simplify(sp.diff(force, f) - h) == 0
     assert sp.simplify(space.y[0] - g * sp.Symbol("q_k", real=True)) == 0
 

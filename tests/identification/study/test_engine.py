@@ -9,7 +9,7 @@ import pytest
 
 from bondgraph import BondGraph, C, Dq, I, One, R, Se
 from bondgraph.equations.codegen import program_of
-from bondgraph.equations.derivation import system
+from bondgraph.equations.derivation import equations
 from bondgraph.graph.elements import MTF
 from bondgraph.graph.modulation import displacement
 from bondgraph.signals.recording import Recording
@@ -24,7 +24,7 @@ from tests.settled import simulate
 
 
 def general(graph: BondGraph) -> GeneralEngine:
-    return GeneralEngine(program_of(system(graph)), graph.parameters)
+    return GeneralEngine(program_of(equations(graph)), graph.parameters)
 
 
 def both(n_sub: int = 8) -> tuple[JointProblem, JointProblem]:

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from bondgraph.export.formats import export
-from bondgraph.export.notations import equations
+from bondgraph.export.notations import notation
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.signals.recording import Recording
 from bondgraph.support.errors import BondsightError, UnusableInput
@@ -69,7 +69,7 @@ def write_csv(recording: Recording, path: Path) -> None:
 def write_model(graph: BondGraph, plant: str, folder: Path) -> None:
     """Write a plant's graph, its equations and, where it can be made, an FMU."""
     export(graph, "json", folder / f"{plant}.json")
-    write_atomically(folder / f"{plant}.txt", equations(graph, "text") + "\n")
+    write_atomically(folder / f"{plant}.txt", notation(graph, "text") + "\n")
     with suppress(BondsightError):  # a model that no FMU can hold is there as graph and equations
         export(graph, "fmu2-cs", folder / f"{plant}.fmu")
 

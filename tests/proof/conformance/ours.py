@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from bondgraph.causality.assignment import CausalConflict, alternatives
 from bondgraph.equations.bond_signals import SignalNames
-from bondgraph.equations.derivation import system
+from bondgraph.equations.derivation import equations
 from bondgraph.equations.system import System
 from bondgraph.support.errors import BondsightError
 from tests.proof.conformance.answer import Answer
@@ -42,7 +42,7 @@ def _said(error: Exception) -> str:
 def answer_of(case: Case) -> Answer:
     """Return Bondsight's equations of a case, in the names of the case."""
     built = build(case)
-    derived = system(built.graph)
+    derived = equations(built.graph)
     names, signals = _Names(case, built, derived), SignalNames(built.graph)
 
     def owners(storages: Iterable[str]) -> frozenset[str]:

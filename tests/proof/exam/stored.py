@@ -158,7 +158,8 @@ def _law(s: Scored) -> dict[str, Any]:
     made = s.trial.insertion
     return {
         "effect": s.trial.effect, "element": s.element, "label": s.trial.label,
-        "home": s.trial.home, "itself": s.trial.itself, "family": made.family, "kind": made.kind,
+        "home": s.trial.home, "itself": s.trial.itself, "misstated": s.trial.misstated,
+        "family": made.family, "kind": made.kind,
         "simpler": list(made.simpler), "form": made.form, "train": _number(s.trial.train),
         "test": _number(s.trial.test), "left": _left(s.left),
         "added": _seen(vars(s.trial).get("added")),  # where the decision asked for it
@@ -206,5 +207,6 @@ def _scored(law: Mapping[str, Any], score: Any) -> Scored:
         insertion=insertion, home=law["home"], itself=law.get("itself", True),
         train=law["train"], test=law["test"], label=law["label"], effect=law["effect"],
         element=law["element"], fit=None, added=_known(law.get("added")),
+        misstated=law.get("misstated", False),
     )  # fmt: skip
     return Scored(trial, score, Remaining(*law["left"]))

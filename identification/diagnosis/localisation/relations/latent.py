@@ -76,7 +76,7 @@ class LatentModel:
 
     @cached_property
     def _inputs(self) -> dict[str, int]:
-        return {n: j for j, n in enumerate(self.compiled.space.input_names)}
+        return {n: j for j, n in enumerate(self.compiled.inputs)}
 
     @cached_property
     def ports(self) -> dict[str, tuple[str, ...]]:

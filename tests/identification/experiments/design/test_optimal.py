@@ -8,7 +8,7 @@ import sympy as sp
 
 from bondgraph import BondGraph, De, R, Sf, Zero
 from bondgraph.equations.codegen import program_of
-from bondgraph.equations.derivation import system
+from bondgraph.equations.derivation import equations
 from bondgraph.graph.elements import CField
 from bondgraph.signals.drive_limits import DriveLimits
 from bondgraph.simulation.lure import compile_model
@@ -195,7 +195,7 @@ def test_a_model_of_the_general_engine_is_ranked_too() -> None:
     assert found.expected["c"].sd < np.inf
     names, scale = ("m", "d", "k"), np.array([0.5, 2.0, 200.0])
     exact = engine_of(spring())
-    other = GeneralEngine(program_of(system(spring())), spring().parameters)
+    other = GeneralEngine(program_of(equations(spring())), spring().parameters)
     one, two = (
         record_information(e, e.vector({}), fast, NOISE, names, scale, n_sub=8)
         for e in (exact, other)

@@ -31,7 +31,7 @@ DIODE = (9e3, 7.0, 0.6, 0.048)
 def test_sound_and_fast(make: Any) -> None:
     graph: BondGraph = make()
     assert graph.check() == ()
-    assert compile_model(graph).space.outputs  # the form with sensitivities exists
+    assert compile_model(graph).model.readings  # the form with sensitivities exists
 
 
 def test_diode_clamp_solves_its_network() -> None:
@@ -61,7 +61,7 @@ def test_circuit_is_the_two_published_filters() -> None:
     p = compiled.vector({"V_k_D": 1e3, "tau_y": 1e-9})  # no diode, no lag
     space = blocks(compiled, np.asarray(compiled.matrices(p).full()))
     # without current in the diode the law is its leak resistor
-    law = compiled.space.laws[0].law
+    law = compiled.laws[0].law
     numbers = [p[i] for i in compiled.law_parameters]
     slope = float(law.deviation(NUMPY, 1e-4, (), numbers)) / 1e-4
     e, rest = space.b[:, 1:], 1.0 / (1.0 - slope * space.ds[0, 1])
