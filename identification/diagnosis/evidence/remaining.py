@@ -26,7 +26,10 @@ WHITE = 3.0
 """Times a noise read off the spectrum that one without memory has at most, whatever it grows with:
 on the average over the record the spectrum shows it."""
 LOUDER = 2.0
-"""Times the level on training samples above which held-out ones hold no noise of any colour."""
+"""Times that noise of no colour is louder in one part than in another, or than half of the time."""
+QUARTILE = 1.4826
+WIDTHS = (1, 4, 16, 64, 256)
+"""Samples over which a signal is smoothed: it is known with noise, and pushes last."""
 
 
 @dataclass(frozen=True)
@@ -44,7 +47,8 @@ class Remaining:
     grows : mapping of str to GrowingNoise
         Readings whose noise grows with them; `over_noise` is over that.
     louder : float
-        Level over that on training samples, of the reading where that is most.
+        Where the noise is not measured: times that what is left is louder than on training samples,
+        or than half of the time; of the reading where that is most.
     """
 
     over_noise: dict[str, float]
@@ -79,9 +83,6 @@ def remaining(fit: Fit) -> Remaining:
     data = fit.problem.data
     r = fit.residuals("test") / data.floor
     level = lasting(r) if r.size else np.zeros(len(data.names))
-    trained = fit.residuals("train") / data.floor
-    before = np.maximum(lasting(trained), 1.0) if trained.size else 1.0
-    louder = float(np.max(level / before, initial=0.0))
     grows = {}
     for c, n in enumerate(data.names):
         if not LEVEL < level[c] < (np.inf if data.floor_measured else WHITE):
@@ -92,7 +93,29 @@ def remaining(fit: Fit) -> Remaining:
             size = found.at(fit.simulated[data.mask("test"), c]) / data.floor[c]
             level[c] = lasting(r[:, [c]] / size[:, None])[0]
     over = dict(zip(data.names, map(float, level), strict=True))
+    louder = 1.0 if data.floor_measured or not r.size else _louder(fit, level)
     return Remaining(over, data.floor_measured, activity(fit), grows, louder)
+
+
+def _louder(fit: Fit, level: Array) -> float:
+    data = fit.problem.data
+    trained = fit.residuals("train") / data.floor
+    before = np.maximum(lasting(trained), 1.0) if trained.size else np.ones(level.size)
+    both = _cut(np.vstack([trained, fit.residuals("test") / data.floor]))
+    pushes = [loudness(x) for x, size in zip(both.T, level, strict=True) if size > LEVEL]
+    return max(float(np.max(level / before)), *pushes, 1.0)
+
+
+def loudness(signal: Array) -> float:
+    """Mean power over that of half of the samples: 1 for noise, more for what acts seldom."""
+    found = 0.0
+    for width in WIDTHS:
+        if signal.size < 40 * width:
+            break
+        smooth = np.convolve(signal, np.full(width, 1.0 / width), mode="valid")
+        usual = QUARTILE * float(np.median(np.abs(smooth)))
+        found = max(found, float(np.mean(smooth**2)) / max(usual**2, 1e-300))
+    return found
 
 
 def growing(fit: Fit, name: str) -> GrowingNoise | None:
@@ -105,12 +128,17 @@ def growing(fit: Fit, name: str) -> GrowingNoise | None:
 
 def lasting(r: Array) -> Array:
     """Root mean square of residuals (N, n_y), single outliers cut to what surrounds them."""
+    return np.asarray(np.sqrt(np.mean(_cut(r) ** 2, axis=0)))
+
+
+def _cut(r: Array) -> Array:
     from scipy.ndimage import median_filter
 
     size = np.abs(r)
     typical = np.median(size, axis=0) / 0.6745
     around = median_filter(size, size=(SHORT, 1), mode="nearest")
-    return np.asarray(np.sqrt(np.mean(np.minimum(size, OUT * np.maximum(around, typical)) ** 2, 0)))
+    limit = OUT * np.maximum(around, typical)
+    return np.asarray(np.clip(r, -limit, limit))
 
 
 def activity(fit: Fit) -> float:

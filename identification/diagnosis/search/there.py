@@ -27,6 +27,7 @@ from identification.diagnosis.evidence.kind_score import (
     kind_scores,
     scores_at,
 )
+from identification.diagnosis.evidence.remaining import loudness
 from identification.diagnosis.localisation.blind_relations import BlindRelation
 from identification.diagnosis.localisation.latent_history import (
     LatentHistory,
@@ -49,9 +50,6 @@ LOUD = 2.0
 ALIKE = 0.3
 """Rank correlation of two signals' power from which one goes with the other."""
 FEW = 30
-QUARTILE = 1.4826
-WIDTHS = (1, 4, 16, 64, 256)
-"""Samples over which what was added is smoothed: it is known with noise, and pushes last."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -218,18 +216,6 @@ def from_outside(
 def _own(scene: FittedModel, ports: Collection[str]) -> Array:
     """Return what other values of the elements at these ports would add."""
     return np.hstack([linear_forms(scene.graph[n], scene.past[n]).columns for n in ports])
-
-
-def loudness(signal: Array) -> float:
-    """Mean power over that of half of the samples: 1 for noise, less for what acts all the time."""
-    found = 0.0
-    for width in WIDTHS:
-        if signal.size < 40 * width:
-            break
-        smooth = np.convolve(signal, np.full(width, 1.0 / width), mode="valid")
-        usual = QUARTILE * float(np.median(np.abs(smooth)))
-        found = max(found, float(np.mean(smooth**2)) / max(usual**2, 1e-300))
-    return found
 
 
 def grows_with(signal: Array, past: Iterable[PortHistory]) -> bool:

@@ -13,6 +13,7 @@ from bondgraph.signals.recording import Recording
 from bondgraph.support.errors import BondsightError
 from identification.diagnosis.catalogue import CATALOGUE
 from identification.diagnosis.diagnose import diagnose
+from identification.diagnosis.evidence.remaining import loudness
 from identification.diagnosis.localisation.latent_history import equal_ports, latent_history
 from identification.diagnosis.localisation.places_without_name import located
 from identification.diagnosis.localisation.relations.course import latent_course
@@ -21,7 +22,7 @@ from identification.diagnosis.screening.port_history import PortHistory
 from identification.diagnosis.screening.port_response import probes
 from identification.diagnosis.search.base import base_of
 from identification.diagnosis.search.candidates import DiagnosisOptions
-from identification.diagnosis.search.there import There, grows_with, look_there, loudness
+from identification.diagnosis.search.there import There, grows_with, look_there
 from identification.estimation.single_record import Fit, fit
 from tests.identification.diagnosis.three_masses import (
     DT,
