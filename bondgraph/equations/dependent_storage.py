@@ -234,6 +234,7 @@ class _Displacing:
                 if ratio is not None:
                     found[symbol(s.name)] = ratio * symbol(other.name)
                     self.states.remove(s)
+                    del self.found[s.rate]
                     break
         return found
 

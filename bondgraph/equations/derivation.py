@@ -124,6 +124,7 @@ class _Solver:
         self._refuse_empty_residuals()
         made = self.made
         return System(
+            self.name,
             made.graph,
             tuple(made.states),
             tuple(made.inputs),

@@ -55,6 +55,7 @@ class System:
 
     Attributes
     ----------
+    name : str
     graph : BondGraph
         What it was derived from, in its mode.
     stored : tuple of StoredState
@@ -92,6 +93,7 @@ class System:
     1/(d*s + k + m*s**2)
     """
 
+    name: str
     graph: BondGraph
     stored: tuple[StoredState, ...]
     inputs: tuple[str, ...]
@@ -108,11 +110,6 @@ class System:
     recorded: tuple[str, ...] = ()
 
     # -- sizes and names ----------------------------------------------------------------------
-    @property
-    def name(self) -> str:
-        """Name of the graph."""
-        return self.graph.name
-
     @property
     def states(self) -> tuple[str, ...]:
         """Names of the independent states."""

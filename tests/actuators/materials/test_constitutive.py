@@ -305,7 +305,7 @@ def frequency_response(graph: Any, parameters: dict[str, float], omega: float) -
     c, d = space.y.jacobian(space.x), space.y.jacobian(u)
     m = [np.array(x.subs(values).evalf(), dtype=float) for x in (a, b, c, d)]
     response = m[2] @ np.linalg.solve(1j * omega * np.eye(len(m[0])) - m[0], m[1]) + m[3]
-    return dict(zip(space.output_names, response.ravel(), strict=True))
+    return dict(zip(model.output_names, response.ravel(), strict=True))
 
 
 def test_both_models_take_the_constants(ceramic: Piezoelectric) -> None:
