@@ -194,10 +194,10 @@ def test_json_is_the_same_graph(model: str, tmp_path: Path) -> None:
     assert json.loads(file.read_text())["schema"].startswith("bondsight-graph/")
 
 
-@pytest.mark.parametrize("notation", tuple(NOTATIONS))
+@pytest.mark.parametrize("kind", tuple(NOTATIONS))
 @pytest.mark.parametrize("model", [LINEAR, MEMORY])
-def test_every_notation_prints_every_model(notation: str, model: str) -> None:
-    text = notation(MODELS[model](), notation)
+def test_every_notation_prints_every_model(kind: str, model: str) -> None:
+    text = notation(MODELS[model](), kind)
     assert len(text) > 10
     assert not text.endswith("\n")
 
