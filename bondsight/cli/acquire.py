@@ -169,14 +169,14 @@ def record_and_diagnose(options: argparse.Namespace, settings: Any) -> Any:
     """Record one take and diagnose it if asked for; returns the diagnosis or None."""
     if not getattr(options, "studio", False):
         return _recorded_and_diagnosed(options, settings, None)
-    from bondsight.cli.studio import kept_open
+    from bondsight.cli.acquire_studio import recorded_on_and_on
     from identification.diagnosis.studio.live import LiveStudio
 
     with LiveStudio() as live:
         print(f"studio:     {live.address}", flush=True)
-        found = _recorded_and_diagnosed(options, settings, live)
-        kept_open(live, options.out)
-    return found
+        return recorded_on_and_on(
+            options, live, lambda asked: _recorded_and_diagnosed(asked, settings, live)
+        )
 
 
 def _recorded_and_diagnosed(

@@ -1,14 +1,16 @@
-"""``bondsight acquire --studio``: the model as it is runs along while a take is recorded."""
+"""``bondsight acquire --studio``: the model runs along a take, and its page asks for the next."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+import argparse
+from collections.abc import Callable, Iterable, Mapping
 from typing import TYPE_CHECKING, Any, final
 
 import numpy as np
 
 from bondgraph.graph.elements import Sensor
 from bondgraph.signals.units import parse_unit
+from bondgraph.support.errors import BondsightError
 
 if TYPE_CHECKING:
     from bondgraph.graph.bond_graph import BondGraph
@@ -16,6 +18,8 @@ if TYPE_CHECKING:
     from hardware.contracts import Chunk
     from hardware.live.watching import Report
     from hardware.recorder import TakePlan
+    from identification.diagnosis.diagnose import Diagnosis
+    from identification.diagnosis.explanation.next_experiment import Experiment
     from identification.diagnosis.studio.live import LiveStudio
 
 POINTS = 20_000
@@ -82,3 +86,54 @@ class RunningAlong:
         unit = parse_unit(chunk.units[name]).si
         named = {"name": f"{name} ({unit})" if unit else name}
         return named | {k: v[good].tolist() for k, v in (("t", t), ("y", y), ("model", model))}
+
+
+def recorded_on_and_on(
+    options: argparse.Namespace, live: LiveStudio, take: Callable[[argparse.Namespace], Diagnosis]
+) -> Diagnosis:
+    """Record and diagnose, then whatever next experiment the page asks for; returns the last.
+
+    A take that the bench refuses is told, and the page stays; nothing has moved.
+    """
+    from bondsight.cli.studio import kept_open
+
+    found, number, asked = take(options), 0, options
+    while True:
+        offers = playable(found)
+        chosen = kept_open(live, asked.out, [e.words for e in offers])
+        if chosen is None:
+            return found
+        number += 1
+        asked = following(options, found, offers[chosen], number)
+        try:
+            found = take(asked)
+        except BondsightError as error:
+            print(f"not recorded: {error}", flush=True)
+            asked = options
+
+
+def playable(found: Diagnosis) -> tuple[Experiment, ...]:
+    """Return the experiments that one output can play: a single source moves, in volts."""
+
+    def one(e: Experiment) -> bool:
+        moving = [n for n, u in e.commands.items() if np.ptp(u) > 0]
+        return len(moving) == 1 and found.graph[moving[0]].unit == "V"
+
+    return tuple(e for e in found.experiments if found.data is not None and one(e))
+
+
+def following(
+    options: argparse.Namespace, found: Diagnosis, experiment: Experiment, number: int
+) -> argparse.Namespace:
+    """Write an experiment as a signal, and return the options of a take that plays it."""
+    from bondgraph.signals.recording import Recording
+
+    assert found.data is not None
+    name, folder = f"{options.name}_{number}", options.out / f"next_{number}"
+    (volts,) = (u for u in experiment.commands.values() if np.ptp(u) > 0)
+    folder.mkdir(parents=True, exist_ok=True)
+    time = found.data.dt * np.arange(volts.size)
+    signal = Recording(name, time, {"V": volts}, {"V": "V"})
+    file = signal.write_csv(folder / "signal.csv")
+    changed = {"signal": str(file), "name": name, "out": folder, "rate": None, "rest": 0.0}
+    return argparse.Namespace(**vars(options) | changed)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -50,12 +50,13 @@ def _run(options: argparse.Namespace) -> int:
     return code
 
 
-def kept_open(live: LiveStudio, folder: Path) -> None:
-    """Show the page in `folder` until the user interrupts."""
-    live.finish((folder / "report.html").read_text("utf-8"))
+def kept_open(live: LiveStudio, folder: Path, offers: Sequence[str] = ()) -> int | None:
+    """Show the page in `folder` until the user interrupts, or asks for one of the takes."""
+    live.finish((folder / "report.html").read_text("utf-8"), offers)
     print(f"{live.address} shows it until Ctrl-C", flush=True)
     with suppress(KeyboardInterrupt):
-        live.wait()
+        return live.wait()
+    return None
 
 
 def stoppable(live: LiveStudio) -> Callable[[str, float], None]:

@@ -2,16 +2,23 @@
 
 from __future__ import annotations
 
+import argparse
 import json
+import threading
+from pathlib import Path
 from types import SimpleNamespace
-from urllib.request import urlopen
+from typing import Any
+from urllib.error import HTTPError
+from urllib.request import Request, urlopen
 
 import numpy as np
 import pytest
 
 from bondgraph import BondGraph, C, Dq, I, One, R, Se
+from bondgraph.signals.recording import Recording
 from bondgraph.simulation.simulate import simulate
-from bondsight.cli.acquire_studio import POINTS, RunningAlong
+from bondgraph.support.errors import UnusableInput
+from bondsight.cli.acquire_studio import POINTS, RunningAlong, recorded_on_and_on
 from bondsight.cli.main import main
 from hardware.contracts import Chunk
 from hardware.recorder import TakePlan
@@ -66,3 +73,65 @@ def test_what_arrives_is_held_against_the_model() -> None:
 def test_it_asks_which_model(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["acquire", "--simulated", "--studio"]) == 2
     assert "add --diagnose MODEL" in capsys.readouterr().err
+
+
+def experiment(words: str, **commands: np.ndarray) -> Any:
+    return SimpleNamespace(words=words, commands=commands)
+
+
+def diagnosed(out: Path, *experiments: Any) -> Any:
+    """What the page is made of: two sources, of which one is a voltage."""
+    out.mkdir(exist_ok=True)
+    (out / "report.html").write_text("<body>form-action 'none'</body>")
+    with BondGraph("actuator") as g:
+        body = One("body")
+        Se("V_in", unit="V") >> body
+        Se("F", unit="N") >> body >> R("d", 4.0, unit="N*s/m")
+    return SimpleNamespace(graph=g, data=SimpleNamespace(dt=1e-3), experiments=experiments)
+
+
+def post(live: LiveStudio, body: str, **headers: str) -> int:
+    asked = Request(f"{live.address}record", body.encode(), headers=headers)
+    try:
+        with urlopen(asked, timeout=HANGS) as answer:
+            return int(answer.status)
+    except HTTPError as error:
+        return error.code
+
+
+def test_the_page_asks_the_station_for_the_next_experiment(tmp_path: Path) -> None:
+    """Its signal is written by us; of the browser only a number is taken, once, from our page."""
+    volts, still = np.linspace(0.0, 5.0, 50), np.zeros(50)
+    push = experiment("push", V_in=still, F=volts)
+    ramp = experiment("ramp <b>", V_in=volts, F=still)
+    taken: list[argparse.Namespace] = []
+
+    def take(options: argparse.Namespace) -> Any:
+        taken.append(options)
+        if len(taken) == 2:
+            raise UnusableInput("12 V is above the envelope")
+        return diagnosed(options.out, *(() if len(taken) > 2 else (push, ramp)))
+
+    options = argparse.Namespace(signal="session", name="take", out=tmp_path, rate=9.0, rest=1.0)
+    with LiveStudio() as live:
+        loop = threading.Thread(target=lambda: recorded_on_and_on(options, live, take), daemon=True)
+        loop.start()
+        while "record on the station" not in live.shown():
+            loop.join(0.01)
+        assert "ramp &lt;b&gt;" in live.shown()  # a push is no voltage
+        assert "push" not in live.shown()
+        refused = [post(live, "take=1"), post(live, "take=x"), post(live, "take=0" * 40)]
+        assert [*refused, post(live, "take=0", Origin="http://elsewhere")] == [404, 404, 404, 403]
+        assert len(taken) == 1
+        for count in (2, 3):
+            assert post(live, "take=0") == 200
+            while len(taken) < count or not live._page:
+                loop.join(0.01)
+        assert "record on the station" not in live.shown()
+        assert "form-action 'none'" in live.shown()
+    loop.join(HANGS)
+    assert [t.name for t in taken] == ["take", "take_1", "take_2"]
+    signal = Recording.read(Path(taken[2].signal))
+    np.testing.assert_allclose(signal["V"], volts)
+    assert signal.dt == pytest.approx(1e-3)
+    assert (taken[2].rate, taken[2].rest, taken[2].out) == (None, 0.0, tmp_path / "next_2")

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import json
 import threading
+from collections.abc import Sequence
+from html import escape
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from typing import Any, Final
+from urllib.parse import parse_qs
 
 from identification.diagnosis.studio.page import asset, policy
 
@@ -29,6 +32,8 @@ class LiveStudio:
     def __init__(self, port: int = 0) -> None:
         self._told: list[tuple[str, Any]] = []
         self._page = ""
+        self._offers: tuple[str, ...] = ()
+        self._chosen: int | None = None
         self._ended = False
         self._stop = threading.Event()
         self._news = threading.Condition()
@@ -76,27 +81,56 @@ class LiveStudio:
             self._told.append((kind, value))
             self._news.notify_all()
 
-    def finish(self, page: str) -> None:
-        """Serve the finished page from now on; open streams are told."""
+    def finish(self, page: str, offers: Sequence[str] = ()) -> None:
+        """Serve the finished page from now on, with takes that `offers` describe."""
         with self._news:
-            self._page = page
+            self._page, self._offers, self._chosen = page, tuple(offers), None
             self._news.notify_all()
 
-    def wait(self) -> None:
-        """Serve until the user interrupts."""
-        self._thread.join()
+    def wait(self) -> int | None:
+        """Serve until somebody asks for one of the takes, or the user interrupts; returns which."""
+        with self._news:
+            self._news.wait_for(lambda: self._chosen is not None or self._ended)
+            return self._chosen
+
+    def choose(self, number: int) -> bool:
+        """Ask for an offered take; the page waits again. Whether it was offered, and not yet."""
+        with self._news:
+            if self._chosen is not None or not 0 <= number < len(self._offers):
+                return False
+            self._chosen, self._page, self._told = number, "", []
+            self._stop.clear()
+            self._news.notify_all()
+            return True
 
     def shown(self) -> str:
         """Return the page as it stands."""
         script = asset("plot.js") + asset("live.js")
         waiting = asset("live.html").replace("POLICY", policy(script, "connect-src 'self'; "))
-        return self._page or waiting.replace("SCRIPT", script)
+        page = self._page or waiting.replace("SCRIPT", script)
+        if not (self._page and self._offers):
+            return page
+        page = page.replace("form-action 'none'", "form-action 'self'")
+        return page.replace("</body>", _takes(self._offers) + "</body>")
 
     def after(self, told: int) -> tuple[list[tuple[str, Any]], bool, bool]:
         """Return what is new after `told`, whether the page is made, and the end."""
         with self._news:
             self._news.wait_for(lambda: self._told[told:] or self._page or self._ended, WAIT)
             return self._told[told:], bool(self._page), self._ended
+
+
+def _takes(offers: Sequence[str]) -> str:
+    """Return a form that asks for one of the takes; a script is not needed, a tick is."""
+    buttons = "".join(
+        f'<p><button name="take" value="{k}">record on the station</button> {escape(words)}</p>'
+        for k, words in enumerate(offers)
+    )
+    return (
+        '<section class="paper"><h2>Record it now</h2><form method="post" action="/record">'
+        '<p><label><input type="checkbox" required> the actuator may move, inside the '
+        f"station's envelope</label></p>{buttons}</form></section>"
+    )
 
 
 def _handler(studio: LiveStudio) -> type[BaseHTTPRequestHandler]:
@@ -115,8 +149,21 @@ def _handler(studio: LiveStudio) -> type[BaseHTTPRequestHandler]:
             elif self.path == "/stop":
                 studio.stop()
                 self._send("text/plain", "stopping")
+            elif self.path == "/record" and studio.choose(self._asked()):
+                self.send_response(303)
+                self.send_header("Location", "/")
+                self.send_header("Content-Length", "0")
+                self.end_headers()
             else:
                 self.send_error(404)
+
+        def _asked(self) -> int:
+            """Return the number of the take that a form asks for, -1 for anything else."""
+            size = self.headers.get("Content-Length", "")
+            if not size.isdecimal() or int(size) > len("take=") + 3:
+                return -1
+            take = parse_qs(self.rfile.read(int(size)).decode("ascii", "replace")).get("take", [""])
+            return int(take[0]) if take[0].isdecimal() else -1
 
         def do_GET(self) -> None:
             if not self._own():
