@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, final
 
 import numpy as np
 
-from bondgraph.graph.elements import Sensor
+from bondgraph.graph.elements import Sensor, Source
 from bondgraph.signals.units import parse_unit
 from bondgraph.support.errors import BondsightError
 
@@ -116,8 +116,8 @@ def playable(found: Diagnosis) -> tuple[Experiment, ...]:
     """Return the experiments that one output can play: a single source moves, in volts."""
 
     def one(e: Experiment) -> bool:
-        moving = [n for n, u in e.commands.items() if np.ptp(u) > 0]
-        return len(moving) == 1 and found.graph[moving[0]].unit == "V"
+        moving = [found.graph[n] for n, u in e.commands.items() if np.ptp(u) > 0]
+        return [s.unit for s in moving if isinstance(s, Source)] == ["V"]
 
     return tuple(e for e in found.experiments if found.data is not None and one(e))
 
@@ -132,7 +132,7 @@ def following(
     name, folder = f"{options.name}_{number}", options.out / f"next_{number}"
     (volts,) = (u for u in experiment.commands.values() if np.ptp(u) > 0)
     folder.mkdir(parents=True, exist_ok=True)
-    time = found.data.dt * np.arange(volts.size)
+    time = np.arange(volts.size, dtype=float) * found.data.dt
     signal = Recording(name, time, {"V": volts}, {"V": "V"})
     file = signal.write_csv(folder / "signal.csv")
     changed = {"signal": str(file), "name": name, "out": folder, "rate": None, "rest": 0.0}
