@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from identification.diagnosis.catalogue import UNNAMED
 from identification.diagnosis.evidence.answer import RIGHT, Decision
 from identification.diagnosis.evidence.block_score import score
+from identification.diagnosis.evidence.decision import BARE
 from identification.diagnosis.evidence.hypotheses import Thresholds
 from identification.diagnosis.evidence.remaining import remaining
 from identification.diagnosis.localisation.blind_relations import BlindRelation
@@ -107,15 +108,15 @@ def _first(base: Base, task: SearchTask) -> tuple[Base, Searched]:
 
 
 def _held_to_noise(decisions: tuple[Decision, ...], limits: Thresholds) -> tuple[Decision, ...]:
-    """Call no name exact beside a rest above the noise, or beside one that something improves."""
+    """Call no name exact beside a rest above the noise, or beside some that something improves."""
     named = [d for d in decisions if d.kind == "missing_physics" and d.chosen is not None]
     if not named or named[-1].chosen is None:
         return decisions
     left = [remaining(named[-1].chosen.fit)]
     if decisions[-1] is not named[-1]:  # what the last look found, by the noise of the repair
         left += [r for r in (decisions[-1].remaining,) if r is not None]
-    whole = decisions[-1].kind != "unknown_physics"
-    if whole and all(r.most <= limits.noise for r in left):
+    least = BARE if decisions[-1].kind == "unknown_physics" else limits.noise
+    if all(r.most <= least for r in left):
         return decisions
     return tuple(
         replace(d, answer="approximate", confidence=RIGHT["approximate"])

@@ -29,6 +29,7 @@ from identification.diagnosis.evidence.remaining import Remaining, remaining
 from identification.diagnosis.evidence.shares import UNUSUAL
 from identification.diagnosis.localisation.structural_classes import Isolability
 from identification.diagnosis.search.candidates import Candidate
+from identification.diagnosis.search.forward_selection import _held_to_noise
 from identification.diagnosis.search.one_step import along_best, as_good, in_doubt
 from identification.study.problem import Data
 from tests.spring import spring
@@ -1240,3 +1241,21 @@ def test_an_approximate_law_sits_wherever_its_kind_looks_the_same() -> None:
     case.kind("restoring", "k", 1.0).kind("restoring", "m", 2.1).kind("restoring", "c", 2.0)
     d = case.kind("surface", "k", 0.5).decided()
     assert (d.answer, d.places) == ("approximate", ("k", "m"))
+
+
+@pytest.mark.parametrize(
+    ("after", "rest", "answer"),
+    [
+        ("explained", 1.4, "exact"),
+        ("explained", 1.6, "approximate"),
+        ("unknown_physics", 1.1, "exact"),
+        ("unknown_physics", 1.4, "approximate"),
+    ],
+)
+def test_beside_a_rest_that_something_improves_no_name_is_exact(
+    after: str, rest: float, answer: str
+) -> None:
+    exact = Case(3.0).law("hysteresis at k", 0.0).kind("memory", "k", 0.0).decided()
+    assert exact.answer == "exact"
+    more = replace(exact, kind=after, chosen=None, remaining=Remaining({"x": rest}, True, 0.0))
+    assert _held_to_noise((exact, more), Thresholds())[0].answer == answer

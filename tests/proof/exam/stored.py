@@ -151,7 +151,7 @@ def _seen(value: float | None) -> float | None:
 
 def _left(left: Remaining) -> list[Any]:
     over = {name: _number(v) for name, v in left.over_noise.items()}
-    return [over, left.measured, _number(left.follows)]
+    return [over, left.measured, _number(left.follows), {}, _number(left.louder)]
 
 
 def _law(s: Scored) -> dict[str, Any]:
