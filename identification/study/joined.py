@@ -118,8 +118,10 @@ def picked(recordings: Sequence[Recording]) -> tuple[Recording, ...]:
     of its own stays so, and the noise stays what it is. Where that is too much to simulate, they
     are brought to the slowest rate by `at_one_rate`.
     """
+    if len(recordings) < 2:
+        return tuple(recordings)
     made = tuple(_picked(r, k) for r, k in zip(recordings, _steps(recordings), strict=True))
-    slowest = max((r.dt for r in recordings), default=0.0)
+    slowest = max(r.dt for r in recordings)
     return tuple(r if 2 * r.dt > slowest else _slower(r, slowest) for r in made)
 
 
@@ -156,10 +158,8 @@ def _steps(recordings: Sequence[Recording]) -> list[int]:
     # powers of two have small multiples in common
     doubled = [2 ** round(math.log2(slowest / r.dt)) for r in recordings]
     for steps in (nearest, doubled):
-        common, kept = (
-            math.lcm(*steps),
-            sum(r.n // k for r, k in zip(recordings, steps, strict=True)),
-        )
+        common = math.lcm(*steps)
+        kept = sum(r.n // k for r, k in zip(recordings, steps, strict=True))
         if common <= FINEST or common * kept <= IN_ALL:
             return steps
     return [k if k <= FINEST else 1 for k in doubled]

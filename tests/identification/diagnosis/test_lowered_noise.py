@@ -106,8 +106,9 @@ def test_the_answer_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
         {"F": "N", "x": "m", "speed": "m/s"},
     )  # fmt: skip
     monkeypatch.setattr(
-        module, "noise_floor", lambda *_: dict(zip(("x", "speed"), 30 * NOISE, strict=True))
-    )
+        module, "read_noise",
+        lambda *_: {n: (s, False) for n, s in zip(("x", "speed"), 30 * NOISE, strict=True)},
+    )  # fmt: skip
     d = diagnose(plant(), seen, options=DiagnosisOptions(jobs=1, effects=1), hold="linear")
     assert d.kind in ("explained", "parameters_only")
     assert d.data is not None
