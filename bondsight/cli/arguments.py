@@ -89,12 +89,12 @@ def add_jobs(p: argparse.ArgumentParser) -> None:
 
 
 def jobs(text: str) -> int:
-    """Return a number of processes, not 0."""
+    """Return a number of processes: 1 or more, or -1 for all cores."""
     try:
         value = int(text)
     except ValueError:
         value = 0
-    if value == 0:
+    if value < 1 and value != -1:
         raise argparse.ArgumentTypeError(f"{text!r} is not a number of processes; -1 is all cores")
     return value
 

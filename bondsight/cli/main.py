@@ -8,7 +8,7 @@ import os
 import sys
 from collections.abc import Sequence
 from importlib import import_module
-from typing import Final, NoReturn
+from typing import Any, Final, NoReturn
 
 from bondgraph.support.errors import BondsightError
 from bondsight import __version__
@@ -100,7 +100,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 class _OneLine(argparse.ArgumentParser):
-    """A parser that refuses in one line."""
+    """A parser that refuses in one line, and takes whole options only."""
+
+    def __init__(self, **options: Any) -> None:
+        super().__init__(allow_abbrev=False, **options)
 
     def error(self, message: str) -> NoReturn:
         """Say what is wrong and where the help is."""

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from bondgraph.support.errors import UnusableInput
+from bondsight.cli.arguments import OUT
 from bondsight.cli.diagnose import add_diagnosis_options, diagnose_files
 
 if TYPE_CHECKING:
@@ -39,6 +40,7 @@ def _run(options: argparse.Namespace) -> int:
     if len(options.recordings) == 1 and Path(options.recordings[0]).is_dir():
         folder = Path(options.recordings[0])
         options.recordings, options.seed = recordings_of(folder)
+        options.out = folder if options.out == OUT else options.out
     if not options.live:
         return diagnose_files(options)[0]
     from identification.diagnosis.studio.live import LiveStudio

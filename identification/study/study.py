@@ -304,7 +304,9 @@ class Study:
         if not here:
             raise UnusableInput(
                 f"recording {recording.name!r} has none of the sensors {', '.join(sensors)} of "
-                f"{graph.name}; its channels are {', '.join(recording.channels)}"
+                f"{graph.name}; its channels are {', '.join(recording.channels)}; name the column "
+                f"of each: map={{{sensors[0]!r}: column}}, on the command line --map "
+                f"{sensors[0]}=column"
             )
         for s in drives(graph):
             if s.name not in recording.channels and s.name not in self.silent:

@@ -93,7 +93,8 @@ def criteria_text(j: Judgement) -> str:
 def in_a_word(j: Judgement) -> str:
     """Return whether there is anything to object to."""
     count = len(j.faults)
-    return "nothing to object to" if j.acceptable else f"{count} fault{'s' if count > 1 else ''}"
+    more = "s of the fit are" if count > 1 else " of the fit is"
+    return "nothing to object to" if j.acceptable else f"{count} thing{more} not fine"
 
 
 def groups(j: Judgement) -> list[tuple[str, Sequence[Remark]]]:

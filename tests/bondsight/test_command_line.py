@@ -325,6 +325,8 @@ def test_unusable_demo(
         (("diagnose", "run.csv", "--model", "resonator", "--hold", "spline"), "linear"),
         (("diagnose", "run.csv", "--model", "resonator", "--jobs", "many"), "many"),
         (("diagnose", "run.csv", "--model", "resonator", "--jobs", "0"), "--jobs"),
+        (("diagnose", "run.csv", "--model", "resonator", "--jobs", "-3"), "--jobs"),
+        (("diagnose", "run.csv", "--model", "resonator", "--nois", "x=1"), "--nois"),
         (("diagnose", "run.csv", "--model", "resonator", "--moddel", "x"), "--moddel"),
         (("diagnose", "--model", "resonator"), "RECORDING"),
         (("diagnose", "run.csv", "--model", "resonator", "--effects", "0"), "--effects"),

@@ -70,10 +70,12 @@ def sentence(d: Diagnosis) -> str:
             where = element_kind(d.graph, step.chosen.element)
             same = sorted({t.element for t in step.same_place} - {step.chosen.element})
             also = f" (or {', '.join(same)}: these sensors cannot tell)" if same else ""
-            effect = spaced(step.chosen.effect).capitalize()
-            says = step.chosen.insertion.sentence
+            names = [spaced(n) for n in dict.fromkeys(t.effect for t in step.possible)]
+            several = step.answer == "family" and len(names) > 1
+            effect = f"one of {listed(names)}" if several else names[0]
+            says = "" if several else step.chosen.insertion.sentence
             parts.append(
-                f"{effect} is missing at the {where} {step.chosen.element}{also}"
+                f"{effect.capitalize()} is missing at the {where} {step.chosen.element}{also}"
                 + (f": {says}" if says else "")
                 + _fits(step)
             )
@@ -246,6 +248,7 @@ def retold(v: Data) -> str:
         _paragraph("What remains", _left(v)),
         _paragraph("What else is possible", [t for f in findings for t in _rivals(f)]),
         _paragraph("What it rests on", _basis(v)),
+        _paragraph("What was noticed on the way", v.get("notes", ())),
         _paragraph("What to do next", v["advice"] or [_nothing_to_do(v)]),
     ]
     return "\n\n".join(p for p in parts if p)
@@ -281,7 +284,15 @@ def _answer(v: Data) -> str:
 
 
 def _effect(f: Data) -> str:
+    if f["effect"] == "unknown" and f.get("answer") == "family":
+        return f"one of {listed(_members(f))}"
     return "an unnamed effect" if f["effect"] == "unknown" else spaced(f["effect"])
+
+
+def _members(f: Data) -> list[str]:
+    """Return the effects of a family among which the data do not choose."""
+    known = (p["effect"] for p in f["also_possible"])
+    return [spaced(n) for n in dict.fromkeys(known) if n != "unknown"]
 
 
 def _meaning(f: Data) -> str:
@@ -332,6 +343,11 @@ def _certainty(f: Data) -> str:
     if f["effect"] == "unknown":
         close = [p for p in f["also_possible"] if not p.get("kind")]
         share = f["share_of_misfit_explained"]
+        if f.get("answer") == "family":
+            return (
+                f"Which of {listed(_members(f))} it is these data do not tell; that it is one of "
+                f"them: probability {_percent(f['confidence'])}."
+            )
         if not close or share <= 0:
             return "Nothing in the catalogue comes near; no name is given."
         return (

@@ -309,3 +309,21 @@ def test_the_command_prints(tmp_path: Path, capsys: pytest.CaptureFixture[str]) 
     file.write_text(json.dumps(extended), encoding="utf-8")
     assert main(["explain", str(file)]) == 0
     assert capsys.readouterr().out.startswith("What was found\n  stack leaves out one effect")
+
+
+def test_a_family_is_told_with_its_members_and_a_probability() -> None:
+    members = [
+        {"effect": n, "element": "R_out", "evidence": ""}
+        for n in ("square_root_flow", "nonlinear_resistance")
+    ]
+    one = unknown(answer="family", confidence=0.94, also_possible=members)
+    text = said(verdict("missing_physics", one))
+    assert "one of square root flow and nonlinear resistance at k" in text
+    assert "probability 94 %" in text
+    assert "No name is given" not in text
+
+
+def test_what_the_diagnosis_noticed_is_said_again() -> None:
+    v = verdict()
+    v["notes"] = ["m is declared 0.5, fitted 503.7: as if a unit were forgotten"]
+    assert v["notes"][0] in said(v)
