@@ -94,7 +94,7 @@ def _named(step: Decision, d: Diagnosis) -> dict[str, Any]:
     assert chosen is not None
     same = [t.element for t in step.same_place]
     if step.answer == "approximate":
-        same += step.places
+        same += [p for p in step.places if p != chosen.element]
     return {
         "location": _location(chosen.element, same, d, chosen.effect),
         "answer": step.answer,
