@@ -412,9 +412,12 @@ def finish(trial: Candidate, iterations: int, holds: Sequence[str] = tuple(HOLDS
             result = settled_fit(trial.fit.problem, iterations, trial.fit.point)
     except (BondsightError, np.linalg.LinAlgError, ValueError):
         return trial
-    if result.status is FitStatus.BROKEN or not result.cost <= trial.fit.cost * 1.001:
+    if result.status is FitStatus.BROKEN:
         return trial
-    return trial_of(trial.insertion, trial.home, with_best_hold(result, iterations, holds))
+    # few sub-steps may flatter the wrong behaviour of a command: then another one is right
+    best = with_best_hold(result, iterations, holds)
+    better = best.cost <= trial.fit.cost * 1.001
+    return trial_of(trial.insertion, trial.home, best) if better else trial
 
 
 def not_worse(trials: Sequence[Candidate], options: DiagnosisOptions) -> list[Candidate]:
