@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Callable, Iterable, Mapping
+from itertools import count
 from typing import TYPE_CHECKING, Any, final
 
 import numpy as np
@@ -93,23 +94,21 @@ def recorded_on_and_on(
 ) -> Diagnosis:
     """Record and diagnose, then whatever next experiment the page asks for; returns the last.
 
-    A take that the bench refuses is told, and the page stays; nothing has moved.
+    A take that fails, or that the bench refuses, is told, and the last page comes back.
     """
     from bondsight.cli.studio import kept_open
 
-    found, number, asked = take(options), 0, options
+    found, shown = take(options), options.out
     while True:
         offers = playable(found)
-        chosen = kept_open(live, asked.out, [e.words for e in offers])
+        chosen = kept_open(live, shown, [e.words for e in offers])
         if chosen is None:
             return found
-        number += 1
-        asked = following(options, found, offers[chosen], number)
+        asked = following(options, found, offers[chosen])
         try:
-            found = take(asked)
+            found, shown = take(asked), asked.out
         except BondsightError as error:
             print(f"not recorded: {error}", flush=True)
-            asked = options
 
 
 def playable(found: Diagnosis) -> tuple[Experiment, ...]:
@@ -123,15 +122,16 @@ def playable(found: Diagnosis) -> tuple[Experiment, ...]:
 
 
 def following(
-    options: argparse.Namespace, found: Diagnosis, experiment: Experiment, number: int
+    options: argparse.Namespace, found: Diagnosis, experiment: Experiment
 ) -> argparse.Namespace:
-    """Write an experiment as a signal, and return the options of a take that plays it."""
+    """Write an experiment as a signal into a new folder, and return the options of its take."""
     from bondgraph.signals.recording import Recording
 
     assert found.data is not None
+    number = next(n for n in count(1) if not (options.out / f"next_{n}").exists())
     name, folder = f"{options.name}_{number}", options.out / f"next_{number}"
     (volts,) = (u for u in experiment.commands.values() if np.ptp(u) > 0)
-    folder.mkdir(parents=True, exist_ok=True)
+    folder.mkdir(parents=True)
     time = np.arange(volts.size, dtype=float) * found.data.dt
     signal = Recording(name, time, {"V": volts}, {"V": "V"})
     file = signal.write_csv(folder / "signal.csv")

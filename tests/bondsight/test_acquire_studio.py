@@ -120,11 +120,13 @@ def test_the_page_asks_the_station_for_the_next_experiment(tmp_path: Path) -> No
             loop.join(0.01)
         assert "ramp &lt;b&gt;" in live.shown()  # a push is no voltage
         assert "push" not in live.shown()
-        refused = [post(live, "take=1"), post(live, "take=x"), post(live, "take=0" * 40)]
-        assert [*refused, post(live, "take=0", Origin="http://elsewhere")] == [404, 404, 404, 403]
+        asked = "moves=yes&take="
+        refused = ["take=0", f"{asked}1", f"{asked}x", f"{asked}0{'0' * 40}"]  # unticked, then odd
+        assert [post(live, body) for body in refused] == [404] * 4
+        assert post(live, f"{asked}0", Origin="http://elsewhere") == 403
         assert len(taken) == 1
         for count in (2, 3):
-            assert post(live, "take=0") == 200
+            assert post(live, f"{asked}0") == 200
             while len(taken) < count or not live._page:
                 loop.join(0.01)
         assert "record on the station" not in live.shown()

@@ -32,6 +32,11 @@ def kinds_alike(
 
     A form that may depend on anything explains most by itself, so what it explains is discounted:
     it stands for its kind only where the usual ones clearly do less.
+
+    Parameters
+    ----------
+    told : bool
+        No law fits, so that forms alone decide: that part is allowed beside noise, too.
     """
     # forms that were held against the true course of what was added need no discount
     part = {id(k): explained(k, e.plain, best, usual=e.along) for k in e.kinds}

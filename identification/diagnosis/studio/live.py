@@ -128,8 +128,8 @@ def _takes(offers: Sequence[str]) -> str:
     )
     return (
         '<section class="paper"><h2>Record it now</h2><form method="post" action="/record">'
-        '<p><label><input type="checkbox" required> the actuator may move, inside the '
-        f"station's envelope</label></p>{buttons}</form></section>"
+        '<p><label><input type="checkbox" name="moves" value="yes" required> the actuator may '
+        f"move, inside the station's envelope</label></p>{buttons}</form></section>"
     )
 
 
@@ -158,12 +158,13 @@ def _handler(studio: LiveStudio) -> type[BaseHTTPRequestHandler]:
                 self.send_error(404)
 
         def _asked(self) -> int:
-            """Return the number of the take that a form asks for, -1 for anything else."""
+            """Return the number of the take that a ticked form asks for, else -1."""
             size = self.headers.get("Content-Length", "")
-            if not size.isdecimal() or int(size) > len("take=") + 3:
+            if not size.isdecimal() or int(size) > len("moves=yes&take=") + 3:
                 return -1
-            take = parse_qs(self.rfile.read(int(size)).decode("ascii", "replace")).get("take", [""])
-            return int(take[0]) if take[0].isdecimal() else -1
+            said = parse_qs(self.rfile.read(int(size)).decode("ascii", "replace"))
+            (take, *_), ticked = said.get("take", [""]), said.get("moves") == ["yes"]
+            return int(take) if ticked and take.isdecimal() else -1
 
         def do_GET(self) -> None:
             if not self._own():

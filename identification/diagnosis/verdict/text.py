@@ -315,9 +315,10 @@ def _place(f: Data) -> str:
     if not place["element"]:
         return "The place is open: no element of the model explains the misfit better than others."
     kind = f"the {place['kind']} " if place["kind"] else ""
-    what = _effect(f).removeprefix("an ")
-    verb = "is closest to" if f["effect"] == "unknown" else "sits at"
-    text = f"The {what} {verb} {kind}{place['element']}."
+    family = f.get("answer") == "family"
+    what = "It" if family else f"The {_effect(f).removeprefix('an ')}"
+    verb = "is closest to" if f["effect"] == "unknown" and not family else "sits at"
+    text = f"{what} {verb} {kind}{place['element']}."
     others = place["indistinguishable_from"]
     if others:
         text += (

@@ -1,6 +1,7 @@
 """A trial that was published, read from its folder: the seal checked, where its errors lie.
 
-``python -m tests.proof.trial.opened [tests/proof/trial/trials/trial_2]``
+``python -m tests.proof.trial.opened [tests/proof/trial/trials/trial_2]``; also of a draw of
+development once it was run, which has no seal to check.
 """
 
 from __future__ import annotations
@@ -14,9 +15,10 @@ from pathlib import Path
 
 from bondgraph.support.errors import UnusableInput
 from tests.proof.exam.judging import ExamOutcome, JudgedClaim, judge_exam
-from tests.proof.exam.said import exam_answer_of
-from tests.proof.exam.truths import truth_of
+from tests.proof.exam.said import exam_answer_of, read_exam_answers
+from tests.proof.exam.truths import read_exam_truths, truth_of
 from tests.proof.trial.commitment import truths_hash
+from tests.proof.trial.layout import Layout
 from tests.proof.trial.rates import Rate
 
 PUBLISHED = Path(__file__).parent / "trials" / "trial_2"
@@ -32,6 +34,11 @@ def opened(folder: Path) -> tuple[ExamOutcome, ...]:
     UnusableInput
         The truths are not those that were committed.
     """
+    draw = Layout(folder)
+    if draw.answers.is_dir():
+        found = read_exam_answers(draw.answers)
+        known = read_exam_truths(draw.truths)
+        return tuple(judge_exam(known[name], answer) for name, answer in found.items())
     with gzip.open(folder / "truths.json.gz", "rt", encoding="utf-8") as file:
         rows = json.load(file)
     committed = json.loads((folder / "commitment.json").read_text(encoding="utf-8"))
@@ -56,6 +63,8 @@ def lines(outcomes: Sequence[ExamOutcome]) -> Iterator[str]:
     def of_catalogue(some: Sequence[ExamOutcome]) -> list[ExamOutcome]:
         return [o for o in some if not o.truth.outside]
 
+    empty = [o for o in outcomes if o.truth.empty]
+    yield f"false alarms: {Rate(sum(o.false_alarm for o in empty), len(empty))}"
     yield f"wrong names: {_wrong(inside, name)}"
     yield f"  of first findings: {_wrong(inside, name, slice(0, 1))}"
     yield f"  of later findings: {_wrong(inside, name, slice(1, None))}"
