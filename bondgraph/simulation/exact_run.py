@@ -91,17 +91,17 @@ class Prepared:
     @cached_property
     def at_rest(self) -> March:
         """Takes a step of zero."""
-        return self._march(*self.still)
+        return self._march(self.still)
 
     @cached_property
     def onward(self) -> March:
         """Takes sub-steps."""
-        return self._march(*self.moving)
+        return self._march(self.moving)
 
-    def _march(self, packed: Array, slopes: Array) -> March:
+    def _march(self, packed: tuple[Array, Array]) -> March:
         from bondgraph.simulation.lure_kernel import runner
 
-        return runner(self.compiled, self.n_d)(packed, self.q, slopes, self.dq)
+        return runner(self.compiled, self.n_d)(packed, self.still, self.q, self.dq)
 
     @property
     def step(self) -> float:
@@ -167,9 +167,9 @@ def run_prepared(
     _initial_memory(compiled, lay, *ready.still, u[0], z)
     _given_memory(compiled, lay, memory or {}, z)
     at_rest = np.stack([u[:1], u[:1]], axis=1)
-    begun, laws, z = ready.at_rest(at_rest, z, 1)
+    begun, laws, z = ready.at_rest(at_rest, z, 1, u[0])
     stride = 1 if every_substep else ready.n_sub
-    y, seen, z = ready.onward(fine, z, stride)
+    y, seen, z = ready.onward(fine, z, stride, u[0])
     y, seen = np.concatenate([begun, y]), np.concatenate([laws, seen])
     return KernelRun(
         y[:, :, 0],

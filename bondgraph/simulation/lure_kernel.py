@@ -106,16 +106,19 @@ def _remembered(closed: ClosedLaws, response: list[ca.SX], n_m: int, change: ca.
 
 # -- running over a record -------------------------------------------------------------------
 
-March = Callable[[Array, Array, int], tuple[Array, Array, Array]]
-Runner = Callable[[Array, Array, Array, Array], March]
+March = Callable[[Array, Array, int, Array], tuple[Array, Array, Array]]
+Packed = tuple[Array, Array]
+Runner = Callable[[Packed, Packed, Array, Array], March]
 
 
 def runner(compiled: Compiled, n_d: int) -> Runner:
-    """Return ``run(M, q, dM, dq)(u, z, n_sub) -> (y, laws, z)`` for `n_d` directions.
+    """Return ``run(moving, standing, q, dq)(u, z, n_sub, before) -> (y, laws, z)``.
 
-    Shapes: u (n_samples * n_sub, 2, n_u), z (n_z, 1 + n_d), M (n_M,), q (n_q,), dM (n_M, n_d),
-    dq (n_q, n_d); y (n_samples, n_y, 1 + n_d), laws (n_samples, 2 n_w): arguments and deviations.
-    Threads may share a march.
+    It has `n_d` directions. `moving` and `standing` are the matrices (n_M,) of a sub-step and of
+    one of no length, which an input that jumps at a sample takes first, and their derivatives
+    (n_M, n_d). Shapes: u (n_samples * n_sub, 2, n_u), before (n_u,): the inputs as they ended
+    before; z (n_z, 1 + n_d), q (n_q,), dq (n_q, n_d); y (n_samples, n_y, 1 + n_d), laws
+    (n_samples, 2 n_w): arguments and deviations. Threads may share a march.
     """
     return _runner(_Key(compiled, n_d))
 
@@ -157,14 +160,14 @@ FAST = (*("-O3" if f == "-O2" else f for f in FLAGS), "-ffp-contract=off")
 def _blocked_runner(lay: KernelLayout) -> Runner:
     """Run a large linear model: its unrolled step would take gcc minutes."""
 
-    def run(m: Array, q: Array, dm: Array, dq: Array) -> March:
-        at = np.cumsum([0, *(r * c for r, c in lay.pieces)])
+    def run(moving: Packed, _standing: Packed, q: Array, dq: Array) -> March:
+        m, at = moving[0], np.cumsum([0, *(r * c for r, c in lay.pieces)])
         phi, g0, g1, _, _, _, cy, dy = (
             m[at[i] : at[i + 1]].reshape(shape, order="F") for i, shape in enumerate(lay.pieces)
         )
         late = np.hstack([np.zeros_like(dy), dy])
 
-        def march(u: Array, z: Array, n_sub: int) -> tuple[Array, Array, Array]:
+        def march(u: Array, z: Array, n_sub: int, _before: Array) -> tuple[Array, Array, Array]:
             v = u.reshape(u.shape[0], 2 * lay.n_u)
             y, x = blocked_record(phi, np.hstack([g0, g1]), cy, late, v, z[:, 0], n_sub)
             return y[:, :, None], np.empty((y.shape[0], 0)), x[:, None]
@@ -190,13 +193,13 @@ def _reordered(run: Runner, lay: KernelLayout, inner: KernelLayout, taken: Taken
     inside = np.array([*range(head), *(head + i for i in taken.left), *range(len(plays))])
     inside[len(inside) - len(plays) :] += inner.n_z
 
-    def started(*given: Array) -> March:
-        march = run(*given)
+    def started(moving: Packed, standing: Packed, q: Array, dq: Array) -> March:
+        march = run(moving, standing, q, dq)
 
-        def reordered(u: Array, z: Array, n_sub: int) -> tuple[Array, Array, Array]:
+        def reordered(u: Array, z: Array, n_sub: int, before: Array) -> tuple[Array, Array, Array]:
             carried = np.zeros((inner.n_z + len(plays), z.shape[1]))
             carried[inside] = z[outside]
-            y, seen, carried = march(u, carried, n_sub)
+            y, seen, carried = march(u, carried, n_sub, before)
             after = np.empty_like(z)
             after[outside] = carried[inside]
             return y, seen, after
@@ -226,18 +229,20 @@ def _native_runner(
     def at(v: Array) -> ctypes.c_void_p:
         return ctypes.c_void_p(v.__array_interface__["data"][0])
 
-    def run(m: Array, q: Array, dm: Array, dq: Array) -> March:
-        moving = np.flatnonzero(dm.any(axis=0))
-        lead = 1 + (int(moving[-1]) + 1) // LANES if moving.size else 1
-        slopes = wide(np.where(inputs, m, 0.0), dm, LANES * lead if lay.n_d else 1)
-        touched = number[dm.any(axis=1)]
+    def run(moving: Packed, standing: Packed, q: Array, dq: Array) -> March:
+        both = (moving, standing)
+        along = np.flatnonzero(np.any([dm.any(axis=0) for _, dm in both], axis=0))
+        lead = 1 + (int(along[-1]) + 1) // LANES if along.size else 1
+        lanes = LANES * lead if lay.n_d else 1
+        slopes = [wide(np.where(inputs, m, 0.0), dm, lanes) for m, dm in both]
+        touched = number[np.any([dm.any(axis=1) for _, dm in both], axis=0)]
         live = (np.bincount(touched, minlength=len(lay.pieces) + 1)[:-1] > 0).astype(np.int64)
         by_q = wide(np.zeros(lay.n_q), dq, row)
-        given = [np.ascontiguousarray(v, float) for v in (m, q, slopes, by_q)]
+        given = [np.ascontiguousarray(v, float) for v in (moving[0], standing[0], q, *slopes, by_q)]
         filled = [b.bank.filled(q[b.parameters], dq[b.parameters], row) for b in banks]
 
-        def march(u: Array, z: Array, n_sub: int) -> tuple[Array, Array, Array]:
-            u = np.ascontiguousarray(u, float)
+        def march(u: Array, z: Array, n_sub: int, before: Array) -> tuple[Array, Array, Array]:
+            u, before = (np.ascontiguousarray(v, float) for v in (u, before))
             n = u.shape[0] // n_sub
             carried = wide(z[: lay.n_z, 0], z[: lay.n_z, 1:], row)
             held = loaded(banks, filled, z[lay.n_z :], row)
@@ -246,7 +251,7 @@ def _native_runner(
             counts = map(ctypes.c_longlong, (n, n_sub, width, lead))
             arg, res = (pointer * sizes[2])(), (pointer * sizes[3])()
             native(
-                at(u), *counts, at(live), at(carried), *map(at, given),
+                at(u), at(before), *counts, at(live), at(carried), *map(at, given),
                 at(y), at(seen), iw, at(work), arg, res, *map(at, held),
             )  # fmt: skip
             plays = unloaded(banks, *held, width)
@@ -271,33 +276,40 @@ def _entries(lay: KernelLayout) -> tuple[Array, Array]:
 
 
 def _machine_runner(step: ca.Function, lay: KernelLayout) -> Runner:
-    chunk = 128
+    chunk, width = 128, 1 + lay.n_d
     many = step.mapaccum("record", chunk, 1)
-    one = step
+    begin = sum(r * c for r, c in lay.pieces[:4])
+    direct = slice(begin, begin + lay.n_w * lay.n_u)
 
-    def run(m: Array, q: Array, dm: Array, dq: Array) -> March:
-        fixed = [ca.DM(v) for v in (m.reshape(-1, 1), q.reshape(-1, 1), dm, dq)]
-        wide = [ca.repmat(v, 1, chunk) for v in fixed]
+    def run(moving: Packed, standing: Packed, q: Array, dq: Array) -> March:
+        acting = moving[0][direct].reshape(lay.n_w, lay.n_u, order="F").any(axis=0)
+        laws = [ca.DM(q.reshape(-1, 1)), ca.DM(dq)]
+        sets = [(ca.DM(m.reshape(-1, 1)), ca.DM(dm)) for m, dm in (moving, standing)]
 
-        def march(u: Array, z: Array, n_sub: int) -> tuple[Array, Array, Array]:
-            width = 1 + lay.n_d
-            steps = u.shape[0]
-            out = np.empty((steps, lay.n_out, width))
-            k = 0
-            while k < steps:
-                if steps - k >= chunk:
-                    a, b = u[k : k + chunk, 0].T, u[k : k + chunk, 1].T
-                    zs, ys = many(z, a, b, *wide)
-                    z = np.asarray(zs[:, -width:].full())
-                    out[k : k + chunk] = (
-                        np.asarray(ys.full()).reshape(lay.n_out, chunk, width).transpose(1, 0, 2)
-                    )
-                    k += chunk
-                else:
-                    zs, y = one(z, u[k, 0], u[k, 1], *fixed)
-                    z, out[k] = np.asarray(zs.full()), np.asarray(y.full())
-                    k += 1
-            out = out[n_sub - 1 :: n_sub]
+        def taken(ways: Array, z: Array, u0: Array, u1: Array) -> tuple[Array, Array]:
+            """Take sub-steps and jumps (ways 0 and 1) one after the other."""
+            n = ways.size
+            m, dm = (ca.horzcat(*(sets[int(way)][i] for way in ways)) for i in (0, 1))
+            q_, dq_ = (ca.repmat(v, 1, n) for v in laws)
+            z_, out = (many if n == chunk else step)(z, u0.T, u1.T, m, q_, dm, dq_)
+            made = np.asarray(out.full()).reshape(lay.n_out, n, width).transpose(1, 0, 2)
+            return np.asarray(z_[:, -width:].full()), made
+
+        def march(u: Array, z: Array, n_sub: int, before: Array) -> tuple[Array, Array, Array]:
+            ended = np.concatenate([before[None], u[n_sub - 1 : -1 : n_sub, 1]])
+            jumps = n_sub * np.flatnonzero((u[::n_sub, 0] != ended)[:, acting].any(axis=1))
+            jumps = np.repeat(
+                jumps, 2
+            )  # Newton's method starts from far, so it gets twice the steps
+            onward = np.ones(u.shape[0] + jumps.size, bool)
+            onward[jumps + np.arange(jumps.size)] = False
+            u = np.insert(u, jumps, u[jumps][:, [0, 0]], axis=0)
+            out, k = np.empty((onward.size, lay.n_out, width)), 0
+            while k < onward.size:
+                part = slice(k, k + (chunk if onward.size - k >= chunk else 1))
+                z, out[part] = taken(~onward[part], z, u[part, 0], u[part, 1])
+                k = part.stop
+            out = out[onward][n_sub - 1 :: n_sub]
             return out[:, : lay.n_y], out[:, lay.n_y :, 0], z
 
         return march

@@ -63,19 +63,33 @@ typedef double row_block;
 """
 
 _MARCH = r"""
+#define PASSES 16
 #define SOME(n) ((n) ? (n) : 1)
 #define VALUE(rows, i) (((const double*)(rows))[(i) * NB * LANES])
 /* derivatives of the matrices: one row each, `lead` blocks that are not zero; the first lane of an
    input's entry is the entry itself, so that inputs enter values and derivatives alike */
 #define D(entry) d[(entry) * lead + b]
 
-void run_record(const double* u, casadi_int n_samples, casadi_int n_sub, casadi_int width,
-                casadi_int lead, const casadi_int* live, double* carried, const double* m,
-                const double* q, const double* derivatives, const double* by_parameters,
-                double* y, double* seen, casadi_int* iw, double* work, const double** arg,
-                double** res, const casadi_int* plays, double* numbers, double* rows) {
+/* whether inputs that act on the laws' arguments have jumped */
+static int jumped(const double* u0, const double* before, const double* m) {
+  for (int k = 0; k < NU; ++k)
+    if (u0[k] != before[k])
+      for (int j = 0; j < NW; ++j)
+        if (m[DS + j + NW * k] != 0.0) return 1;
+  return 0;
+}
+
+/* `standing` and `slopes_of_it` are the matrices of a step of no length */
+void run_record(const double* u, const double* before, casadi_int n_samples, casadi_int n_sub,
+                casadi_int width, casadi_int lead, const casadi_int* live, double* carried,
+                const double* moving, const double* standing, const double* q,
+                const double* slopes_of_moving, const double* slopes_of_standing,
+                const double* by_parameters, double* y, double* seen, casadi_int* iw,
+                double* work, const double** arg, double** res, const casadi_int* plays,
+                double* numbers, double* rows) {
   row_block* z = (row_block*)carried;
-  const row_block* d = (const row_block*)derivatives;
+  const double* m = moving;
+  const row_block* d = (const row_block*)slopes_of_moving;
   const row_block* dq = (const row_block*)by_parameters;
   row_block x1[SOME(NX) * NB];
 #if NW
@@ -94,8 +108,12 @@ void run_record(const double* u, casadi_int n_samples, casadi_int n_sub, casadi_
   casadi_int sample, sub;
   int b, i, j, k;
   for (sample = 0; sample < n_samples; ++sample) {
-    for (sub = 0; sub < n_sub; ++sub) {
-      const double *u0 = u, *u1 = u + NU;
+    /* a jump is a step of its own, of no length: laws begin the next one with what it makes */
+    int jump = NW && jumped(u, before, moving);
+    for (sub = -jump; sub < n_sub; ++sub) {
+      const double *u0 = u, *u1 = sub < 0 ? u : u + NU;
+      m = sub < 0 ? standing : moving;
+      d = (const row_block*)(sub < 0 ? slopes_of_standing : slopes_of_moving);
       for (j = 0; j < NX; ++j) x[j] = VALUE(z, j);
 #if NW
       for (k = 0; k < NW; ++k) w[k] = VALUE(z, NX + k);
@@ -136,19 +154,27 @@ void run_record(const double* u, casadi_int n_samples, casadi_int n_sub, casadi_
       res[2] = resolvent; res[3] = by_free; res[4] = by_gain; res[5] = by_memory; res[6] = by_q;
       res[7] = slopes;
 #endif
-#if NBANKS
-      int tries = 0;
+      int again, passes = 0;
       do {
-        for (k = 0; k < NBANKS; ++k) put(banks + k, memory + bank_slot[k]);
-        bondsight_laws(arg, res, iw, work, 0);
-        for (k = j = 0; k < NBANKS; ++k)
-          j |= looked_up(banks + k, memory_new[bank_slot[k] + 2], tries);
-      } while (j && ++tries < LOOKS);
-#if SLOPES
-      for (k = 0; k < NBANKS; ++k) moved_line(banks + k, z + (NX + NW + bank_slot[k]) * NB);
-#endif
+#if NBANKS
+        int tries = 0;
+        do {
+          for (k = 0; k < NBANKS; ++k) put(banks + k, memory + bank_slot[k]);
+          bondsight_laws(arg, res, iw, work, 0);
+          for (k = j = 0; k < NBANKS; ++k)
+            j |= looked_up(banks + k, memory_new[bank_slot[k] + 2], tries);
+        } while (j && ++tries < LOOKS);
 #else
-      bondsight_laws(arg, res, iw, work, 0);
+        bondsight_laws(arg, res, iw, work, 0);
+#endif
+        /* a step of no length, a start or a jump, begins Newton's method from far */
+        for (j = again = 0; m[STEP] == 0.0 && j < NW; ++j) {
+          again |= fabs(w_new[j] - w[j]) > 1e-12 * fabs(w_new[j]);
+          w[j] = w_new[j];
+        }
+      } while (again && ++passes < PASSES);
+#if NBANKS && SLOPES
+      for (k = 0; k < NBANKS; ++k) moved_line(banks + k, z + (NX + NW + bank_slot[k]) * NB);
 #endif
       for (b = 0; b < NB; ++b) {
 #if SLOPES
@@ -209,9 +235,9 @@ void run_record(const double* u, casadi_int n_samples, casadi_int n_sub, casadi_
 #endif
 #endif
       memcpy(z, x1, NX * NB * sizeof(row_block));
-      u += 2 * NU;
+      if (sub >= 0) u += 2 * NU;
     }
-    const double* u1 = u - NU;
+    const double* u1 = before = u - NU;
     for (i = 0; i < NX; ++i) x[i] = VALUE(z, i);
     for (i = 0; i < NY; ++i) {
       for (b = 0; b < NB; ++b) {

@@ -94,23 +94,24 @@ class ExactMarch:
             first.memory[port.element] for port, *_ in law_slices(compiled) if port.law.n_memory
         ]
         z = np.concatenate([first.x, first.w[-1], *memory])
-        self._z = z[:, None]
+        self._z, self._before = z[:, None], still
         self.rest = np.asarray(first.y[-1])
 
     def advance(self, command: Array) -> Array:
         """Go on by one step per value."""
         u = np.tile(self._still, (command.size * self._substeps, 2, 1))
         u[:, :, self._input] = np.repeat(command, self._substeps)[:, None]
-        y, _, self._z = self._march(u, self._z, self._substeps)
+        y, _, self._z = self._march(u, self._z, self._substeps, self._before)
+        self._before = u[-1, 1] if command.size else self._before
         return np.asarray(y[:, :, 0])
 
     def snapshot(self) -> Array:
         """Return a copy of the state."""
-        return self._z.copy()
+        return np.concatenate([self._z[:, 0], self._before])
 
     def restore(self, state: Array) -> None:
         """Put a state back."""
-        self._z = state.copy()
+        self._z, self._before = state[: self._z.shape[0], None].copy(), state[self._z.shape[0] :]
 
 
 @final
