@@ -57,6 +57,9 @@ def machine_step(functions: GeneralFunctions, n_x: int, n_d: int) -> ca.Function
     def at(i: int, stage: ca.MX) -> tuple[ca.MX, ...]:
         return (t + NODES[i] * h, stage, u0 + NODES[i] * (u1 - u0), p, m, NODES[i] * h)
 
+    begun = (v, m, tv, tm)
+    if functions.jumps:  # inputs may have jumped to u0, and the memory follows in no time
+        v, m, tv, tm = _followed(functions, begun, (t, u0, p), picked)
     stages, correction = [v, v], ca.MX.zeros(2 * n_v)
     matrix = ca.MX.zeros(2 * n_v, 2 * n_v)
     for _ in range(NEWTON if n_v else 0):
@@ -91,9 +94,35 @@ def machine_step(functions: GeneralFunctions, n_x: int, n_d: int) -> ca.Function
     next_m = functions.advance(*end)
     next_tm = moved_along(functions.moving) if n_d and n_m else tm
     dy = moved_along(functions.slope) if n_d else ca.MX(functions.reading.numel_out(0), 0)
-    arguments = [v, m, tv, tm, u0, u1, t, h, p, picked]
+    arguments = [*begun, u0, u1, t, h, p, picked]
     results = [stages[1], next_m, tangent, next_tm, correction, functions.reading(*end), dy]
     return _packed(ca.Function("step", arguments, results), n_v, n_m, n_d)
+
+
+Columns = tuple[ca.MX, ca.MX, ca.MX, ca.MX]
+
+
+def _followed(
+    functions: GeneralFunctions, begun: Columns, given: tuple[ca.MX, ca.MX, ca.MX], picked: ca.MX
+) -> Columns:
+    """Return what a step of no length makes of unknowns and memory, with their tangents."""
+    v, m, tv, tm = begun
+    t, u, p = given
+    n_x, n_v = functions.n_x, v.numel()
+    x, z = v[:n_x], v[n_x:]
+    slope = ca.MX.zeros(n_v, n_v)
+    for _ in range(NEWTON if n_v > n_x else 0):
+        value, slope = functions.stage(t, ca.vertcat(x, z), u, p, m, 0)
+        z = z - ca.solve(slope[n_x:, n_x:], value[n_x:], "csparse")
+    v = ca.vertcat(x, z)
+    at = (t, v, u, p, m, 0)
+    if tv.size2() and n_v > n_x:
+        by_p, by_m = functions.seed(*at)
+        moved = slope[n_x:, :n_x] @ tv[:n_x, :] + (by_p @ picked + by_m @ tm)[n_x:, :]
+        tv = ca.vertcat(tv[:n_x, :], -ca.solve(slope[n_x:, n_x:], moved, "csparse"))
+    by_v, by_p, by_m = functions.moving(*at)
+    followed = by_v @ tv + by_p @ picked + by_m @ tm if tv.size2() else tm
+    return v, functions.advance(*at), tv, ca.densify(followed)
 
 
 def _packed(step: ca.Function, n_v: int, n_m: int, n_d: int) -> ca.Function:

@@ -240,6 +240,34 @@ static int start(work_t* q, const double* u, double* tv, double* tm) {
   return 1;
 }
 
+/* Let the memory follow what stands at v, tangent tv, on the lines there; room in next, tnext. */
+static void accept(work_t* q, double t, const double* v, const double* u, double late,
+                   const double* tv, double* tm, double* next, double* tnext) {
+  casadi_int i;
+  bind(q, &t, v, u, &late);
+  q->res[0] = next;
+  bondsight_advance(q->arg, q->res, q->iw, q->w, 0);
+  if (q->nd) {
+    TANGENT(moving, MOVING, NM, tv, tm, tnext);
+    for (i = 0; i < NM * q->nd; ++i) tm[i] = tnext[i];
+  }
+  for (i = 0; i < NM; ++i) q->m[i] = next[i];
+  accepted_banks(q, tnext);
+}
+
+/* Inputs that jump to u, as at the start, take the memory with them, in no time; without a solution
+   there the next step has to find its own way. */
+static void jump(work_t* q, double* x, const double* u, double* tv, double* tm, double* next,
+                 double* tnext) {
+  int i;
+  for (i = 0; i < N; ++i) q->v[i] = x[i];
+  if (!start(q, u, tv, tm)) return;
+  for (i = NX; i < N; ++i) x[i] = q->v[i];
+  lines(q, 1, q->t, x, u, 0.0);
+  moved_lines(q, 1, tm);
+  accept(q, q->t, x, u, 0.0, tv, tm, next, tnext);
+}
+
 /* The stages at the end of the step that begins at x; past holds the ends and the middle of the
    last step, through which a polynomial foretells them. Failing that they start from rest. */
 static int step(work_t* q, const double* x, const double* past) {
@@ -310,6 +338,10 @@ casadi_int bondsight_record(const double* numbers, const casadi_int* sizes, cons
   reading(q, q->t, x, u_first, 0.0, tv, tm, out);
   for (k = 0; k < n_samples; ++k) {
     out += NY * (1 + nd);
+    if (JUMPS && (!k || memcmp(u, u - NU, NU * sizeof(double)))) {
+      q->t = numbers[0] + (double)at * q->h;
+      jump(q, x, u, tv, tm, next, tnext);
+    }
     for (sub = 0; sub < n_sub; ++sub, ++at, u += 2 * NU) {
       q->t = numbers[0] + (double)at * q->h;
       for (i = 0; i < NU; ++i) {
@@ -333,17 +365,7 @@ casadi_int bondsight_record(const double* numbers, const casadi_int* sizes, cons
       lines(q, 1, t, x, u + NU, late);
       moved_lines(q, 1, tm);
       if (sub == n_sub - 1) reading(q, t, x, u + NU, late, tv, tm, out);
-      if (NM) {
-        bind(q, &t, x, u + NU, &late);
-        q->res[0] = next;
-        bondsight_advance(q->arg, q->res, q->iw, q->w, 0);
-        if (nd) {
-          TANGENT(moving, MOVING, NM, tv, tm, tnext);
-          for (i = 0; i < NM * nd; ++i) tm[i] = tnext[i];
-        }
-        for (i = 0; i < NM; ++i) m[i] = next[i];
-        accepted_banks(q, tnext);
-      }
+      if (NM) accept(q, t, x, u + NU, late, tv, tm, next, tnext);
     }
   }
 #if NBANKS

@@ -40,6 +40,8 @@ class GeneralFunctions:
         ``-> (dm+/dv, dm+/dp, dm+/dm)``, sparse.
     n_x : int
         How many of v are states.
+    jumps : bool
+        Whether the memory follows inputs at once, so that it must follow where they jump.
     """
 
     stage: ca.Function
@@ -49,6 +51,7 @@ class GeneralFunctions:
     advance: ca.Function
     moving: ca.Function
     n_x: int
+    jumps: bool
 
     @property
     def all(self) -> tuple[ca.Function, ...]:
@@ -89,6 +92,7 @@ def general_functions(program: Program) -> GeneralFunctions:
         made("advance", ca.densify(later)),
         made("moving", *by(later, v, p, m)),
         n_x,
+        bool(ca.depends_on(later, ca.vertcat(v[n_x:], u))) if later.numel() else False,
     )
 
 
@@ -116,6 +120,7 @@ def general_source(
     lines += _patterns("slope", functions.slope, "vpm")
     lines += _patterns("moving", functions.moving, "vpm")
     lines += [f"#define NBANKS {len(banks)}", "#define SLOPES 1"]
+    lines.append(f"#define JUMPS {int(functions.jumps)}")
     for what, values in (
         ("slot", [b.slot for b in banks]), ("stops", [int(b.bank.stops) for b in banks])
     ):  # fmt: skip

@@ -11,10 +11,14 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 from bondgraph import BondGraph, C, De, One, R, Se, Zero
+from bondgraph.equations.codegen import program_of
+from bondgraph.equations.derivation import equations
 from bondgraph.hysteresis import PrandtlIshlinskii
 from bondgraph.laws import Hysteretic, Law, NonlinearResistance
 from bondgraph.simulation.exact_run import prepare, run_prepared, run_record
-from bondgraph.simulation.lure import Compiled, compile_model
+from bondgraph.simulation.lure import compile_model
+from bondgraph.simulation.radau.native import prepare_general, run_general
+from bondgraph.simulation.simulate import simulate, simulate_general
 from hardware.virtual.steppers import ExactMarch
 
 STEP, N = 5e-5, 120
@@ -32,18 +36,16 @@ def circuit(law: Law) -> BondGraph:
     return g
 
 
-def cubic() -> Compiled:
-    graph = circuit(NonlinearResistance(1.0, 1e-3)).with_values({"a_3_R_1": CUBIC})
-    return compile_model(graph)
+def cubic() -> BondGraph:
+    return circuit(NonlinearResistance(1.0, 1e-3)).with_values({"a_3_R_1": CUBIC})
 
 
-def hysteretic() -> Compiled:
-    return compile_model(
-        circuit(Hysteretic(PrandtlIshlinskii((0.0, 1e-3, 3e-3), (1.2e3, 500.0, 900.0))))
-    )
+def hysteretic() -> BondGraph:
+    law = Hysteretic(PrandtlIshlinskii((0.0, 1e-3, 3e-3), (1.2e3, 500.0, 900.0)))
+    return circuit(law)
 
 
-MODELS: dict[str, Callable[[], Compiled]] = {"cubic": cubic, "hysteretic": hysteretic}
+MODELS: dict[str, Callable[[], BondGraph]] = {"cubic": cubic, "hysteretic": hysteretic}
 
 
 def volts() -> Any:
@@ -75,7 +77,7 @@ def test_the_error_falls_with_the_square_of_the_sub_step(compiler: bool, monkeyp
     from bondgraph.simulation import lure_kernel
 
     lure_kernel._runner.cache_clear()
-    model, exact = cubic(), reference()
+    model, exact = compile_model(cubic()), reference()
     errors = []
     for n_sub in (2, 4, 8, 16):
         run = run_record(
@@ -91,7 +93,7 @@ def test_the_error_falls_with_the_square_of_the_sub_step(compiler: bool, monkeyp
 
 def test_a_play_sees_where_its_argument_jumped_to() -> None:
     """The current is largest just after a jump and falls from there: a turning point."""
-    model = hysteretic()
+    model = compile_model(hysteretic())
     p, x0 = model.nominal(), np.zeros(1)
     options: dict[str, Any] = {"hold": "hold"}
     coarse, fine = (run_record(model, p, volts(), STEP, x0, n_sub=n, **options) for n in (2, 64))
@@ -101,7 +103,7 @@ def test_a_play_sees_where_its_argument_jumped_to() -> None:
 
 @pytest.mark.parametrize("name", MODELS)
 def test_derivatives_against_central_differences(name: str) -> None:
-    model = MODELS[name]()
+    model = compile_model(MODELS[name]())
     p, u, x0 = model.nominal(), volts(), np.array([1.1e-6])
     options: dict[str, Any] = {"n_sub": 2, "hold": "hold"}
     n_p = len(p)
@@ -122,7 +124,7 @@ def test_derivatives_against_central_differences(name: str) -> None:
 
 @pytest.mark.parametrize("name", MODELS)
 def test_every_sub_step_passes_through_the_samples(name: str) -> None:
-    model = MODELS[name]()
+    model = compile_model(MODELS[name]())
     ready = prepare(model, model.nominal(), STEP, 4)
     coarse = run_prepared(ready, volts(), np.zeros(1), "hold")
     fine = run_prepared(ready, volts(), np.zeros(1), "hold", every_substep=True)
@@ -146,3 +148,37 @@ def test_a_bench_that_is_asked_in_pieces(law: Law) -> None:
         found = [parts.advance(command[a : a + 7]) for a in range(0, N, 7)]
         np.testing.assert_array_equal(np.concatenate(found), expected)
         parts.restore(kept)
+
+
+@pytest.mark.parametrize("compiler", [True, False])
+@pytest.mark.parametrize("name", MODELS)
+def test_the_general_step_goes_the_same_way(name: str, compiler: bool, monkeypatch: Any) -> None:
+    if not compiler:
+        monkeypatch.setenv("BONDSIGHT_NO_COMPILER", "1")
+    graph, commands = MODELS[name](), {"V": volts()[:, 0]}
+    time = STEP * np.arange(N)
+    exact = simulate(graph, time, commands, accuracy=1e-7)
+    found = simulate_general(graph, time, commands)
+    assert found.steps_per_sample <= 4
+    assert np.abs(found["v"] - exact["v"]).max() < 1e-5 * np.ptp(exact["v"])
+
+
+def test_derivatives_of_the_general_step() -> None:
+    program = program_of(equations(hysteretic()))
+    p, u, x0 = np.array(program.nominal), volts(), np.array([1.1e-6])
+    n_p = p.size
+
+    def ran(p: Any, x0: Any, **options: Any) -> Any:
+        return run_general(prepare_general(program, p, STEP, 2, **options), u, x0, "hold")
+
+    run = ran(p, x0, directions=range(n_p), state_directions=True)
+    for d in range(n_p + 1):
+        at = np.append(p, x0)
+        ends = []
+        for size in (1e-6 * at[d], -1e-6 * at[d]):
+            moved = at.copy()
+            moved[d] += size
+            ends.append(ran(moved[:n_p], moved[n_p:]).y)
+        expected = (ends[0] - ends[1]) / (2e-6 * at[d] or np.inf)
+        size = np.abs(expected).max()
+        np.testing.assert_allclose(run.dy[:, :, d], expected, rtol=1e-5, atol=1e-6 * size)
