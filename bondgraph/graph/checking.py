@@ -63,11 +63,14 @@ def problems(graph: BondGraph) -> tuple[str, ...]:
     if lines:
         return tuple(lines)  # such a law may not even have parameters
     parameters = graph.parameters
+    told = set()
     for e in graph.elements.values():
         lines.extend(_bond_problems(graph, e))
-        lines.extend(_value_problems(graph, e, parameters))
+        if wrong := _value_problems(graph, e, parameters):
+            lines.extend(wrong)
+            told.add(e.name)
         lines.extend(_name_problems(graph, e, parameters))
-    lines.extend(_parameter_problems(parameters))
+    lines.extend(_parameter_problems({n: p for n, p in parameters.items() if n not in told}))
     lines.extend(unit_problems(graph.elements.values(), parameters))
     lines.extend(_connection_problems(graph))
     if not lines:

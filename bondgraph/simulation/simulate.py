@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final
@@ -67,7 +68,8 @@ def simulate(
 
     Nothing has to be chosen: the linear part is integrated exactly, stiff or not, and the number
     of sub-steps doubles until the outputs change by less than `accuracy` (relative to their
-    range), so only the shape of the nonlinear laws within a step costs anything.
+    range), so only the shape of the nonlinear laws within a step costs anything. Where 256 are not
+    enough, a warning says so, and `Trajectory.settled`.
 
     Parameters
     ----------
@@ -155,6 +157,12 @@ def simulate(
         x0, memory = _rested(compiled, p, u, step, x0, memory)
     start = initial_state(compiled.model.name, x0, known)
     n_sub, run = settle(compiled, p, u, step, start, hold, accuracy, memory=memory, loud=True)
+    if not run.settled:
+        warnings.warn(
+            f"{compiled.model.name}: at {n_sub} sub-steps a sample the outputs still change by "
+            f"more than {accuracy:g} of their range; sample faster, or ask for less accuracy",
+            stacklevel=2,
+        )
     names = (*compiled.model.output_names, *compiled.observed)
     outputs = {n: run.y[:, i] for i, n in enumerate(names)}
     laws = {port.element: (run.s[:, j], run.w[:, j]) for j, port in enumerate(compiled.laws)}

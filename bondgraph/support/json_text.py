@@ -149,6 +149,11 @@ def _parsed(where: str, text: str) -> Any:
             object_pairs_hook=unique,
         )
     except json.JSONDecodeError as error:
-        bad(f"this is no JSON: {error.msg} at line {error.lineno} column {error.colno}")
+        ended = error.pos >= len(text.rstrip()) - 1 or error.msg.startswith("Unterminated")
+        cut = "the file seems cut off; " if ended else ""
+        bad(
+            f"this is no JSON: {error.msg} at line {error.lineno} column {error.colno}; {cut}"
+            "write it again with the program that made it, or correct it there"
+        )
     except RecursionError:
         bad(_TOO_DEEP)

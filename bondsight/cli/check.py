@@ -20,6 +20,7 @@ def _check(options: argparse.Namespace) -> int:
     from actuators.models.opening import load_model
     from bondgraph.causality.assignment import assign_causality
     from bondgraph.equations.derivation import equations
+    from bondgraph.graph.elements import Sensor
 
     graph = load_model(options.model)
     if lines := graph.check():
@@ -27,4 +28,6 @@ def _check(options: argparse.Namespace) -> int:
         return 2
     print(assign_causality(graph))
     print(f"sound: {len(graph.elements)} elements, states {', '.join(equations(graph).states)}")
+    if not graph.of_type(Sensor):
+        print("it has no sensor: add De, Df, Dq, Dp, Da or a Reading to compare it with recordings")
     return 0

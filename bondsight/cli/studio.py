@@ -87,6 +87,11 @@ def recordings_of(folder: Path) -> tuple[list[str], int]:
 
     from identification.diagnosis.verdict.reading import read_verdict
 
+    if not (folder / "verdict.json").exists():
+        raise UnusableInput(
+            f"the folder {folder} holds no verdict.json: give the folder that a diagnosis wrote, "
+            "or a recording"
+        )
     found = read_verdict(folder / "verdict.json")
     whole = found["recording"]
     wanted = {p["sha256"]: p["name"] for p in whole.get("parts") or [whole]}

@@ -341,6 +341,35 @@ def test_unusable_arguments(
     assert said in refused(capsys, None, *arguments)
 
 
+def test_a_folder_without_a_verdict(
+    model: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder = tmp_path / "empty"
+    folder.mkdir()
+    said = refused(capsys, None, "studio", str(folder), "--model", str(model))
+    assert "holds no verdict.json" in said
+
+
+def test_a_model_that_is_cut_off(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = tmp_path / "model.json"
+    file.write_text('{"format": "bondsight", "elements": [{"kind": "1", "na', encoding="utf-8")
+    assert "seems cut off" in refused(capsys, None, "check", str(file))
+
+
+def test_a_model_without_a_sensor(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = tmp_path / "blind.py"
+    file.write_text(
+        "from bondsight import BondGraph, One, R, Se\n"
+        "def model():\n"
+        "    with BondGraph('blind') as g:\n"
+        "        Se('F') >> (loop := One('loop')) >> R('d', 2.0)\n"
+        "    return g\n",
+        encoding="utf-8",
+    )
+    assert main(["check", str(file)]) == 0
+    assert "it has no sensor" in capsys.readouterr().out
+
+
 # -- too little to go on: a verdict, not an error ---------------------------------------------
 def carriage(n: int, kind: str) -> str:
     t = 0.01 * np.arange(n)

@@ -178,14 +178,15 @@ def what_remains(d: Diagnosis) -> str:
 
 def in_words(d: Diagnosis, said: Sequence[str] = ()) -> str:
     """Answer, numbers, place in the recording, every step, rivals, advice."""
-    lines = [s for s in (sentence(d), what_remains(d)) if s] + [""]
-    lines += [f"note: {s}" for s in (*said, *d.notes)]
+    answer = sentence(d)
+    lines = [s for s in (answer, what_remains(d)) if s] + [""]
+    lines += [f"note: {s}" for s in (*said, *d.notes) if s not in answer]
     lines += _error_lines(d)
     lines += _parameter_lines(d)
     if d.kind in ("missing_physics", "unknown_physics"):
         lines += [f"seen {s}" for s in summary(d.regions)[:3]]
     lines += _reasons(d)
-    lines += [f"next: {a}" for a in d.advice]
+    lines += [f"next: {a}" for a in d.advice if a not in answer]
     lines.append(f"{d.seconds:.1f} s")
     return "\n".join(lines)
 

@@ -354,6 +354,7 @@ def test_each_kind_of_problem_names_element_and_remedy() -> None:
         One("b") >> double
     problem(g, "lost", "no bond", "connect it")
     problem(g, "negative", "creates energy", "positive")
+    assert sum("negative" in line for line in g.check()) == 1
     problem(g, "zero", "coefficient is zero", "remove")
     problem(g, "both", "capacitance and a stiffness", "give one")
     problem(g, "meter", "attach it to a 0-junction")
