@@ -58,7 +58,7 @@ def reference() -> Any:
 
     def rate(_: float, v: Any, source: float) -> Any:
         def left(i: float) -> float:
-            return R_1 * i + CUBIC * (i / 1e-3) ** 3 - (source - v[0])
+            return float(R_1 * i + CUBIC * (i / 1e-3) ** 3 - (source - v[0]))
 
         return (brentq(left, -1.0, 1.0, xtol=1e-18, rtol=1e-14) - v[0] / 1e4) / C_1
 

@@ -258,8 +258,8 @@ def test_a_run_that_does_not_settle_says_so() -> None:
     assert (n_sub, run.settled) == (2, False)
     t = np.arange(21) * 1.5
     with pytest.warns(UserWarning, match="256 sub-steps a sample the outputs still change"):
-        run = simulate(g, t, {"F": 0 * t}, {"a_3_k": 500.0}, x0=np.ones(2))
-    assert "not settled" in repr(run)
+        told = simulate(g, t, {"F": 0 * t}, {"a_3_k": 500.0}, x0=np.ones(2))
+    assert "not settled" in repr(told)
 
 
 def test_signals_beside_the_sensors_and_no_sensor_at_all() -> None:
