@@ -10,6 +10,7 @@ import gzip
 import json
 import sys
 from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 from operator import attrgetter
 from pathlib import Path
 
@@ -70,6 +71,8 @@ def lines(outcomes: Sequence[ExamOutcome]) -> Iterator[str]:
     yield f"  of later findings: {_wrong(inside, name, slice(1, None))}"
     yield f"  on plants that development draws too: {_wrong(of_catalogue(known), name)}"
     yield f"  on plants that it never draws: {_wrong(of_catalogue(later), name)}"
+    for word in ("exact", "approximate"):
+        yield f"  given as {word}: {_wrong(inside, partial(_given_as, word))}"
     yield f"wrong places: {_wrong(something, place)}"
     yield f"  of physics outside the catalogue: {_wrong(outside, place)}"
     yield f"  of all other: {_wrong(inside, place)}"
@@ -77,6 +80,10 @@ def lines(outcomes: Sequence[ExamOutcome]) -> Iterator[str]:
     yield f"  on plants that it never draws: {_wrong(later, place)}"
     yield "called explained though an effect shows, with the misfit that is left over the noise:"
     yield from (f"  {o.id} {o.truth.words}: {o.left:.2g}" for o in something if o.effect_explained)
+
+
+def _given_as(word: str, claim: JudgedClaim) -> bool | None:
+    return claim.name if claim.claim.answer == word else None
 
 
 def _wrong(
