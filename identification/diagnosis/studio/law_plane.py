@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import replace
 from functools import partial
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import C, I, Sensor, Source, TwoPort
+from bondgraph.signals.split import Split, stretches
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import BondsightError
 from identification.diagnosis.diagnose import Diagnosis
@@ -20,8 +24,10 @@ from identification.diagnosis.screening.port_response import Probes, probes
 from identification.diagnosis.screening.tangent_space import freedom
 from identification.diagnosis.search.candidates import Candidate
 from identification.diagnosis.studio.packing import packed
+from identification.estimation.single_record import Fit
 from identification.report.numbers import axis_scale
 from identification.report.words import spaced
+from identification.study.problem import Data
 from identification.study.residual import windows
 
 POINTS = 4000
@@ -29,19 +35,36 @@ POINTS = 4000
 LAWS = 6
 """Laws drawn in a plane at most, the best first."""
 LINE = 1200
+OPEN: Mapping[tuple[int, ...], str] = MappingProxyType(
+    {
+        (): "",
+        (0,): " The level is not known: it is the nominal model's, for the laws too.",
+        (1,): " The mean slope is not known: it is the nominal model's, for the laws too.",
+        (
+            0,
+            1,
+        ): " Level and mean slope are not known: they are the nominal model's, for the laws too.",
+    }
+)
+"""What is said of the powers of the argument that the parameters can stand for."""
+UNKNOWN = 0.01
+"""Part of a power of the argument that the parameters may leave of it, to stand for it."""
 
 
 def planes(d: Diagnosis, share: float = 1.0) -> dict[str, Any]:
     """Return the times of the points and, by element, argument, recovered output and laws.
 
     The missing addition is rebuilt at one element at a time, as if it sat there alone, from the
-    residual of the fit of the model as it is (`explanation.latent_signal`).
+    residual of the fit of the model as it is (`explanation.latent_signal`). What the parameters of
+    that fit imitate is not in it, such as a level beside a free offset of the reading: laws are
+    drawn without it, too.
     """
     if d.scene is None:
         return {"time": packed([], "<f8"), "of": {}}
-    scene, probed, tangents = d.scene, probes(d.scene.nominal), freedom(d.scene.nominal)
+    scene, probed = d.scene, probes(d.scene.nominal)
     # the search sees less than the page may show
     data = d.data if d.data is not None and d.data.n == scene.data.n else scene.data
+    tangents = freedom(_over_all(scene.nominal, data))
     scored = data.mask("train") | data.mask("held-out")
     known = scored & np.isfinite(scene.nominal.simulated).all(axis=1)
     at = np.flatnonzero(known)
@@ -53,8 +76,17 @@ def planes(d: Diagnosis, share: float = 1.0) -> dict[str, Any]:
             continue
         added = _added(scene, probed, tangents, known, name)
         if added is not None:
-            found[name] = _plane(d, name, past, added, at, line)
+            free = _imitated(scene, probed, tangents, known, name)
+            found[name] = _plane(d, name, past, added, at, known, free, line)
     return {"time": packed(data.time[at], "<f8"), "of": found}
+
+
+def _over_all(fit: Fit, data: Data) -> Fit:
+    """Return a fit that knows all samples of `data` as training or test."""
+    split = data.split
+    rest = (*stretches(split.test), *stretches(split.looked_at))
+    whole = replace(data, split=Split(split.train, rest, split.rule))
+    return replace(fit, problem=replace(fit.problem, data=whole))
 
 
 def _added(
@@ -74,13 +106,36 @@ def _added(
         return None
 
 
+def _imitated(
+    scene: FittedModel, probed: Probes, tangents: Array, known: Array, name: str
+) -> tuple[int, ...]:
+    """Return the powers of the argument, 0 and 1, that the parameters of the fit can stand for."""
+    weight = (known[:, None] / scene.data.floor)[:, :, None]
+    columns = np.column_stack([np.ones(scene.data.n), scene.past[name].argument])
+    asked = (weight * probed.respond(name, columns)).reshape(-1, 2)
+    free = (weight * tangents).reshape(asked.shape[0], -1)
+    size = np.linalg.norm(free, axis=0)
+    free = free[:, size > 0] / size[size > 0]
+    left = asked - free @ np.linalg.lstsq(free, asked, rcond=1e-8)[0]
+    share = np.sum(left**2, axis=0) / np.maximum(np.sum(asked**2, axis=0), 1e-300)
+    return tuple(int(i) for i in np.flatnonzero(share < UNKNOWN))
+
+
 def _plane(
-    d: Diagnosis, name: str, past: PortHistory, added: Array, at: Array, most: int
+    d: Diagnosis,
+    name: str,
+    past: PortHistory,
+    added: Array,
+    at: Array,
+    known: Array,
+    free: tuple[int, ...],
+    most: int,
 ) -> dict[str, Any]:
     """Return one plane in readable units, its lines of `most` points."""
     x, xu, yu, xw, yw = _axes(d.graph, name, past)
     y = past.output + added
-    laws = [] if isinstance(d.graph[name], I) else _laws(d, name, most)
+    points = (d.data.time[known], y[known]) if d.data is not None else (np.zeros(0), np.zeros(0))
+    laws = [] if isinstance(d.graph[name], I) else _laws(d, name, points, free, most)
     fx, ux = axis_scale(xu, float(np.nanmax(np.abs(x))))
     fy, uy = axis_scale(yu, float(np.nanmax(np.abs(y))))
     line = _stretch(at.size, most)
@@ -90,6 +145,7 @@ def _plane(
         "power": packed((added * _flow(d.graph, name, past))[at]),
         "xLabel": f"{xw} ({ux})" if ux else xw,
         "yLabel": f"{yw} ({uy})" if uy else yw,
+        "open": OPEN[free],
         "nominal": {"x": packed(fx * x[at][line]), "y": packed(fy * past.output[at][line])},
         "laws": [
             {"label": label, "on": on, "x": packed(fx * s), "y": packed(fy * w)}
@@ -120,8 +176,13 @@ def _flow(graph: BondGraph, name: str, past: PortHistory) -> Array:
     return past.rate if isinstance(e, C) else past.argument
 
 
-def _laws(d: Diagnosis, name: str, most: int) -> list[tuple[str, bool, Array, Array]]:
-    """Laws fitted at an element, those that are still in the set switched on."""
+def _laws(
+    d: Diagnosis, name: str, points: tuple[Array, Array], free: tuple[int, ...], most: int
+) -> list[tuple[str, bool, Array, Array]]:
+    """Laws fitted at an element, those that are still in the set switched on.
+
+    Less the part by the `free` powers of the argument that the `points` (time, output) leave open.
+    """
     found: list[tuple[str, bool, Array, Array]] = []
     inside = {t.label for s in d.steps for t in (*s.possible, *s.same_place)}
     best: dict[str, Candidate] = {}
@@ -132,12 +193,17 @@ def _laws(d: Diagnosis, name: str, most: int) -> list[tuple[str, bool, Array, Ar
         run = path(t)
         if run is None:
             continue
+        output = run.slope * run.argument + run.deviation
+        if free and points[0].size:
+            powers = run.argument[:, None] ** np.array(free)
+            powers = powers / np.abs(powers).max(axis=0)
+            missing = np.interp(run.time, *points) - output
+            output = output + powers @ np.linalg.lstsq(powers, missing, rcond=None)[0]
         one = not many_valued(run)
         order = np.argsort(run.argument, kind="stable") if one else np.arange(run.argument.size)
         part = order[:: -(-order.size // most)] if one else order[_stretch(order.size, most)]
-        s, w = run.argument[part], run.deviation[part]
         word = "flexible curve" if t.effect == "unknown" else spaced(t.effect)
-        found.append((word, t.label in inside, s, run.slope * s + w))
+        found.append((word, t.label in inside, run.argument[part], output[part]))
     return found
 
 

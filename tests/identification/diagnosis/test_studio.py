@@ -77,6 +77,14 @@ def test_the_recovered_law_is_the_one_that_is_missing(shown: dict[str, Any]) -> 
     on = {law["label"]: law["on"] for law in plane["laws"]}
     assert on["coulomb friction"]
     assert not on["quadratic drag"]
+    assert "mean slope" in plane["open"]
+    (line,) = (law for law in plane["laws"] if law["label"] == "coulomb friction")
+    there, order = numbers(line["x"]) / 1e3, np.argsort(v)
+    mean = np.ones(21) / 21
+    inner = np.convolve(v[order], mean, "valid"), np.convolve(force[order], mean, "valid")
+    along = np.interp(there, *inner) - numbers(line["y"])
+    sure = (np.abs(there) > 0.1) & (there > inner[0][0]) & (there < inner[0][-1])
+    assert np.sqrt(np.mean(along[sure] ** 2)) < 0.1 * FORCE
 
 
 def test_readings_and_what_is_left_are_the_fits(found: Diagnosis, shown: dict[str, Any]) -> None:

@@ -233,7 +233,7 @@ function saidPlane() {
   const on = p.laws.filter(l => l.on).map(l => l.label).join(', ') || 'none';
   const chosen = state.picked ? ` ${state.count} of them selected.` : '';
   const text = `${p.x.length} points of ${p.yLabel} over ${p.xLabel}, recovered at ${state.element} as if ` +
-    `what is missing sat there alone.${chosen} Laws still in the set: ${on}.`;
+    `what is missing sat there alone.${p.open}${chosen} Laws still in the set: ${on}.`;
   $('plane-said').textContent = text;
   plots.plane.say(text);
 }
