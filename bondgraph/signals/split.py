@@ -81,7 +81,8 @@ def kept_back(split: Split) -> tuple[Split, Split]:
         unseen = tuple(slice(e, p.stop) for p, e in zip(parts, ends, strict=True))
     if sum(p.stop - p.start for p in unseen) < LEAST_KEPT:
         return split, split
-    rule = f"{split.rule}; two fifths of that, which no choice has seen, say what is gained"
+    told = "two fifths of what is held out, which no choice has seen, say what is gained"
+    rule = f"{split.rule}; {told}"
     return replace(split, test=seen), replace(split, test=unseen, rule=rule, looked_at=seen)
 
 

@@ -103,7 +103,14 @@ def _split(recording: Recording, commands: Sequence[str], late: float) -> Split:
     begin = plain.rest.stop if plain.rest is not None else _unknown(recording, late)
     if recording.n - begin < LEAST_TO_INTERLEAVE:
         return plain
-    return replace(interleaved(begin, recording.n), rest=plain.rest)
+    split = interleaved(begin, recording.n)
+    if plain.rest is not None:
+        return replace(split, rest=plain.rest, rule=f"{split.rule}; {_resting(moving[0], begin)}")
+    return split
+
+
+def _resting(command: str, samples: int) -> str:
+    return f"the first {samples} samples, in which {command} does not move, are not scored"
 
 
 def _unknown(recording: Recording, late: float) -> int:

@@ -93,11 +93,12 @@ def _left(c: Curve, column: int, data: Data) -> Array:
 
 
 def _parts(data: Data) -> list[dict[str, Any]]:
-    """Every stretch that took no part in a fit, and whether choices have looked at it."""
+    """Every stretch that took no part in a fit, and why."""
     found = []
     for part, word in (
         (data.split.test, "held out, seen by no choice"),
         (data.split.looked_at, "held out, choices looked at it"),
+        (data.split.rest or (), "not scored: no command moves"),
     ):
         for s in stretches(part):
             a, b, _ = s.indices(data.n)

@@ -75,7 +75,7 @@ function build() {
   for (const words of new Set(data.parts.map(p => p.words))) key(held(words), words, true);
   if (data.regions.some(r => r.kind === 'time')) key('active', 'where the model fails most', true);
 }
-const held = words => words.includes('no choice') ? 'held' : 'looked';
+const held = words => words.includes('no choice') ? 'held' : words.includes('not scored') ? 'faint' : 'looked';
 
 function showReading(k) {
   state.reading = k;
@@ -100,7 +100,7 @@ function showReading(k) {
   const words = r.left.map((y, i) => `${data.labels[i]}: ${short(level(y))} times the noise`).join('; ');
   $('left-said').textContent = `Root mean square of what is left of ${r.name}, ${words}. ` +
     'Dashed: two standard deviations of the noise; the noise floor; the band that white noise keeps.';
-  const parts = data.parts.map(p => `${short(p.from)} to ${short(p.to)} s (${p.words})`);
+  const parts = data.parts.filter(p => p.words.startsWith('held')).map(p => `${short(p.from)} to ${short(p.to)} s (${p.words})`);
   plots.recording.say(`${r.label} over ${short(time[time.length - 1] - time[0])} s: measured` +
     `${data.labels.map(l => ', ' + l).join('')}. Held out: ${parts.slice(0, 6).join('; ') || 'nothing'}.`);
   plots.left.say(`What is left of ${r.name} over the noise, ${words}.`);
