@@ -89,19 +89,11 @@ class Prepared:
         return layout(self.compiled, self.n_d)
 
     @cached_property
-    def at_rest(self) -> March:
-        """Takes a step of zero."""
-        return self._march(self.still)
-
-    @cached_property
-    def onward(self) -> March:
-        """Takes sub-steps."""
-        return self._march(self.moving)
-
-    def _march(self, packed: tuple[Array, Array]) -> March:
+    def march(self) -> March:
+        """Takes sub-steps, and one of zero at the start and where inputs jump."""
         from bondgraph.simulation.lure_kernel import runner
 
-        return runner(self.compiled, self.n_d)(packed, self.still, self.q, self.dq)
+        return runner(self.compiled, self.n_d)(self.moving, self.still, self.q, self.dq)
 
     @property
     def step(self) -> float:
@@ -166,11 +158,8 @@ def run_prepared(
         z[:n_x, 1 + n_p :] = np.eye(n_x)
     _initial_memory(compiled, lay, *ready.still, u[0], z)
     _given_memory(compiled, lay, memory or {}, z)
-    at_rest = np.stack([u[:1], u[:1]], axis=1)
-    begun, laws, z = ready.at_rest(at_rest, z, 1, u[0])
     stride = 1 if every_substep else ready.n_sub
-    y, seen, z = ready.onward(fine, z, stride, u[0])
-    y, seen = np.concatenate([begun, y]), np.concatenate([laws, seen])
+    y, seen, z = ready.march(fine, z, stride, u[0], True)
     return KernelRun(
         y[:, :, 0],
         y[:, :, 1:],

@@ -106,19 +106,20 @@ def _remembered(closed: ClosedLaws, response: list[ca.SX], n_m: int, change: ca.
 
 # -- running over a record -------------------------------------------------------------------
 
-March = Callable[[Array, Array, int, Array], tuple[Array, Array, Array]]
+March = Callable[[Array, Array, int, Array, bool], tuple[Array, Array, Array]]
 Packed = tuple[Array, Array]
 Runner = Callable[[Packed, Packed, Array, Array], March]
 
 
 def runner(compiled: Compiled, n_d: int) -> Runner:
-    """Return ``run(moving, standing, q, dq)(u, z, n_sub, before) -> (y, laws, z)``.
+    """Return ``run(moving, standing, q, dq)(u, z, n_sub, before, begin) -> (y, laws, z)``.
 
     It has `n_d` directions. `moving` and `standing` are the matrices (n_M,) of a sub-step and of
     one of no length, which an input that jumps at a sample takes first, and their derivatives
-    (n_M, n_d). Shapes: u (n_samples * n_sub, 2, n_u), before (n_u,): the inputs as they ended
-    before; z (n_z, 1 + n_d), q (n_q,), dq (n_q, n_d); y (n_samples, n_y, 1 + n_d), laws
-    (n_samples, 2 n_w): arguments and deviations. Threads may share a march.
+    (n_M, n_d). With `begin` the first row is the state as it is given, laws solved. Shapes: u
+    (n_samples * n_sub, 2, n_u), before (n_u,): the inputs as they ended before; z (n_z, 1 + n_d),
+    q (n_q,), dq (n_q, n_d); y (n_samples, n_y, 1 + n_d), laws (n_samples, 2 n_w): arguments and
+    deviations. Threads may share a march.
     """
     return _runner(_Key(compiled, n_d))
 
@@ -167,9 +168,13 @@ def _blocked_runner(lay: KernelLayout) -> Runner:
         )
         late = np.hstack([np.zeros_like(dy), dy])
 
-        def march(u: Array, z: Array, n_sub: int, _before: Array) -> tuple[Array, Array, Array]:
+        def march(
+            u: Array, z: Array, n_sub: int, before: Array, begin: bool
+        ) -> tuple[Array, Array, Array]:
             v = u.reshape(u.shape[0], 2 * lay.n_u)
             y, x = blocked_record(phi, np.hstack([g0, g1]), cy, late, v, z[:, 0], n_sub)
+            if begin:
+                y = np.concatenate([(cy @ z[:, 0] + dy @ before)[None], y])
             return y[:, :, None], np.empty((y.shape[0], 0)), x[:, None]
 
         return march
@@ -196,10 +201,12 @@ def _reordered(run: Runner, lay: KernelLayout, inner: KernelLayout, taken: Taken
     def started(moving: Packed, standing: Packed, q: Array, dq: Array) -> March:
         march = run(moving, standing, q, dq)
 
-        def reordered(u: Array, z: Array, n_sub: int, before: Array) -> tuple[Array, Array, Array]:
+        def reordered(
+            u: Array, z: Array, n_sub: int, before: Array, begin: bool
+        ) -> tuple[Array, Array, Array]:
             carried = np.zeros((inner.n_z + len(plays), z.shape[1]))
             carried[inside] = z[outside]
-            y, seen, carried = march(u, carried, n_sub, before)
+            y, seen, carried = march(u, carried, n_sub, before, begin)
             after = np.empty_like(z)
             after[outside] = carried[inside]
             return y, seen, after
@@ -241,14 +248,16 @@ def _native_runner(
         given = [np.ascontiguousarray(v, float) for v in (moving[0], standing[0], q, *slopes, by_q)]
         filled = [b.bank.filled(q[b.parameters], dq[b.parameters], row) for b in banks]
 
-        def march(u: Array, z: Array, n_sub: int, before: Array) -> tuple[Array, Array, Array]:
+        def march(
+            u: Array, z: Array, n_sub: int, before: Array, begin: bool
+        ) -> tuple[Array, Array, Array]:
             u, before = (np.ascontiguousarray(v, float) for v in (u, before))
-            n = u.shape[0] // n_sub
+            n = u.shape[0] // n_sub + begin
             carried = wide(z[: lay.n_z, 0], z[: lay.n_z, 1:], row)
             held = loaded(banks, filled, z[lay.n_z :], row)
             y, seen = np.empty((n, lay.n_y, width)), np.empty((n, 2 * lay.n_w))
             iw, work = (ctypes.c_longlong * sizes[0])(), np.empty(sizes[1])
-            counts = map(ctypes.c_longlong, (n, n_sub, width, lead))
+            counts = map(ctypes.c_longlong, (begin, n, n_sub, width, lead))
             arg, res = (pointer * sizes[2])(), (pointer * sizes[3])()
             native(
                 at(u), at(before), *counts, at(live), at(carried), *map(at, given),
@@ -295,8 +304,10 @@ def _machine_runner(step: ca.Function, lay: KernelLayout) -> Runner:
             made = np.asarray(out.full()).reshape(lay.n_out, n, width).transpose(1, 0, 2)
             return np.asarray(z_[:, -width:].full()), made
 
-        def march(u: Array, z: Array, n_sub: int, before: Array) -> tuple[Array, Array, Array]:
-            ended = np.concatenate([before[None], u[n_sub - 1 : -1 : n_sub, 1]])
+        def march(
+            u: Array, z: Array, n_sub: int, before: Array, begin: bool
+        ) -> tuple[Array, Array, Array]:
+            ended = np.concatenate([before[None], u[n_sub - 1 :: n_sub, 1]])[:-1]
             jumps = n_sub * np.flatnonzero((u[::n_sub, 0] != ended)[:, acting].any(axis=1))
             jumps = np.repeat(
                 jumps, 2
@@ -304,12 +315,16 @@ def _machine_runner(step: ca.Function, lay: KernelLayout) -> Runner:
             onward = np.ones(u.shape[0] + jumps.size, bool)
             onward[jumps + np.arange(jumps.size)] = False
             u = np.insert(u, jumps, u[jumps][:, [0, 0]], axis=0)
+            if begin:
+                start = np.broadcast_to(before, (2, 2, before.size))
+                u, onward = np.concatenate([start, u]), np.concatenate([[False, False], onward])
             out, k = np.empty((onward.size, lay.n_out, width)), 0
             while k < onward.size:
                 part = slice(k, k + (chunk if onward.size - k >= chunk else 1))
                 z, out[part] = taken(~onward[part], z, u[part, 0], u[part, 1])
                 k = part.stop
-            out = out[onward][n_sub - 1 :: n_sub]
+            kept = out[onward][n_sub - 1 :: n_sub]
+            out = np.concatenate([out[1:2], kept]) if begin else kept
             return out[:, : lay.n_y], out[:, lay.n_y :, 0], z
 
         return march

@@ -79,9 +79,11 @@ static int jumped(const double* u0, const double* before, const double* m) {
   return 0;
 }
 
-/* `standing` and `slopes_of_it` are the matrices of a step of no length */
-void run_record(const double* u, const double* before, casadi_int n_samples, casadi_int n_sub,
-                casadi_int width, casadi_int lead, const casadi_int* live, double* carried,
+/* `standing` are the matrices of a step of no length; with `begin` the first sample is such a step
+   under the inputs `before` */
+void run_record(const double* u, const double* before, casadi_int begin, casadi_int n_samples,
+                casadi_int n_sub, casadi_int width, casadi_int lead, const casadi_int* live,
+                double* carried,
                 const double* moving, const double* standing, const double* q,
                 const double* slopes_of_moving, const double* slopes_of_standing,
                 const double* by_parameters, double* y, double* seen, casadi_int* iw,
@@ -109,9 +111,9 @@ void run_record(const double* u, const double* before, casadi_int n_samples, cas
   int b, i, j, k;
   for (sample = 0; sample < n_samples; ++sample) {
     /* a jump is a step of its own, of no length: laws begin the next one with what it makes */
-    int jump = NW && jumped(u, before, moving);
-    for (sub = -jump; sub < n_sub; ++sub) {
-      const double *u0 = u, *u1 = sub < 0 ? u : u + NU;
+    const int first = begin && !sample, jump = first || (NW && jumped(u, before, moving));
+    for (sub = -jump; sub < (first ? 0 : n_sub); ++sub) {
+      const double *u0 = first ? before : u, *u1 = sub < 0 ? u0 : u + NU;
       m = sub < 0 ? standing : moving;
       d = (const row_block*)(sub < 0 ? slopes_of_standing : slopes_of_moving);
       for (j = 0; j < NX; ++j) x[j] = VALUE(z, j);
@@ -168,7 +170,7 @@ void run_record(const double* u, const double* before, casadi_int n_samples, cas
         bondsight_laws(arg, res, iw, work, 0);
 #endif
         /* a step of no length, a start or a jump, begins Newton's method from far */
-        for (j = again = 0; m[STEP] == 0.0 && j < NW; ++j) {
+        for (j = again = 0; sub < 0 && j < NW; ++j) {
           again |= fabs(w_new[j] - w[j]) > 1e-12 * fabs(w_new[j]);
           w[j] = w_new[j];
         }
@@ -237,7 +239,8 @@ void run_record(const double* u, const double* before, casadi_int n_samples, cas
       memcpy(z, x1, NX * NB * sizeof(row_block));
       if (sub >= 0) u += 2 * NU;
     }
-    const double* u1 = before = u - NU;
+    if (!first) before = u - NU;
+    const double* u1 = before;
     for (i = 0; i < NX; ++i) x[i] = VALUE(z, i);
     for (i = 0; i < NY; ++i) {
       for (b = 0; b < NB; ++b) {

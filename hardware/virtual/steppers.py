@@ -86,7 +86,7 @@ class ExactMarch:
         self._input = names.index(source)
         self._still = still
         ready = prepare(compiled, p, step, substeps)
-        self._march, self._substeps = ready.onward, substeps
+        self._march, self._substeps = ready.march, substeps
         self.outputs = tuple(n for n, *_ in compiled.model.readings)
         x0 = equilibrium(compiled, p, still)
         first = run_record(compiled, p, np.stack([still, still]), step, x0, n_sub=substeps)
@@ -101,7 +101,7 @@ class ExactMarch:
         """Go on by one step per value."""
         u = np.tile(self._still, (command.size * self._substeps, 2, 1))
         u[:, :, self._input] = np.repeat(command, self._substeps)[:, None]
-        y, _, self._z = self._march(u, self._z, self._substeps, self._before)
+        y, _, self._z = self._march(u, self._z, self._substeps, self._before, False)
         self._before = u[-1, 1] if command.size else self._before
         return np.asarray(y[:, :, 0])
 
