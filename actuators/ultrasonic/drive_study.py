@@ -48,7 +48,9 @@ def characteristic() -> CharacteristicStudy:
 
     def speed(volt: float) -> FloatArray:
         command = {"V_c": np.full(time.size, volt)}
-        return simulate(us.ultrasonic_stage(), time, command, x0=np.zeros(2), hold="linear")["v"]
+        return simulate(
+            us.ultrasonic_stage(), time, command, x0=np.zeros(2), hold="linear", accuracy=1e-3
+        )["v"]
 
     return CharacteristicStudy(
         time, {v: speed(v) for v in (-10.0, -4.0, -3.0, 1.5, 3.0, 4.0, 10.0)}

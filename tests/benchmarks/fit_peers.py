@@ -54,7 +54,7 @@ def duffing() -> BondGraph:
     return g.with_values({"a_3_k": START["a_3_k"]})
 
 
-def duffing_record(samples: int, seed: int = 0, accuracy: float = 1e-8) -> Recording:
+def duffing_record(samples: int, seed: int = 0, accuracy: float = 1e-7) -> Recording:
     """Return a virtual record from rest under a random force, linear between the samples."""
     rng = np.random.default_rng(seed)
     force = 20 * np.convolve(rng.standard_normal(samples), np.ones(12) / 6, "same")
