@@ -70,6 +70,14 @@ _MARCH = r"""
    input's entry is the entry itself, so that inputs enter values and derivatives alike */
 #define D(entry) d[(entry) * lead + b]
 
+#if NW
+/* out of line: copies of large laws would take gcc twice the time */
+static void __attribute__((noinline)) solved(const double** arg, double** res, casadi_int* iw,
+                                             double* work) {
+  bondsight_laws(arg, res, iw, work, 0);
+}
+#endif
+
 /* whether inputs that act on the laws' arguments have jumped */
 static int jumped(const double* u0, const double* before, const double* m) {
   for (int k = 0; k < NU; ++k)
@@ -162,12 +170,12 @@ void run_record(const double* u, const double* before, casadi_int begin, casadi_
         int tries = 0;
         do {
           for (k = 0; k < NBANKS; ++k) put(banks + k, memory + bank_slot[k]);
-          bondsight_laws(arg, res, iw, work, 0);
+          solved(arg, res, iw, work);
           for (k = j = 0; k < NBANKS; ++k)
             j |= looked_up(banks + k, memory_new[bank_slot[k] + 2], tries);
         } while (j && ++tries < LOOKS);
 #else
-        bondsight_laws(arg, res, iw, work, 0);
+        solved(arg, res, iw, work);
 #endif
         /* a step of no length, a start or a jump, begins Newton's method from far */
         for (j = again = 0; sub < 0 && j < NW; ++j) {
