@@ -51,7 +51,6 @@ def test_inverse_characteristic() -> None:
         us.voltage_force(0.0)
 
 
-@pytest.mark.filterwarnings("ignore:.*sub-steps a sample the outputs")
 def test_bond_graph_settles_at_force_over_damping_either_way() -> None:
     time = np.arange(801) * 1e-4
     speeds = {}

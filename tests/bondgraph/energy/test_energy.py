@@ -153,7 +153,6 @@ def test_a_hysteretic_stack_loses_energy_in_its_ceramics() -> None:
     assert (np.diff(lost) >= 0.0).all()
 
 
-@pytest.mark.filterwarnings("ignore:.*sub-steps a sample the outputs")
 def test_slips_with_free_heights_and_with_numbers_agree() -> None:
     """The same stops as parameters of a law and as an operator: one energy."""
     heights, radii = SLIPS.stiffnesses, SLIPS.thresholds

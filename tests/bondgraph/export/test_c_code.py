@@ -89,7 +89,6 @@ def run(target: Path, rows: list[list[float]], *arguments: str) -> np.ndarray:
     return np.array([[float(v) for v in line.split()] for line in done.stdout.splitlines()])
 
 
-@pytest.mark.filterwarnings("ignore:.*sub-steps a sample the outputs")
 @pytest.mark.parametrize(("name", "worst"), [("linear", 2e-4), ("hysteretic", 2e-4),
                                              ("ang", 1e-12), ("al_janaideh", 1e-12)])  # fmt: skip
 def test_the_example_follows_our_simulation_through_minor_loops(

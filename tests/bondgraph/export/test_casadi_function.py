@@ -94,7 +94,6 @@ def _same_readings(model: CasadiModel, y: FloatArray, expected: Any, tolerance: 
         assert np.abs(y[row] - expected[reading][1:]).max() < tolerance * span, reading
 
 
-@pytest.mark.filterwarnings("ignore:.*sub-steps a sample the outputs")
 def test_memory_steps_as_the_simulation_does_with_minor_loops() -> None:
     graph = slipping_stack()
     model = casadi_functions(program(graph))

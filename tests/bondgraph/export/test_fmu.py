@@ -252,7 +252,6 @@ def test_turning_points_between_communication_points(tmp_path: Path) -> None:
     assert worst(found["x"], expected[::1500]) < 2e-5
 
 
-@pytest.mark.filterwarnings("ignore:.*sub-steps a sample the outputs")
 def test_a_timed_law_is_stepped_by_its_memory(tmp_path: Path) -> None:
     operator = MaxwellResistiveCapacitor((2.0, 3.0), (0.2, 0.5))
     with BondGraph("friction") as g:

@@ -76,7 +76,6 @@ def run_alone(model: Program, folder: Path, substeps: int) -> dict[str, np.ndarr
     return {k: np.array(v) for k, v in json.loads(done.stdout).items()}
 
 
-@pytest.mark.filterwarnings("ignore:.*sub-steps a sample the outputs")
 @pytest.mark.parametrize(("name", "worst"), [("linear", 2e-4), ("hysteretic", 2e-4),
                                              ("ang", 1e-12), ("al_janaideh", 1e-12)])  # fmt: skip
 def test_alone_it_follows_our_simulation_through_minor_loops(

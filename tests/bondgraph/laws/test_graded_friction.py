@@ -178,7 +178,6 @@ def test_a_band_helps_itself_in_one_direction() -> None:
     np.testing.assert_allclose(force[kept], wanted[kept], atol=2e-2)
 
 
-@pytest.mark.filterwarnings("ignore:.*sub-steps a sample the outputs")
 def test_asymmetric_friction_is_coulomb_friction_and_a_constant_force() -> None:
     t = 0.01 * np.arange(600)
     u = 12.0 * np.sin(2.1 * t) + 5.0 * np.sin(5.3 * t)

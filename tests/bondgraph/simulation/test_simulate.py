@@ -76,7 +76,7 @@ def test_quasi_static_loop_is_rate_independent() -> None:
         phase = np.arange(2 * n + 1) / n
         volt = 50 - 50 * np.cos(2 * np.pi * phase)
         drive = {"V_in": volt, "F_e": 0 * volt}
-        run = simulate(graph, phase * period, drive, hold="linear", accuracy=1e-5)
+        run = simulate(graph, phase * period, drive, hold="linear", accuracy=1e-6)
         loops.append(run["x"][n :: n // 400])
     span = np.ptp(loops[0])
     # the lead (7.5 us) and the damping are the only clocks: 5e-5 of a period of 1 s

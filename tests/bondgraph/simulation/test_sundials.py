@@ -68,7 +68,6 @@ def push(n: int = 101) -> tuple[Any, Any]:
     return t, 3.0 * np.sin(2 * np.pi * 3 * t) + np.sin(2 * np.pi * 17 * t) + 0.5
 
 
-@pytest.mark.filterwarnings("ignore:.*sub-steps a sample the outputs")
 # -- the same answers ---
 @BOTH
 def test_stack_with_memory(integrator: str) -> None:
