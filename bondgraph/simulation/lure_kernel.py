@@ -309,9 +309,7 @@ def _machine_runner(step: ca.Function, lay: KernelLayout) -> Runner:
         ) -> tuple[Array, Array, Array]:
             ended = np.concatenate([before[None], u[n_sub - 1 :: n_sub, 1]])[:-1]
             jumps = n_sub * np.flatnonzero((u[::n_sub, 0] != ended)[:, acting].any(axis=1))
-            jumps = np.repeat(
-                jumps, 2
-            )  # Newton's method starts from far, so it gets twice the steps
+            jumps = np.repeat(jumps, 2)  # from far Newton's method gets twice the steps
             onward = np.ones(u.shape[0] + jumps.size, bool)
             onward[jumps + np.arange(jumps.size)] = False
             u = np.insert(u, jumps, u[jumps][:, [0, 0]], axis=0)

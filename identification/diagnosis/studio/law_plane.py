@@ -38,12 +38,9 @@ LINE = 1200
 OPEN: Mapping[tuple[int, ...], str] = MappingProxyType(
     {
         (): "",
-        (0,): " The level is not known: it is the nominal model's, for the laws too.",
-        (1,): " The mean slope is not known: it is the nominal model's, for the laws too.",
-        (
-            0,
-            1,
-        ): " Level and mean slope are not known: they are the nominal model's, for the laws too.",
+        (0,): " Its level is not known; the nominal model's is drawn.",
+        (1,): " Its mean slope is not known; the nominal model's is drawn.",
+        (0, 1): " Level and mean slope are not known; the nominal model's are drawn.",
     }
 )
 """What is said of the powers of the argument that the parameters can stand for."""
@@ -70,14 +67,16 @@ def planes(d: Diagnosis, share: float = 1.0) -> dict[str, Any]:
     at = np.flatnonzero(known)
     at = at[:: max(1, -(-at.size // round(share * POINTS)))]
     line = round(share * LINE)
+    basis = _basis(known[:, None, None] * tangents / scene.data.floor[:, None])
     found: dict[str, Any] = {}
     for name, past in scene.past.items():
         if name not in d.graph.elements or not np.ptp(past.argument[known]) > 0:
             continue
         added = _added(scene, probed, tangents, known, name)
         if added is not None:
-            free = _imitated(scene, probed, tangents, known, name)
-            found[name] = _plane(d, name, past, added, at, known, free, line)
+            free = _imitated(scene, probed, basis, known, name)
+            points = (data.time[known], (past.output + added)[known])
+            found[name] = _plane(d, name, past, added, at, points, free, line)
     return {"time": packed(data.time[at], "<f8"), "of": found}
 
 
@@ -106,19 +105,26 @@ def _added(
         return None
 
 
+def _basis(tangents: Array) -> Array:
+    """Orthonormal columns of what the parameters do to all readings, shape (N n_y, rank)."""
+    flat = tangents.reshape(-1, tangents.shape[2])
+    size = np.linalg.norm(flat, axis=0)
+    if not np.isfinite(size).all():
+        return flat[:, :0]
+    u, s, _ = np.linalg.svd(flat[:, size > 0] / size[size > 0], full_matrices=False)
+    return np.asarray(u[:, s > 1e-8 * s.max(initial=0.0)])
+
+
 def _imitated(
-    scene: FittedModel, probed: Probes, tangents: Array, known: Array, name: str
+    scene: FittedModel, probed: Probes, basis: Array, known: Array, name: str
 ) -> tuple[int, ...]:
     """Return the powers of the argument, 0 and 1, that the parameters of the fit can stand for."""
-    weight = (known[:, None] / scene.data.floor)[:, :, None]
     columns = np.column_stack([np.ones(scene.data.n), scene.past[name].argument])
-    asked = (weight * probed.respond(name, columns)).reshape(-1, 2)
-    free = (weight * tangents).reshape(asked.shape[0], -1)
-    size = np.linalg.norm(free, axis=0)
-    free = free[:, size > 0] / size[size > 0]
-    left = asked - free @ np.linalg.lstsq(free, asked, rcond=1e-8)[0]
-    share = np.sum(left**2, axis=0) / np.maximum(np.sum(asked**2, axis=0), 1e-300)
-    return tuple(int(i) for i in np.flatnonzero(share < UNKNOWN))
+    asked = known[:, None, None] * probed.respond(name, columns) / scene.data.floor[:, None]
+    asked = asked.reshape(-1, 2)
+    whole = np.sum(asked**2, axis=0)
+    left = whole - np.sum((basis.T @ asked) ** 2, axis=0)
+    return tuple(int(i) for i in np.flatnonzero(left < UNKNOWN * whole))
 
 
 def _plane(
@@ -127,14 +133,13 @@ def _plane(
     past: PortHistory,
     added: Array,
     at: Array,
-    known: Array,
+    points: tuple[Array, Array],
     free: tuple[int, ...],
     most: int,
 ) -> dict[str, Any]:
     """Return one plane in readable units, its lines of `most` points."""
     x, xu, yu, xw, yw = _axes(d.graph, name, past)
     y = past.output + added
-    points = (d.data.time[known], y[known]) if d.data is not None else (np.zeros(0), np.zeros(0))
     laws = [] if isinstance(d.graph[name], I) else _laws(d, name, points, free, most)
     fx, ux = axis_scale(xu, float(np.nanmax(np.abs(x))))
     fy, uy = axis_scale(yu, float(np.nanmax(np.abs(y))))
@@ -194,9 +199,9 @@ def _laws(
         if run is None:
             continue
         output = run.slope * run.argument + run.deviation
-        if free and points[0].size:
+        if free:
             powers = run.argument[:, None] ** np.array(free)
-            powers = powers / np.abs(powers).max(axis=0)
+            powers = powers / (np.abs(powers).max(axis=0) + 1e-300)
             missing = np.interp(run.time, *points) - output
             output = output + powers @ np.linalg.lstsq(powers, missing, rcond=None)[0]
         one = not many_valued(run)

@@ -29,6 +29,7 @@ from identification.diagnosis.report.found import confidence_of, warmth_of
 from identification.diagnosis.search.candidates import DiagnosisOptions
 from identification.diagnosis.studio import page, write_report
 from identification.diagnosis.studio.content import content
+from identification.diagnosis.studio.law_plane import planes
 from identification.diagnosis.studio.live import LiveStudio
 from identification.diagnosis.studio.packing import embedded, kept, packed
 from identification.diagnosis.studio.page import policy
@@ -85,6 +86,13 @@ def test_the_recovered_law_is_the_one_that_is_missing(shown: dict[str, Any]) -> 
     along = np.interp(there, *inner) - numbers(line["y"])
     sure = (np.abs(there) > 0.1) & (there > inner[0][0]) & (there < inner[0][-1])
     assert np.sqrt(np.mean(along[sure] ** 2)) < 0.1 * FORCE
+
+
+def test_planes_of_a_search_on_fewer_samples_than_are_shown(found: Diagnosis) -> None:
+    assert found.data is not None
+    shown = planes(replace(found, data=found.data.begun(600)))["of"]["d"]
+    assert numbers(shown["x"]).size > 600
+    assert {law["label"] for law in shown["laws"]} >= {"coulomb friction"}
 
 
 def test_readings_and_what_is_left_are_the_fits(found: Diagnosis, shown: dict[str, Any]) -> None:
