@@ -7,8 +7,7 @@ stiffness, so no step size has to be chosen to survive (Van Loan, IEEE TAC 23 (1
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 
@@ -59,16 +58,22 @@ class Continuous:
     Attributes
     ----------
     parts : Blocks
-    tangents : list of Blocks
-        Derivatives by the wanted parameters.
+    moved : Blocks
+        Their derivatives by the wanted parameters, one after the other along a first axis.
     finite : bool
         Whether all are numbers that can be computed with.
     """
 
     compiled: Compiled
     parts: Blocks
-    tangents: list[Blocks]
+    moved: Blocks
     finite: bool
+
+    @property
+    def tangents(self) -> list[Blocks]:
+        """Derivatives parameter by parameter."""
+        each = (getattr(self.moved, f.name) for f in fields(Blocks))
+        return [Blocks(*columns) for columns in zip(*each, strict=True)]
 
 
 def continuous(compiled: Compiled, p: Array, wanted: Array | None = None) -> Continuous:
@@ -81,30 +86,32 @@ def continuous(compiled: Compiled, p: Array, wanted: Array | None = None) -> Con
     """
     wanted = np.arange(0) if wanted is None else wanted
     block = np.asarray(compiled.matrices(p).full(), float)
-    jac = np.zeros((block.size, 0))
+    rows, columns = block.shape
+    moved = np.zeros((wanted.size, rows, columns))
     if wanted.size:
-        jac = np.asarray(compiled.matrices_jacobian(p).full(), float)[:, wanted]
-    finite = bool(np.isfinite(block).all() and np.isfinite(jac).all())
-    columns = (jac[:, i].reshape(block.shape, order="F") for i in range(wanted.size))
-    tangents = [blocks(compiled, column) for column in columns]
-    return Continuous(compiled, blocks(compiled, block), tangents, finite)
+        jac = np.asarray(compiled.matrices_jacobian(p).full(), float)
+        moved = jac.T[wanted].reshape(-1, columns, rows).swapaxes(1, 2)
+    finite = bool(np.isfinite(block).all() and np.isfinite(moved).all())
+    return Continuous(compiled, blocks(compiled, block), blocks(compiled, moved), finite)
 
 
 def discretise(model: Continuous, step: float) -> Discrete:
     """Discretise for a step (s)."""
-    compiled, parts, tangents = model.compiled, model.parts, model.tangents
+    compiled, parts, moved = model.compiled, model.parts, model.moved
+    n_p = moved.a.shape[0]
     if not model.finite:
         # values too large to compute with: the run is no number, and whoever fits steps back
         size = sum(rows * columns for rows, columns in layout(compiled, 0).pieces) + 1
-        return Discrete(np.full(size, np.nan), np.full((size, len(tangents)), np.nan))
-    held, dheld = _hold(parts, tangents, step)
-    held = _at_the_end(compiled, held)
-    dheld = [_at_the_end(compiled, t) for t in dheld]
-    packed = np.append(_pack(parts, held, compiled), step)
-    derivative = np.empty((packed.size, len(tangents)))
-    for i, t in enumerate(tangents):
-        derivative[:-1, i] = _pack_tangent(parts, t, held, dheld[i], compiled)
-        derivative[-1, i] = 0.0
+        return Discrete(np.full(size, np.nan), np.full((size, n_p), np.nan))
+    held, dheld = _hold(parts, moved, step)
+    _act_at_the_end(compiled, held)
+    _act_at_the_end(compiled, dheld)
+    m = compiled.n_u
+    gain = parts.cs @ held[2][:, m:] + parts.ds[:, m:]
+    dgain = moved.cs @ held[2][:, m:] + parts.cs @ dheld[2][..., m:] + moved.ds[..., m:]
+    packed = np.append(_packed(parts, held, gain, m), step)
+    derivative = np.zeros((packed.size, n_p))
+    derivative[:-1] = _packed(moved, dheld, dgain, m).T
     return Discrete(packed, derivative)
 
 
@@ -120,9 +127,8 @@ def standing(model: Continuous, moving: Discrete) -> Discrete:
     packed[: n * n : n + 1] = 1.0
     gain = held + parts.cs.size + parts.ds[:, :m].size
     end = gain + parts.ds[:, m:].size
-    packed[gain:end] = parts.ds[:, m:].ravel(order="F")
-    for i, t in enumerate(model.tangents):
-        derivative[gain:end, i] = t.ds[:, m:].ravel(order="F")
+    packed[gain:end] = _by_columns(parts.ds[:, m:])
+    derivative[gain:end] = _by_columns(model.moved.ds[..., m:]).T
     packed[-1] = 0.0
     return Discrete(packed, derivative)
 
@@ -130,76 +136,76 @@ def standing(model: Continuous, moving: Discrete) -> Discrete:
 Held = tuple[Array, Array, Array]
 
 
-def _hold(parts: Blocks, tangents: list[Blocks], h: float) -> tuple[Held, list[Held]]:
+def _hold(parts: Blocks, moved: Blocks, h: float) -> tuple[Held, Held]:
+    """Return Phi, G0 and G1 and their derivatives, these along a first axis."""
     n, m = parts.a.shape[0], parts.b.shape[1]
-    zero = [np.zeros_like(parts.a), np.zeros((n, m)), np.zeros((n, m))]
-    if h == 0.0:
-        return (np.eye(n), zero[1], zero[2]), [tuple(zero) for _ in tangents]  # type: ignore[misc]
-    if n == 0:
-        return (zero[0], zero[1], zero[2]), [tuple(zero) for _ in tangents]  # type: ignore[misc]
+    n_p = moved.a.shape[0]
+    if h == 0.0 or n == 0:
+        shapes = ((n, n), (n, m), (n, m))
+        still = (np.eye(n), np.zeros((n, m)), np.zeros((n, m)))
+        return still, tuple(np.zeros((n_p, *s)) for s in shapes)  # type: ignore[return-value]
     scale = _state_scale(parts.a)
-    column = np.abs(parts.b / scale[:, None]).max(axis=0) * h
-    for t in tangents:
-        column = np.where(column > 0, column, np.abs(t.b / scale[:, None]).max(axis=0) * h)
-    column = np.where(column > 0, column, 1.0)
+    turn = h * scale / scale[:, None]
+    driven = np.abs(np.concatenate([parts.b[None], moved.b]) / scale[:, None]).max(axis=1) * h
+    column = np.ones(m)
+    for row in driven[::-1]:  # the first that is not zero counts
+        column = np.where(row > 0, row, column)
+    unit = scale[:, None] * column
 
     def augmented(a: Array, b: Array) -> Array:
-        z = np.zeros((n + 2 * m, n + 2 * m))
-        z[:n, :n] = a * h * scale[None, :] / scale[:, None]
-        z[:n, n : n + m] = b * h / scale[:, None] / column[None, :]
+        z = np.zeros((*a.shape[:-2], n + 2 * m, n + 2 * m))
+        z[..., :n, :n] = a * turn
+        z[..., :n, n : n + m] = b * (h / unit)
         return z
 
     z = augmented(parts.a, parts.b)
     z[n : n + m, n + m :] = np.eye(m)
 
     def read(e: Array) -> Held:
-        phi = e[:n, :n] * scale[:, None] / scale[None, :]
-        whole = e[:n, n : n + m] * scale[:, None] * column[None, :]
-        late = e[:n, n + m :] * scale[:, None] * column[None, :]
-        return phi, whole - late, late
+        phi = e[..., :n, :n] * (scale[:, None] / scale)
+        late = e[..., :n, n + m :] * unit
+        return phi, e[..., :n, n : n + m] * unit - late, late
 
     # linear in their direction: unit directions keep the squaring phase in range
-    moved = [augmented(t.a, t.b) for t in tangents]
-    sizes = [float(np.abs(e).max()) for e in moved]
-    units = [e / size for e, size in zip(moved, sizes, strict=True) if size > 0.0]
-    whole, along = _exponential(z, units)
-    steps = iter(along)
-    found: list[Held] = []
-    for size in sizes:
-        phi, early, late = read(next(steps)) if size > 0.0 else zero
-        found.append((phi * size, early * size, late * size))
-    return read(whole), found
+    directions = augmented(moved.a, moved.b)
+    size = np.abs(directions).max(axis=(1, 2), keepdims=True, initial=0.0)
+    whole, along = _exponential(z, directions / np.where(size > 0.0, size, 1.0))
+    return read(whole), read(along * size)
 
 
 SMALL = 24
 """Rows up to which the exponential of a matrix of twice the size is the faster derivative."""
 
 
-def _exponential(z: Array, directions: list[Array]) -> tuple[Array, Iterator[Array]]:
-    """Return ``exp(z)`` and its derivatives in some directions.
+def _exponential(z: Array, directions: Array) -> tuple[Array, Array]:
+    """Return ``exp(z)`` and its derivatives in some directions, these along a first axis.
 
     ``exp([[z, e], [0, z]])`` holds both (Mathias, SIAM J. Matrix Anal. Appl. 17 (1996) 610).
     """
     from scipy.linalg import expm, expm_frechet
 
     n = z.shape[0]
-    if n > SMALL or not directions:
-        return expm(z), (expm_frechet(z, e, compute_expm=False) for e in directions)
-    both = np.zeros((len(directions), 2 * n, 2 * n))
+    along = np.zeros_like(directions)
+    shown = directions.any(axis=(1, 2))
+    if n > SMALL or not shown.any():
+        for i in np.flatnonzero(shown):
+            along[i] = expm_frechet(z, directions[i], compute_expm=False)
+        return expm(z), along
+    both = np.zeros((int(shown.sum()), 2 * n, 2 * n))
     both[:, :n, :n] = both[:, n:, n:] = z
-    both[:, :n, n:] = directions
+    both[:, :n, n:] = directions[shown]
     made = expm(both)
-    return made[0, :n, :n], iter(made[:, :n, n:])
+    along[shown] = made[:, :n, n:]
+    return made[0, :n, :n], along
 
 
-def _at_the_end(compiled: Compiled, held: Held) -> Held:
+def _act_at_the_end(compiled: Compiled, held: Held) -> None:
     """Let set-valued laws act with their end value: the force of sticking may jump, not ring."""
-    phi, early, late = held[0], held[1].copy(), held[2].copy()
+    _, early, late = held
     for j, port in enumerate(compiled.laws, start=compiled.n_u):
         if port.law.set_valued:
-            late[:, j] += early[:, j]
-            early[:, j] = 0.0
-    return phi, early, late
+            late[..., j] += early[..., j]
+            early[..., j] = 0.0
 
 
 def _state_scale(a: Array) -> Array:
@@ -210,15 +216,12 @@ def _state_scale(a: Array) -> Array:
     return np.asarray(scale, float)
 
 
-def _pack(parts: Blocks, held: Held, compiled: Compiled) -> Array:
-    gain = parts.cs @ held[2][:, compiled.n_u :] + parts.ds[:, compiled.n_u :]
-    ds = parts.ds[:, : compiled.n_u]
-    pieces = (*held, parts.cs, ds, gain, parts.cy, parts.dy)
-    return np.concatenate([np.asarray(v).ravel(order="F") for v in pieces])
+def _packed(parts: Blocks, held: Held, gain: Array, m: int) -> Array:
+    """Return the pieces as the kernel wants them, along the last axis; `m` inputs."""
+    pieces = (*held, parts.cs, parts.ds[..., :m], gain, parts.cy, parts.dy)
+    return np.concatenate([_by_columns(v) for v in pieces], axis=-1)
 
 
-def _pack_tangent(parts: Blocks, t: Blocks, held: Held, dheld: Held, compiled: Compiled) -> Array:
-    m = compiled.n_u
-    dgain = t.cs @ held[2][:, m:] + parts.cs @ dheld[2][:, m:] + t.ds[:, m:]
-    pieces = (*dheld, t.cs, t.ds[:, :m], dgain, t.cy, t.dy)
-    return np.concatenate([np.asarray(v).ravel(order="F") for v in pieces])
+def _by_columns(v: Array) -> Array:
+    """Lay out a matrix, or each of a stack, column by column."""
+    return np.swapaxes(v, -1, -2).reshape(*v.shape[:-2], v.shape[-2] * v.shape[-1])

@@ -174,7 +174,14 @@ def _white_level(y: Array) -> float:
 
     if y.size < 64:
         return float(np.abs(np.diff(y, 2)).std() / np.sqrt(6.0)) if y.size > 3 else 0.0
-    _, density = welch(y, window=("kaiser", 14.0), nperseg=min(y.size // 4, 2048), detrend="linear")
+    n = min(y.size // 4, 2048)
+    line, _ = np.linalg.qr(np.stack([np.ones(n), np.linspace(-1.0, 1.0, n)], axis=1))
+
+    def level(part: Array) -> Array:
+        """Do what "linear" does, without a fit of the line in each segment."""
+        return np.asarray(part - line @ (line.T @ part))
+
+    _, density = welch(y, window=("kaiser", 14.0), nperseg=n, detrend=level)
     top = density[int(0.8 * density.size) : -1]
     return min(float(np.sqrt(np.median(top) * 0.5)), _rough_level(y))
 
