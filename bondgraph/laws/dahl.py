@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from bondgraph.graph.elements import Parameter
-from bondgraph.laws.law import Law
+from bondgraph.laws.iteration import Iteration
+from bondgraph.laws.law import Law, split
 from bondgraph.support.bounds import Positive
 from bondgraph.support.ops import Ops
 
@@ -69,10 +70,8 @@ class DahlFriction(Law):
         """``F_c z`` at the end of the step."""
         return p[0] * self.advance(ops, s, memory, p)[0]
 
-    def solve(
-        self, s_free: Any, gain: Any, memory: Sequence[Any], p: Sequence[Any], w_last: Any
-    ) -> Any:
-        """Root on the side to which the unbent remainder points.
+    def iteration(self, memory: Sequence[Any], p: Sequence[Any]) -> Iteration:
+        """Climb to the root on the side to which the unbent remainder points.
 
         Mirrored to the positive side the relation ``s = a - b (1 - c exp(-mean(s) / l))`` has a
         rising, concave miss, so Newton steps from ``max(0, a - b)`` climb to the root without
@@ -82,23 +81,33 @@ class DahlFriction(Law):
 
         from bondgraph.support.ops import CASADI
 
-        b = -gain * p[0]
-        side = ca.if_else(s_free - b * memory[0] >= 0, 1.0, -1.0)
-        a, rest, rate, before = (
-            side * s_free,
-            1.0 - side * memory[0],
-            p[-1] / p[1],
-            side * memory[1],
-        )
+        rate = p[-1] / p[1]
         t, last = ca.SX.sym("t"), ca.SX.sym("last")
         value = _mean_size(CASADI, t, last)
         mean = ca.Function("mean", [t, last], [value, ca.jacobian(value, t)])
-        at = ca.fmax(0.0, a - b)
-        for _ in range(ROOT_STEPS):
-            v, slope = mean(at, before)
-            left = rest * ca.exp(-v * rate)
-            at = at + (a - at - b * (1.0 - left)) / (1.0 + b * left * rate * slope)
-        return side * p[0] * (1.0 - rest * ca.exp(-mean(at, before)[0] * rate))
+
+        def left(at: Any, side: Any) -> tuple[Any, Any]:
+            """Return the remainder that is still unbent, and the slope of the mean flow."""
+            v, slope = mean(at, side * memory[1])
+            return (1.0 - side * memory[0]) * ca.exp(-v * rate), slope
+
+        def begin(free: Any, gain: Any, w_last: Any) -> Any:
+            b = -gain * p[0]
+            side = ca.if_else(free - b * memory[0] >= 0, 1.0, -1.0)
+            return ca.vertcat(ca.fmax(0.0, side * free - b), side)
+
+        def step(numbers: Any, free: Any, gain: Any) -> Any:
+            at, side = split(numbers)
+            b = -gain * p[0]
+            rest, slope = left(at, side)
+            at = at + (side * free - at - b * (1.0 - rest)) / (1.0 + b * rest * rate * slope)
+            return ca.vertcat(at, side)
+
+        def end(numbers: Any) -> Any:
+            at, side = split(numbers)
+            return side * p[0] * (1.0 - left(at, side)[0])
+
+        return Iteration(begin, step, end, 2, 1, ROOT_STEPS)
 
 
 def mean_flow(ops: Ops, s: Any, last: Any) -> Any:

@@ -8,6 +8,7 @@ from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, Any, ClassVar, final
 
+from bondgraph.laws.iteration import Iteration
 from bondgraph.support.errors import UnusableInput
 from bondgraph.support.ops import Ops
 
@@ -167,9 +168,18 @@ class Law(ABC):
     ) -> Any:
         """Deviation `w` that satisfies ``s = s_free + gain * w``, ``w = deviation(s)``.
 
-        CasADi expressions in and out. The default takes Newton steps from the last value; a law
-        with a jump overrides it with its closed form.
+        CasADi expressions in and out. The default takes all steps of `iteration`; a law with a
+        formula overrides it.
         """
+        return self.iteration(memory, p).solved(s_free, gain, w_last)
+
+    @property
+    def iterates(self) -> bool:
+        """Whether `solve` has no formula, but takes the steps of `iteration`."""
+        return type(self).solve is Law.solve
+
+    def iteration(self, memory: Sequence[Any], p: Sequence[Any]) -> Iteration:
+        """Return the way to the root of `solve`: Newton steps from the last value."""
         import casadi as ca
 
         from bondgraph.support.ops import CASADI
@@ -182,11 +192,17 @@ class Law(ABC):
         options = {"never_inline": True} if self.n_memory >= CALLED_FROM else {}
         law = ca.Function("law", [t, m, q], [w, ca.densify(ca.jacobian(w, t))], options)
         memories, parameters = ca.vertcat(*memory), ca.vertcat(*p)
-        s, value = s_free + gain * w_last, w_last
-        for _ in range(NEWTON_STEPS):
+
+        def step(s: Any, free: Any, gain: Any) -> Any:
             value, slope = law(s, memories, parameters)
-            s = s - (s - s_free - gain * value) / (1 - gain * slope)
-        return law(s, memories, parameters)[0]
+            return s - (s - free - gain * value) / (1 - gain * slope)
+
+        return Iteration(
+            lambda free, gain, w_last: free + gain * w_last,
+            step,
+            lambda s: law(s, memories, parameters)[0],
+            1, 1, NEWTON_STEPS,
+        )  # fmt: skip
 
 
 def split(column: Any) -> Sequence[Any]:

@@ -8,6 +8,7 @@ from typing import Any, ClassVar
 
 from bondgraph.graph.elements import Parameter
 from bondgraph.laws.bracketing import bracketed
+from bondgraph.laws.iteration import Iteration
 from bondgraph.laws.law import Law
 from bondgraph.support.bounds import NonNegative, Positive
 from bondgraph.support.ops import CASADI, Ops
@@ -93,9 +94,7 @@ class LuGre(Law):
         level = p[0] + p[1] * ops.exp(-((s / p[2]) ** 2))
         return p[3] * ops.absolute(s) / level
 
-    def solve(
-        self, s_free: Any, gain: Any, memory: Sequence[Any], p: Sequence[Any], w_last: Any
-    ) -> Any:
-        """Root between the free flow and the flow that the largest force would leave."""
+    def iteration(self, memory: Sequence[Any], p: Sequence[Any]) -> Iteration:
+        """Search between the free flow and the flow that the largest force would leave."""
         largest = CASADI.maximum(p[3] * CASADI.absolute(memory[0]), p[0] + p[1])
-        return bracketed(self, s_free, gain, memory, p, w_last, largest)
+        return bracketed(self, memory, p, largest)

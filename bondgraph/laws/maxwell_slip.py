@@ -9,6 +9,7 @@ from typing import Annotated, Any, ClassVar
 from bondgraph.graph.elements import Parameter
 from bondgraph.laws.bracketing import bracketed
 from bondgraph.laws.dahl import mean_flow
+from bondgraph.laws.iteration import Iteration
 from bondgraph.laws.law import Law
 from bondgraph.support.bounds import NonNegative, Positive, least
 from bondgraph.support.ops import Ops
@@ -107,10 +108,7 @@ class MaxwellSlip(Law):
             total = total + force * x / way
         return total
 
-    def solve(
-        self, s_free: Any, gain: Any, memory: Sequence[Any], p: Sequence[Any], w_last: Any
-    ) -> Any:
-        """Root between the free flow and the one that all bristles together would leave."""
+    def iteration(self, memory: Sequence[Any], p: Sequence[Any]) -> Iteration:
+        """Search between the free flow and the one that all bristles together would leave."""
         n = len(self.ways)
-        largest = sum(p[:n]) * (1.0 + p[n])
-        return bracketed(self, s_free, gain, memory, p, w_last, largest)
+        return bracketed(self, memory, p, sum(p[:n]) * (1.0 + p[n]))

@@ -26,6 +26,7 @@ from bondgraph.equations.relation import LawUse, Relation
 from bondgraph.equations.system import System
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.modulation import TIME
+from bondgraph.laws.iteration import Iteration
 from bondgraph.laws.law import CALLED_FROM, NEWTON_STEPS, Law, split
 from bondgraph.laws.watching import Gauge
 from bondgraph.support.errors import real_number, unknown_name
@@ -241,33 +242,55 @@ def solve_laws(
 ) -> ca.SX:
     """Deviations that satisfy ``s = free + gain w``, ``w_j = law_j(s_j)``; sweeps if several.
 
-    `step` is the time since the memory, s; at 0 the memory stands still.
+    `step` is the time since the memory, s; at 0 the memory stands still. All steps are written out;
+    `bondgraph.simulation.lure_march` stops where nothing changes any more.
     """
     laws = law_slices(compiled)
     q = ca.vertcat(*[p[i] for i in compiled.law_parameters]) if compiled.law_parameters else ca.SX()
-    w = list(ca.vertsplit(w_last)) if len(laws) else []
-    acting = sum(not isinstance(port.law, Gauge) for port, _, _ in laws)
-    if acting > 1 and not any(port.law.closed for port, _, _ in laws):
-        return _solve_together(laws, free, gain, memory, q, w_last, step)
-    for _ in range(1 if acting == 1 else 4):
+    if solved_together(compiled):
+        return ca.SX(together(laws, memory, q, step).solved(free, gain, w_last))
+    w = w_last if len(laws) else ca.SX(0, 1)
+    for _ in range(sweeps(compiled)):
         for j, (port, ms, qs) in enumerate(laws):
-            others = free[j]
-            for k, wk in enumerate(w):
-                if k != j:
-                    others = others + gain[j, k] * wk
-            w[j] = scalar_solution(port, others, gain[j, j], memory[ms], q[qs], w[j], step)
-    return ca.vertcat(*w) if w else ca.SX(0, 1)
+            others = others_at(free, gain, w, j)
+            w = with_entry(
+                w, j, scalar_solution(port, others, gain[j, j], memory[ms], q[qs], w[j], step)
+            )
+    return w
 
 
-def _solve_together(
-    laws: tuple[tuple[LawUse, slice, slice], ...],
-    free: ca.SX,
-    gain: ca.SX,
-    memory: ca.SX,
-    q: ca.SX,
-    w_last: ca.SX,
-    step: Any,
-) -> ca.SX:
+SWEEPS = 4
+"""Over laws that share a loop, where one of them has a formula."""
+
+
+def sweeps(compiled: Compiled) -> int:
+    """Return the sweeps that are always enough."""
+    return SWEEPS if _acting(compiled) > 1 else 1
+
+
+def solved_together(compiled: Compiled) -> bool:
+    """Whether Newton's method takes all laws at once: none has a formula of its own."""
+    return _acting(compiled) > 1 and not any(port.law.closed for port in compiled.laws)
+
+
+def _acting(compiled: Compiled) -> int:
+    return sum(not isinstance(port.law, Gauge) for port in compiled.laws)
+
+
+def others_at(free: ca.SX, gain: ca.SX, w: ca.SX, j: int) -> ca.SX:
+    """Argument of law `j` without what it adds itself."""
+    return free[j] + sum((gain[j, k] * w[k] for k in range(w.numel()) if k != j), ca.SX(0.0))
+
+
+def with_entry(w: ca.SX, j: int, value: Any) -> ca.SX:
+    """Return a column with another entry."""
+    entries = ca.vertsplit(w)
+    return ca.vertcat(*entries[:j], value, *entries[j + 1 :])
+
+
+def together(
+    laws: tuple[tuple[LawUse, slice, slice], ...], memory: ca.SX, q: ca.SX, step: Any
+) -> Iteration:
     """Newton's method for laws that have a slope: sweeps diverge where stiff laws share a loop."""
     n = len(laws)
     functions = []
@@ -286,12 +309,17 @@ def _solve_together(
         ]
         return ca.vertcat(*(w for w, _ in pairs)), ca.vertcat(*(d for _, d in pairs))
 
-    s = free + gain @ w_last
-    for _ in range(NEWTON_STEPS):
+    def newton(s: ca.SX, free: ca.SX, gain: ca.SX) -> ca.SX:
         w, slope = values(s)
         matrix = ca.SX.eye(n) - gain * ca.repmat(slope.T, n, 1)
-        s = s - ca.solve(matrix, s - free - gain @ w)
-    return values(s)[0]
+        return s - ca.solve(matrix, s - free - gain @ w)
+
+    return Iteration(
+        lambda free, gain, w_last: free + gain @ w_last,
+        newton,
+        lambda s: values(s)[0],
+        n, n, NEWTON_STEPS,
+    )  # fmt: skip
 
 
 def scalar_solution(

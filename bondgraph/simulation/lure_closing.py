@@ -6,73 +6,172 @@ Everything else in a step is linear, and is left to whoever runs it.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property, partial
 from typing import Any
 
 import casadi as ca
 
+from bondgraph.laws.iteration import Iteration
 from bondgraph.laws.law import Law, split
 from bondgraph.simulation.lure import (
     Compiled,
     advance_laws,
     law_arguments,
     law_slices,
+    others_at,
     scalar_solution,
     solve_laws,
+    solved_together,
+    sweeps,
+    together,
+    with_entry,
 )
 from bondgraph.support.ops import CASADI
 
 
 @dataclass(frozen=True, slots=True)
+class Part:
+    """One law, or all at once, in compiled steps; see `bondgraph.laws.iteration.Iteration`.
+
+    Attributes
+    ----------
+    begin : casadi.Function
+        ``(s_free, gain, memory, q, w, h) -> numbers``; the deviations (n_w,) where there is no
+        step.
+    step, end : casadi.Function or None
+        ``(numbers, s_free, gain, memory, q, w, h) ->`` numbers; deviations.
+    size, arguments, most : int
+        As of the iteration.
+    """
+
+    begin: ca.Function
+    step: ca.Function | None = None
+    end: ca.Function | None = None
+    size: int = 0
+    arguments: int = 0
+    most: int = 0
+
+
+@dataclass(frozen=True)
 class ClosedLaws:
     """The laws of a step, solved.
 
     Attributes
     ----------
-    function : casadi.Function
-        ``(s_free, gain, memory, q, w_last, h) -> (w, memory+)``, shapes (n_w,), (n_w, n_w), (n_m,),
-        (n_q,), (n_w,), a number. With slopes also ``(resolvent, by_free, by_gain, by_memory, by_q,
-        slopes)``: a change of the deviations is the resolvent (n_w, n_w) times the change each law
-        makes alone, by its free argument and own gain (n_w,), its memory (n_m,) and parameters
-        (n_q,); the last are the nonzeros of the derivative of the new memory.
+    after : casadi.Function
+        ``(s_free, gain, memory, q, w, h) -> (memory+,)`` at the deviations that solve the step,
+        shapes (n_w,), (n_w, n_w), (n_m,), (n_q,), (n_w,), a number. With slopes also ``(resolvent,
+        by_free, by_gain, by_memory, by_q, slopes)``: a change of the deviations is the resolvent
+        (n_w, n_w) times the change each law makes alone, by its free argument and own gain (n_w,),
+        its memory (n_m,) and parameters (n_q,); the last are the nonzeros of the derivative of the
+        new memory.
     memories, parameters : tuple of int
         How many of each belong to each law.
     rows, columns : tuple of int
         Where those nonzeros stand; the columns are the arguments, the memory and the parameters.
     """
 
-    function: ca.Function
+    compiled: Compiled
+    after: ca.Function
     memories: tuple[int, ...]
     parameters: tuple[int, ...]
     rows: tuple[int, ...] = ()
     columns: tuple[int, ...] = ()
 
+    @cached_property
+    def function(self) -> ca.Function:
+        """``(s_free, gain, memory, q, w_last, h) -> (w, *after)``, every step written out."""
+        given = _given(self.compiled)
+        free, gain, memory, q, last, h = given
+        w = ca.SX(0, 1)
+        if self.compiled.n_w:
+            w = solve_laws(self.compiled, free, gain, memory, _placed(self.compiled, q), last, h)
+        after = self.after.call([free, gain, memory, q, w, h])
+        # a plain name might be a symbol of the C library
+        return ca.Function("bondsight_laws", given, [ca.densify(w), *after], {"cse": True})
 
-def closed_laws(compiled: Compiled, slopes: bool) -> ClosedLaws:
-    """Return the laws of `compiled`, with the derivatives of their answer if `slopes`."""
-    n_w = compiled.n_w
-    n_m = sum(port.law.n_memory for port in compiled.laws)
-    free, gain = ca.SX.sym("free", n_w), ca.SX.sym("gain", n_w, n_w)
-    memory, q = ca.SX.sym("memory", n_m), ca.SX.sym("q", len(compiled.law_parameters))
-    last, h = ca.SX.sym("last", n_w), ca.SX.sym("h")
+    @property
+    def sweeps(self) -> int:
+        """Sweeps over the parts that are always enough."""
+        return 1 if solved_together(self.compiled) else sweeps(self.compiled)
+
+    @cached_property
+    def parts(self) -> tuple[Part, ...]:
+        """What is swept over; empty if all of it is one formula."""
+        laws = law_slices(self.compiled)
+        given = _given(self.compiled)
+        free, gain, memory, q, w, h = given
+        if solved_together(self.compiled):
+            whole = together(laws, memory, q, h)
+            return (_part(0, given, whole, free, gain, w, lambda v: v),)
+        if self.sweeps == 1 and not any(port.law.iterates for port, _, _ in laws):
+            return ()
+        found = []
+        for j, (port, ms, qs) in enumerate(laws):
+            others, own = others_at(free, gain, w, j), gain[j, j]
+            if port.law.iterates:
+                way = port.law.iteration(split(memory[ms]), law_arguments(port.law, q[qs], h))
+                found.append(_part(j, given, way, others, own, w[j], partial(with_entry, w, j)))
+                continue
+            value = scalar_solution(port, others, own, memory[ms], q[qs], w[j], h)
+            made = ca.densify(with_entry(w, j, value))
+            found.append(Part(ca.Function(f"bondsight_begin_{j}", given, [made], {"cse": True})))
+        return tuple(found)
+
+
+def _part(
+    number: int, given: list[ca.SX], way: Iteration, free: Any, gain: Any, last: Any, placed: Any
+) -> Part:
+    v = ca.SX.sym("v", way.size)
+
+    def function(name: str, asked: list[ca.SX], made: Any) -> ca.Function:
+        made = ca.densify(ca.SX(made))
+        return ca.Function(f"bondsight_{name}_{number}", asked, [made], {"cse": True})
+
+    return Part(
+        function("begin", given, way.begin(free, gain, last)),
+        function("step", [v, *given], way.step(v, free, gain)),
+        function("end", [v, *given], placed(way.end(v))),
+        way.size,
+        way.arguments,
+        way.most,
+    )
+
+
+def _given(compiled: Compiled) -> list[ca.SX]:
+    n_w, n_m = compiled.n_w, sum(port.law.n_memory for port in compiled.laws)
+    return [
+        ca.SX.sym("free", n_w), ca.SX.sym("gain", n_w, n_w), ca.SX.sym("memory", n_m),
+        ca.SX.sym("q", len(compiled.law_parameters)), ca.SX.sym("w", n_w), ca.SX.sym("h"),
+    ]  # fmt: skip
+
+
+def _placed(compiled: Compiled, q: ca.SX) -> ca.SX:
+    """Parameter vector with those of the laws where they belong."""
     p = ca.SX.zeros(len(compiled.parameter_names))
     for position, i in enumerate(compiled.law_parameters):
         p[i] = q[position]
-    w = solve_laws(compiled, free, gain, memory, p, last, h) if n_w else ca.SX(0, 1)
+    return p
+
+
+def closed_laws(compiled: Compiled, slopes: bool) -> ClosedLaws:
+    """Return the laws of `compiled`, with the derivatives of their answer if `slopes`."""
+    given = _given(compiled)
+    free, gain, memory, q, w, h = given
     s = free + gain @ w
-    given, made = [free, gain, memory, q, last, h], [w, advance_laws(compiled, s, memory, q, h)]
+    made = [advance_laws(compiled, s, memory, q, h)]
     rows: list[int] = []
     columns: list[int] = []
-    if slopes and n_w:
+    if slopes and compiled.n_w:
         made += _response(compiled, free, gain, memory, q, w, h)
         values, rows, columns = _memory_slopes(compiled, s, memory, q, h)
         made.append(values)
-    # a plain name might be a symbol of the C library
     made = [ca.densify(v) for v in made]
-    function = ca.Function("bondsight_laws", given, made, {"cse": True})
+    after = ca.Function("bondsight_after", given, made, {"cse": True})
     ports = compiled.laws
     memories = tuple(port.law.n_memory for port in ports)
     parameters = tuple(len(port.parameters) for port in ports)
-    return ClosedLaws(function, memories, parameters, tuple(rows), tuple(columns))
+    return ClosedLaws(compiled, after, memories, parameters, tuple(rows), tuple(columns))
 
 
 def _response(

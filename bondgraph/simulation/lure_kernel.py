@@ -21,7 +21,7 @@ from bondgraph.simulation.block_recursion import blocked_record
 from bondgraph.simulation.lure import Compiled
 from bondgraph.simulation.lure_closing import ClosedLaws, closed_laws
 from bondgraph.simulation.lure_layout import KernelLayout, layout
-from bondgraph.simulation.lure_march import LANES, blocks_of, march_source
+from bondgraph.simulation.lure_march import LANES, blocks_of, march_source, native_functions
 from bondgraph.support.arrays import Array
 from bondgraph.support.native import FLAGS, build, compiler
 
@@ -149,7 +149,7 @@ def _runner(key: _Key) -> Runner:
         laws, inner = closed_laws(left, key.n_d > 0), layout(left, key.n_d)
         library = build(march_source(inner, laws, taken.banks), FAST)
         if library is not None:
-            run = _native_runner(library, laws.function, inner, taken.banks)
+            run = _native_runner(library, laws, inner, taken.banks)
             return _reordered(run, lay, inner, taken) if taken.banks else run
     return _machine_runner(step_function(key.compiled, key.n_d), lay)
 
@@ -217,14 +217,19 @@ def _reordered(run: Runner, lay: KernelLayout, inner: KernelLayout, taken: Taken
 
 
 def _native_runner(
-    library: Path, laws: ca.Function, lay: KernelLayout, banks: tuple[PlacedBank, ...]
+    library: Path, laws: ClosedLaws, lay: KernelLayout, banks: tuple[PlacedBank, ...]
 ) -> Runner:
     native = ctypes.CDLL(str(library)).run_record
     native.restype = None
     pointer = ctypes.POINTER(ctypes.c_double)
     width, row = 1 + lay.n_d, LANES * blocks_of(lay) if lay.n_d else 1
     inputs, number = _entries(lay)
-    sizes = (max(laws.sz_iw(), 1), max(laws.sz_w(), 1), laws.sz_arg(), laws.sz_res())
+    used = native_functions(laws)
+    sizes = [
+        max(1, *(size(f) for f in used))
+        for size in (ca.Function.sz_iw, ca.Function.sz_w, ca.Function.sz_arg, ca.Function.sz_res)
+    ]
+    sizes[3] += 1  # the deviations come before what follows from them
 
     def wide(first: Array, rest: Array, lanes: int) -> Array:
         """Return rows of a number and its derivatives, cut or padded to `lanes`."""

@@ -6,6 +6,8 @@ that one instruction serves several directions; only the laws are code of their 
 
 from __future__ import annotations
 
+from casadi import Function
+
 from bondgraph.simulation.banks import PlacedBank, bank_source
 from bondgraph.simulation.lure_closing import ClosedLaws
 from bondgraph.simulation.lure_layout import KernelLayout
@@ -44,9 +46,95 @@ def march_source(lay: KernelLayout, laws: ClosedLaws, banks: tuple[PlacedBank, .
             ("bank_stops", [int(b.bank.stops) for b in banks]),
         )
     )  # fmt: skip
-    body = c_source(laws.function) if lay.n_w else "#define casadi_int long long int\n"
-    return body + head + where + _ROWS + (bank_source() if banks else "") + _MARCH
+    made = c_source(*native_functions(laws)) if lay.n_w else "#define casadi_int long long int\n"
+    solving = _solving(laws) if lay.n_w else ""
+    return made + head + where + solving + _ROWS + (bank_source() if banks else "") + _MARCH
 
+
+def native_functions(laws: ClosedLaws) -> tuple[Function, ...]:
+    """Return the functions that the source is made of."""
+    each = (f for part in laws.parts for f in (part.begin, part.step, part.end) if f is not None)
+    return (*each, laws.after) if laws.parts else (laws.function,)
+
+
+def _solving(laws: ClosedLaws) -> str:
+    """Return C source of ``solved``, which takes and gives what ``bondsight_laws`` does."""
+    if not laws.parts:
+        return _FORMULA
+    used = native_functions(laws)
+    rows = "".join(
+        f"  {{{', '.join(f.name() if f is not None else '0' for f in (p.begin, p.step, p.end))}, "
+        f"{p.arguments}, {p.most}}},\n"
+        for p in laws.parts
+    )
+    sizes = {
+        "SWEEPS": laws.sweeps, "NPARTS": len(laws.parts),
+        "NUMBERS": max([1, *(p.size for p in laws.parts)]),
+        "NARG": max(f.sz_arg() for f in used) + 1, "NRES": max(f.sz_res() for f in used) + 1,
+    }  # fmt: skip
+    head = "".join(f"#define {name} {value}\n" for name, value in sizes.items())
+    return head + _STEPS.replace("ROWS_OF_PARTS", rows)
+
+
+_FORMULA = r"""
+/* out of line: copies of large laws would take gcc twice the time */
+static void __attribute__((noinline)) solved(const double** arg, double** res, casadi_int* iw,
+                                             double* work) {
+  bondsight_laws(arg, res, iw, work, 0);
+}
+"""
+
+_STEPS = r"""
+#include <math.h>
+#include <string.h>
+typedef int (*piece)(const double**, double**, casadi_int*, double*, int);
+static const struct {
+  piece begin, step, end;
+  int arguments, most;
+} parts[NPARTS] = {
+ROWS_OF_PARTS};
+
+/* whether numbers stand still but for the last digits: after Newton's step, to the last one */
+static int still(const double* now, const double* before, int n) {
+  for (int i = 0; i < n; ++i)
+    if (!(fabs(now[i] - before[i]) <= 1e-12 * fabs(now[i]))) return 0;
+  return 1;
+}
+
+static void __attribute__((noinline)) solved(const double** arg, double** res, casadi_int* iw,
+                                             double* work) {
+  const double* given[NARG];
+  double *made[NRES], now[NW], before[NW], v[2][NUMBERS];
+  memcpy(now, arg[4], sizeof now);
+  memcpy(given + 1, arg, 6 * sizeof *given);
+  given[5] = now;
+  for (int sweep = 0; sweep < SWEEPS; ++sweep) {
+    memcpy(before, now, sizeof now);
+    for (int p = 0; p < NPARTS; ++p) {
+      int k = 0;
+      double next[NW];
+      made[0] = parts[p].most ? v[0] : next;
+      parts[p].begin(given + 1, made, iw, work, 0);
+      for (int i = 0; i < parts[p].most; ++i) {
+        given[0] = v[k];
+        made[0] = v[1 - k];
+        parts[p].step(given, made, iw, work, 0);
+        k = 1 - k;
+        if (still(v[k], v[1 - k], parts[p].arguments)) break;
+      }
+      if (parts[p].most) {
+        given[0] = v[k];
+        made[0] = next;
+        parts[p].end(given, made, iw, work, 0);
+      }
+      memcpy(now, next, sizeof now);
+    }
+    if (still(now, before, NW)) break;
+  }
+  memcpy(res[0], now, sizeof now);
+  bondsight_after(given + 1, res + 1, iw, work, 0);
+}
+"""
 
 PIECES = ("PHI", "G0", "G1", "CS", "DS", "GAIN", "CY", "DY")
 
@@ -69,14 +157,6 @@ _MARCH = r"""
 /* derivatives of the matrices: one row each, `lead` blocks that are not zero; the first lane of an
    input's entry is the entry itself, so that inputs enter values and derivatives alike */
 #define D(entry) d[(entry) * lead + b]
-
-#if NW
-/* out of line: copies of large laws would take gcc twice the time */
-static void __attribute__((noinline)) solved(const double** arg, double** res, casadi_int* iw,
-                                             double* work) {
-  bondsight_laws(arg, res, iw, work, 0);
-}
-#endif
 
 /* whether inputs that act on the laws' arguments have jumped */
 static int jumped(const double* u0, const double* before, const double* m) {

@@ -39,16 +39,17 @@ def cache_folder() -> Path:
     return Path(base) / "bondsight" / "kernels"
 
 
-def c_source(function: Any) -> str:
-    """C source of a CasADi function.
+def c_source(*functions: Any) -> str:
+    """C source of CasADi functions.
 
-    Its `fmax` and `fmin` become comparisons: the library's, which must look for NaN, are calls that
-    cost more than the rest of a play.
+    Their `fmax` and `fmin` become comparisons: the library's, which must look for NaN, are calls
+    that cost more than the rest of a play.
     """
     import casadi as ca
 
     generator = ca.CodeGenerator("code.c", {"with_header": False, "main": False})
-    generator.add(function)
+    for function in functions:
+        generator.add(function)
     text = str(generator.dump())
     text = text.replace("return fmax(x, y);", "return x > y ? x : y;")
     return text.replace("return fmin(x, y);", "return x < y ? x : y;")
