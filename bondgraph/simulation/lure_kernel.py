@@ -147,15 +147,22 @@ def _runner(key: _Key) -> Runner:
     if compiler() is not None:
         left, taken = without_banks(key.compiled)
         laws, inner = closed_laws(left, key.n_d > 0), layout(left, key.n_d)
-        library = build(march_source(inner, laws, taken.banks), FAST)
+        flags = _flags(vectorised=bool(taken.banks) and not key.n_d)
+        library = build(march_source(inner, laws, taken.banks), flags)
         if library is not None:
             run = _native_runner(library, laws, inner, taken.banks)
             return _reordered(run, lay, inner, taken) if taken.banks else run
     return _machine_runner(step_function(key.compiled, key.n_d), lay)
 
 
-FAST = (*("-O3" if f == "-O2" else f for f in FLAGS), "-ffp-contract=off")
-"""Products are rounded before they are added: what sticks stands still to the last bit."""
+def _flags(vectorised: bool) -> tuple[str, ...]:
+    """Return flags of gcc: rows are vectors already, only plays without derivatives become some.
+
+    Products are rounded before they are added: what sticks stands still to the last bit. Without
+    the expensive optimisations a call of the C library would wait for the registers of the rows.
+    """
+    level = ("-O3",) if vectorised else ("-O1", "-fexpensive-optimizations")
+    return (*level, *(f for f in FLAGS if f != "-O2"), "-ffp-contract=off")
 
 
 def _blocked_runner(lay: KernelLayout) -> Runner:
@@ -262,7 +269,7 @@ def _native_runner(
             held = loaded(banks, filled, z[lay.n_z :], row)
             y, seen = np.empty((n, lay.n_y, width)), np.empty((n, 2 * lay.n_w))
             iw, work = (ctypes.c_longlong * sizes[0])(), np.empty(sizes[1])
-            counts = map(ctypes.c_longlong, (begin, n, n_sub, width, lead))
+            counts = map(ctypes.c_longlong, (begin, n, n_sub, lay.n_y, width, lead))
             arg, res = (pointer * sizes[2])(), (pointer * sizes[3])()
             native(
                 at(u), at(before), *counts, at(live), at(carried), *map(at, given),

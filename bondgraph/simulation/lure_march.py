@@ -25,15 +25,15 @@ def blocks_of(lay: KernelLayout) -> int:
 def march_source(lay: KernelLayout, laws: ClosedLaws, banks: tuple[PlacedBank, ...] = ()) -> str:
     """Return C source of ``run_record`` for a model with `lay` and `laws`.
 
-    It is the same for all numbers of directions that fill as many blocks, and of plays in a bank:
-    few are compiled.
+    It is the same for all numbers of outputs, of directions that fill as many blocks, and of plays
+    in a bank: few are compiled.
     """
     v = lay.n_u + lay.n_w
     lengths = [r * c for r, c in lay.pieces]
     sizes = {
-        "NX": lay.n_x, "NU": lay.n_u, "NW": lay.n_w, "NM": lay.n_m, "NQ": lay.n_q, "NY": lay.n_y,
+        "NX": lay.n_x, "NU": lay.n_u, "NW": lay.n_w, "NM": lay.n_m, "NQ": lay.n_q,
         "SLOPES": int(lay.n_d > 0), "NB": blocks_of(lay), "LANES": LANES if lay.n_d else 1, "NV": v,
-        **{n: sum(lengths[:i]) for i, n in enumerate(PIECES)}, "STEP": sum(lengths),
+        **{n: sum(lengths[:i]) for i, n in enumerate(PIECES)},
         "NJ": len(laws.rows), "NBANKS": len(banks),
     }  # fmt: skip
     head = "".join(f"#define {name} {value}\n" for name, value in sizes.items())
@@ -136,7 +136,7 @@ static void __attribute__((noinline)) solved(const double** arg, double** res, c
 }
 """
 
-PIECES = ("PHI", "G0", "G1", "CS", "DS", "GAIN", "CY", "DY")
+PIECES = ("PHI", "G0", "G1", "CS", "DS", "GAIN", "CY")
 
 _ROWS = r"""
 #include <math.h>
@@ -170,13 +170,14 @@ static int jumped(const double* u0, const double* before, const double* m) {
 /* `standing` are the matrices of a step of no length; with `begin` the first sample is such a step
    under the inputs `before` */
 void run_record(const double* u, const double* before, casadi_int begin, casadi_int n_samples,
-                casadi_int n_sub, casadi_int width, casadi_int lead, const casadi_int* live,
-                double* carried,
+                casadi_int n_sub, casadi_int n_y, casadi_int width, casadi_int lead,
+                const casadi_int* live, double* carried,
                 const double* moving, const double* standing, const double* q,
                 const double* slopes_of_moving, const double* slopes_of_standing,
                 const double* by_parameters, double* y, double* seen, casadi_int* iw,
                 double* work, const double** arg, double** res, const casadi_int* plays,
                 double* numbers, double* rows) {
+  const casadi_int DY = CY + n_y * NX, STEP = DY + n_y * NV;
   row_block* z = (row_block*)carried;
   const double* m = moving;
   const row_block* d = (const row_block*)slopes_of_moving;
@@ -330,18 +331,18 @@ void run_record(const double* u, const double* before, casadi_int begin, casadi_
     if (!first) before = u - NU;
     const double* u1 = before;
     for (i = 0; i < NX; ++i) x[i] = VALUE(z, i);
-    for (i = 0; i < NY; ++i) {
+    for (i = 0; i < n_y; ++i) {
       for (b = 0; b < NB; ++b) {
         row_block a = {0};
-        for (j = 0; j < NX; ++j) a += m[CY + i + NY * j] * z[j * NB + b];
+        for (j = 0; j < NX; ++j) a += m[CY + i + n_y * j] * z[j * NB + b];
 #if NW
-        for (k = 0; k < NW; ++k) a += m[DY + i + NY * (NU + k)] * w1[k * NB + b];
+        for (k = 0; k < NW; ++k) a += m[DY + i + n_y * (NU + k)] * w1[k * NB + b];
 #endif
         if (b < lead) {
-          for (k = 0; k < NU; ++k) a += D(DY + i + NY * k) * u1[k];
-          if (live[6]) for (j = 0; j < NX; ++j) a += D(CY + i + NY * j) * x[j];
+          for (k = 0; k < NU; ++k) a += D(DY + i + n_y * k) * u1[k];
+          if (live[6]) for (j = 0; j < NX; ++j) a += D(CY + i + n_y * j) * x[j];
 #if NW
-          if (live[7]) for (k = 0; k < NW; ++k) a += D(DY + i + NY * (NU + k)) * w_new[k];
+          if (live[7]) for (k = 0; k < NW; ++k) a += D(DY + i + n_y * (NU + k)) * w_new[k];
 #endif
         }
         out[b] = a;
