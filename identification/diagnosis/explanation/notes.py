@@ -30,10 +30,10 @@ def notes_of(
     data = nominal.problem.data
     floor = dict(zip(data.names, map(float, data.floor), strict=True))
     return (
-        *material.recording.notes, *_chosen(last, holds),
+        *moved(nominal), *moved_together(nominal), *material.recording.notes, *_chosen(last, holds),
         *_noise_notes(material.read, floor, material.sure, material.given),
         *rough_rates(nominal.problem.graph, material.recording, material.data.breaks),
-        *_growing_notes(last), *moved(nominal), *moved_together(nominal), *_resumed_notes(known),
+        *_growing_notes(last), *_resumed_notes(known),
     )  # fmt: skip
 
 

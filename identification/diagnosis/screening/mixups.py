@@ -51,6 +51,8 @@ FAR = 2.0
 """Ratio of measured to declared size from which other units are tried: declared values are off."""
 MOVED = 30.0
 """Ratio of a fitted to a declared value that no data sheet is wrong by."""
+SEVERAL = 3
+"""Parameters moved so far that together they tell of a unit rather than of their values."""
 DEAF = 0.1
 """Correlation with the model below which a sensor shows nothing of it."""
 SPREAD, CLOSE = 2.0, 1.2
@@ -145,18 +147,28 @@ def stuck(data: Data) -> tuple[str, ...]:
 
 
 def moved(nominal: Fit) -> tuple[str, ...]:
-    """Return a sentence for every parameter that the fit carried absurdly far from its value."""
-    found = []
+    """Return a sentence for every parameter that the fit carried absurdly far from its value.
+
+    One for all where they are several: then it is rather a channel whose unit is wrong.
+    """
+    found, ratios = [], []
     declared = nominal.problem.graph.parameters
     for e in nominal.estimates:
         start = declared[e.name].value if e.name in declared else 0.0
         ratio = e.value / start if start else 1.0
         if ratio > 0 and not 1 / MOVED < ratio < MOVED:
+            ratios.append(f"{e.name} {ratio:.3g}")
             found.append(
                 f"{e.name} is declared as {start:.4g} and fitted as {e.value:.4g} {e.unit}: check "
                 "its value and the units of all channels".replace("  ", " ")
             )
-    return tuple(found)
+    if len(found) < SEVERAL:
+        return tuple(found)
+    channels = ", ".join((*nominal.problem.data.commands, *nominal.problem.data.names))
+    return (
+        f"check the units of {channels} first: {len(found)} parameters are fitted absurdly far "
+        f"from what is declared, at so many times it: {', '.join(ratios)}",
+    )
 
 
 def moved_together(nominal: Fit) -> tuple[str, ...]:
