@@ -30,7 +30,7 @@ from bondgraph.support.ops import CASADI
 
 
 @dataclass(frozen=True, slots=True)
-class Part:
+class ClosedPart:
     """One law, or all at once, in compiled steps; see `bondgraph.laws.iteration.Iteration`.
 
     Attributes
@@ -96,7 +96,7 @@ class ClosedLaws:
         return 1 if solved_together(self.compiled) else sweeps(self.compiled)
 
     @cached_property
-    def parts(self) -> tuple[Part, ...]:
+    def parts(self) -> tuple[ClosedPart, ...]:
         """What is swept over; empty if all of it is one formula."""
         laws = law_slices(self.compiled)
         given = _given(self.compiled)
@@ -115,20 +115,22 @@ class ClosedLaws:
                 continue
             value = scalar_solution(port, others, own, memory[ms], q[qs], w[j], h)
             made = ca.densify(with_entry(w, j, value))
-            found.append(Part(ca.Function(f"bondsight_begin_{j}", given, [made], {"cse": True})))
+            found.append(
+                ClosedPart(ca.Function(f"bondsight_begin_{j}", given, [made], {"cse": True}))
+            )
         return tuple(found)
 
 
 def _part(
     number: int, given: list[ca.SX], way: Iteration, free: Any, gain: Any, last: Any, placed: Any
-) -> Part:
+) -> ClosedPart:
     v = ca.SX.sym("v", way.size)
 
     def function(name: str, asked: list[ca.SX], made: Any) -> ca.Function:
         made = ca.densify(ca.SX(made))
         return ca.Function(f"bondsight_{name}_{number}", asked, [made], {"cse": True})
 
-    return Part(
+    return ClosedPart(
         function("begin", given, way.begin(free, gain, last)),
         function("step", [v, *given], way.step(v, free, gain)),
         function("end", [v, *given], placed(way.end(v))),

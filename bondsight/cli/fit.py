@@ -70,8 +70,7 @@ def _fit(options: argparse.Namespace) -> int:
         save_fit(found, archive, command=command)  # before anything else can be stopped
         write_values(found, values)
         kinds = _profiled(options, found, bar)
-    after = postflight(found)
-    judgement = judge(starts or found, kinds=kinds)
+    judgement = judge(starts or found, kinds=kinds).with_findings(postflight(found))
     report = write_report(judgement, options.out / "fit.html", findings=before, command=command)
     if options.json:
         print(values.read_text(encoding="utf-8"), end="")
@@ -79,8 +78,6 @@ def _fit(options: argparse.Namespace) -> int:
         for line in (*said, *([str(starts)] if starts else [])):
             print(line)
         print(judgement)
-        for finding in after:
-            print(finding)
         print(f"fit:    {archive}\nvalues: {values}\nreport: {report}")
     if found.status is FitStatus.CANCELLED:
         print("bondsight: cancelled; the best values so far are kept", file=sys.stderr)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from bondgraph.support.errors import UnusableInput
@@ -11,9 +11,10 @@ from identification.estimation.single_record import Fit
 from identification.estimation.starts import Starts
 from identification.estimation.threads import single_threaded
 from identification.statistics.criteria import Criteria, criteria
+from identification.uncertainty.finding import Finding
 from identification.validation.channel import ChannelJudgement, judge_channels
 from identification.validation.distortion import Separated, separate
-from identification.validation.remark import Remark, Weight
+from identification.validation.remark import Remark, Weight, fault
 from identification.validation.remarks import remarks
 from identification.validation.source import from_estimation, from_fit
 from identification.validation.tables import html_judgement, text_judgement
@@ -72,6 +73,24 @@ class Judgement:
     def acceptable(self) -> bool:
         """Whether there is no fault."""
         return not self.faults
+
+    def with_findings(self, findings: Iterable[Finding]) -> Judgement:
+        """Return the judgement with what was found after the fit among its faults.
+
+        One remark a kind; units come first, for they make all the rest.
+        """
+        kinds: dict[str, list[Finding]] = {}
+        for f in findings:
+            kinds.setdefault(f.kind, []).append(f)
+        kinds.pop("not converged", None)  # a fault of its own
+        found = {
+            kind: fault(f"{kind}: {'; '.join(f.what for f in every)}; {why}", every[0].do)
+            for kind, every in kinds.items()
+            for why in ["; ".join(dict.fromkeys(f.why for f in every))]
+        }
+        first = [found.pop("unit")] if "unit" in found else []
+        said = (*first, *self.faults, *found.values(), *self.notes, *self.fine)
+        return replace(self, remarks=said)
 
     def __str__(self) -> str:
         """Return the judgement as text."""

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from bondgraph.support.errors import UnusableInput
+from identification.uncertainty.finding import Finding
 from identification.validation import Judgement, Number, judge
 
 from .made import coloured, material, record
@@ -118,6 +119,22 @@ def test_parameters_that_the_data_do_not_determine_are_named() -> None:
 def test_a_fit_that_did_not_converge_is_said_first() -> None:
     j = judge(replace(material(record(white(8))), status="stopped at the largest number"))
     assert "did not converge" in j.faults[0].text
+
+
+def test_what_is_found_after_a_fit_is_a_fault_and_units_come_first() -> None:
+    j = judge(material(record(white(8))))
+    assert j.acceptable
+    found = [
+        Finding("not pinned", "d lies anywhere", "s, d", "too wide", "fix it"),
+        Finding("unit", "m is 1000 times the declared value", "s, m", "mostly a unit", "check"),
+        Finding("unit", "k is 1000 times the declared value", "s, k", "mostly a unit", "check"),
+    ]
+    told = j.with_findings(found)
+    assert not told.acceptable
+    assert told.faults[0].text.startswith("unit: m is 1000 times")
+    assert "k is 1000 times" in told.faults[0].text
+    assert "not pinned: d lies anywhere" in faults(told)
+    assert j.with_findings(()).acceptable
 
 
 def test_nothing_held_out_is_said() -> None:
