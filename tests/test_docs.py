@@ -57,6 +57,11 @@ def test_authors_that_effects_name_with_a_year_stand_in_the_bibliography() -> No
     assert {n for n in known if n.split("-")[0] not in page} == set()
 
 
+@pytest.mark.parametrize("page", PAGES, ids=lambda p: p.stem)
+def test_every_link_has_a_text(page: Path) -> None:
+    assert re.findall(r"\[\]\([^)]*\)", page.read_text(encoding="utf-8")) == []
+
+
 def test_the_first_block_of_the_first_lesson_is_a_model_file() -> None:
     names: dict[str, Any] = {}
     exec(_blocks(ROOT / "docs/tutorials/first_diagnosis.md")[0], names)

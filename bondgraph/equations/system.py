@@ -16,6 +16,7 @@ import sympy as sp
 
 from bondgraph.causality.assignment import Causality
 from bondgraph.equations.closed_forms import Closing, law_function, rest_terms
+from bondgraph.equations.decimals import as_text
 from bondgraph.equations.refusals import AlgebraicLoop, NotLinearUpToLaws
 from bondgraph.equations.relation import LawUse, Relation, StoredState
 from bondgraph.graph.bond_graph import BondGraph
@@ -261,8 +262,10 @@ class System:
 
     def __str__(self) -> str:
         """Ordered assignments, rates, residuals and outputs as text."""
-        lines = [f"{r.target} := {self.right_side(r)}    ({r.reason})" for r in self.relations]
-        lines += [f"0 = {self.right_side(a.residual)}    (unknown {a.name}: {a.reason})"
+        lines = [
+            f"{r.target} := {as_text(self.right_side(r))}    ({r.reason})" for r in self.relations
+        ]
+        lines += [f"0 = {as_text(self.right_side(a.residual))}    (unknown {a.name}: {a.reason})"
                   for a in self.algebraic]  # fmt: skip
         lines += [f"d{s.name}/dt := {s.rate}" for s in self.stored]
         lines += [f"{n} := {s}" for n, s, _ in self.readings]

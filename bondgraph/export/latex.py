@@ -8,6 +8,7 @@ import unicodedata
 import sympy as sp
 from sympy.printing.latex import LatexPrinter, accepted_latex_functions
 
+from bondgraph.equations.decimals import decimals
 from bondgraph.equations.system import System
 from bondgraph.graph.elements import symbol
 
@@ -181,7 +182,7 @@ def ordered(model: System) -> list[tuple[str, str, sp.Expr, str]]:
 
 def tex(expression: sp.Expr) -> str:
     """Return an expression as LaTeX with Bondsight's names."""
-    return str(_Printer().doprint(expression.xreplace({symbol("one"): sp.S.One})))
+    return str(_Printer().doprint(decimals(expression.xreplace({symbol("one"): sp.S.One}))))
 
 
 def rate_of(state: sp.Symbol) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sympy as sp
 
+from bondgraph.equations.decimals import decimals
 from bondgraph.export.latex import tex
 
 _SCRIPT = 0.7
@@ -31,7 +32,7 @@ def broken(expression: sp.Expr, limit: float) -> list[str]:
     """
     lines: list[str] = []
     used = 0.0
-    for piece in _pieces(expression, limit):
+    for piece in _pieces(decimals(expression), limit):
         wide = width(piece)
         if lines and used + wide <= limit:
             lines[-1] += " " + piece

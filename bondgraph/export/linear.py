@@ -122,8 +122,9 @@ def _require_homogeneous(program: Program, rest: FloatArray, timed: list[bool]) 
         if value != 0.0 or moves:
             what = "depends on time" if moves else f"is {value:.6g} with all signals at zero"
             raise UnusableInput(
-                f"{program.name}: not linear but affine, {row} {what}; make the constant an input "
-                "or use to_nonlinear_control(program)"
+                f"{program.name}: not linear but affine, {row} {what}; make it an input (a "
+                "commanded source: Se instead of MSe, Sf instead of MSf), or in Python use "
+                "bondgraph.export.control.to_nonlinear_control(program)"
             )
 
 

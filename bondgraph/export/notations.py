@@ -57,6 +57,8 @@ def of_program(place: str) -> Callable[[BondGraph], Any]:
 
 
 def _text(graph: BondGraph) -> str:
+    from bondgraph.equations.decimals import as_text
+
     p = program_of(graph)
     values = dict(zip(p.parameters, p.nominal, strict=True))
     lines = [p.name]
@@ -70,17 +72,19 @@ def _text(graph: BondGraph) -> str:
     lines += [f"{n} = {v:.9g} {units.get(n, '')}".rstrip() for n, v in values.items()]
     lines.append("")
     for step in p.steps:
-        shown = step.expression
+        shown = "" if step.expression is None else as_text(step.expression)
         if step.law is not None:
             law = p.laws[step.law]
             rest = f"; {law.law.n_memory} numbers of memory" if law.law.n_memory else ""
-            shown = f"{law.law.name}({law.argument}{rest})"
+            shown = f"{law.law.name}({as_text(law.argument)}{rest})"
         lines.append(
             f"{step.target} := {shown}" + (f"    ({step.comment})" if step.comment else "")
         )
-    lines += [f"d{n}/dt := {e}" for n, e in zip(p.states, p.rates, strict=True)]
-    lines += [f"0 = {e}    (for {n})" for n, e in zip(p.algebraic, p.residuals, strict=True)]
-    lines += [f"{n} := {e}" for n, e in zip(p.outputs, p.readings, strict=True)]
+    lines += [f"d{n}/dt := {as_text(e)}" for n, e in zip(p.states, p.rates, strict=True)]
+    lines += [
+        f"0 = {as_text(e)}    (for {n})" for n, e in zip(p.algebraic, p.residuals, strict=True)
+    ]
+    lines += [f"{n} := {as_text(e)}" for n, e in zip(p.outputs, p.readings, strict=True)]
     return "\n".join(lines)
 
 
@@ -100,10 +104,12 @@ def _ordered(graph: BondGraph) -> str:
 
 
 def _closed(graph: BondGraph) -> str:
+    from bondgraph.equations.decimals import as_text
+
     model = _system(graph)
-    lines = [f"d{s.name}/dt = {model.shown(s.rate)}" for s in model.stored]
-    lines += [f"0 = {model.shown(a.residual)}" for a in model.algebraic]
-    lines += [f"{n} = {model.shown(y)}" for n, y, _ in model.readings]
+    lines = [f"d{s.name}/dt = {as_text(model.shown(s.rate))}" for s in model.stored]
+    lines += [f"0 = {as_text(model.shown(a.residual))}" for a in model.algebraic]
+    lines += [f"{n} = {as_text(model.shown(y))}" for n, y, _ in model.readings]
     return "\n".join(lines)
 
 

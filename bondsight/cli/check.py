@@ -29,5 +29,5 @@ def _check(options: argparse.Namespace) -> int:
     print(assign_causality(graph))
     print(f"sound: {len(graph.elements)} elements, states {', '.join(equations(graph).states)}")
     if not graph.of_type(Sensor):
-        print("it has no sensor: add De, Df, Dq, Dp, Da or a Reading to compare it with recordings")
+        print("it has no sensor: add De, Df, Dq, Da or a Reading to compare it with recordings")
     return 0

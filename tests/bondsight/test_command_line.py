@@ -19,6 +19,7 @@ from actuators.models.catalogue import LOADED, MODELS
 from actuators.models.opening import load_model, model_name
 from bondgraph import BondGraph
 from bondgraph.export.graph_json.write_graph import to_json
+from bondgraph.graph import elements
 from bondgraph.signals.files.any_file import read_table
 from bondsight.cli.checkout import VERBS
 from bondsight.cli.main import _parser, main
@@ -367,7 +368,11 @@ def test_a_model_without_a_sensor(tmp_path: Path, capsys: pytest.CaptureFixture[
         encoding="utf-8",
     )
     assert main(["check", str(file)]) == 0
-    assert "it has no sensor" in capsys.readouterr().out
+    said = capsys.readouterr().out
+    assert "it has no sensor" in said
+    named = re.findall(r"\b(?:D[a-z]|Reading)\b", said)
+    assert len(named) == 5
+    assert all(issubclass(getattr(elements, n), elements.Sensor) for n in named)
 
 
 # -- too little to go on: a verdict, not an error ---------------------------------------------

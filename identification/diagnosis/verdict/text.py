@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import textwrap
 import unicodedata
 from collections.abc import Iterable, Mapping, Sequence
@@ -184,7 +185,7 @@ def in_words(d: Diagnosis, said: Sequence[str] = ()) -> str:
     lines += _error_lines(d)
     lines += _parameter_lines(d)
     if d.kind in ("missing_physics", "unknown_physics"):
-        lines += [f"seen {s}" for s in summary(d.regions)[:3]]
+        lines += [f"seen: {s}" for s in summary(d.regions)[:3]]
     lines += _reasons(d)
     lines += [f"next: {a}" for a in d.advice if a not in answer]
     lines.append(f"{d.seconds:.1f} s")
@@ -407,9 +408,21 @@ def _left(v: Data) -> list[str]:
             continue
         at = f", at {listed(place)}" if place else ""
         like = f", like {_sort(kind)}" if kind else ""
-        where = f"; most of it {regions[0]}" if regions else ""
+        where = f"; above all {_apart(regions[0], n)}" if regions else ""
         lines.append(f"{n}: {r['over_noise']:.3g} times the noise{at}{like}{where}.")
     return lines
+
+
+def _apart(region: str, name: str) -> str:
+    """Put the place of a region's sentence before a colon: another sentence leads up to it.
+
+    Examples
+    --------
+    >>> _apart("from 2 to 34 Hz the misfit of i is 20 times the floor", "i")
+    'from 2 to 34 Hz: there the misfit is 20 times the floor'
+    """
+    said = rf" the misfit(?: of {re.escape(name)})? is "
+    return re.sub(said, ": there the misfit is ", region, count=1)
 
 
 def _rivals(f: Data) -> list[str]:

@@ -13,7 +13,7 @@ import pytest
 
 from actuators.stack.bond_graph import stack_bond_graph
 from actuators.stack.hysteresis import stack_ang, stack_hysteresis
-from bondgraph import BondGraph, UnknownName, UnusableInput
+from bondgraph import BondGraph, I, MSe, One, R, UnknownName, UnusableInput
 from bondgraph.equations.codegen import program
 from bondgraph.export.control import control_module, to_control, to_nonlinear_control
 from bondgraph.export.linear import linear_model
@@ -91,6 +91,14 @@ def test_only_what_is_linear_is_linear(make: Any, words: str | None) -> None:
     with pytest.raises(UnusableInput, match=words) as caught:
         to_control(make())
     assert "\n" not in str(caught.value)
+
+
+def test_a_constant_source_is_refused_with_what_a_shell_user_can_do() -> None:
+    with BondGraph("hung") as g:
+        _ = MSe("weight", -784.8, unit="N") >> (body := One("body")) >> I("m", 80.0, unit="kg")
+        _ = body >> R("d", 400.0, unit="N*s/m")
+    with pytest.raises(UnusableInput, match=r"is -784\.8 .*Se instead of MSe"):
+        to_control(program(g))
 
 
 def test_nominal_coefficients_decide_whether_a_polynomial_is_linear() -> None:

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import pytest
+import sympy as sp
 
 from actuators import stack_bond_graph
-from bondgraph import BondGraph, C, De, Df, I, One, R, Se, System, Zero
+from bondgraph import MTF, BondGraph, C, De, Df, I, MSe, One, R, Se, System, Zero
+from bondgraph.equations.decimals import as_text
 from bondgraph.equations.derivation import equations
 from bondgraph.export.latex import latex, ordered_latex, pretty
+from bondgraph.export.notations import notation
 
 
 @pytest.fixture
@@ -40,6 +43,36 @@ def test_closed_equations_of_the_stack() -> None:
     assert r"\frac{\mathrm{d}}{\mathrm{d}t}\, q_{C_{nl}} &= " in text
     assert r"x &= \frac{T q_{C_{nl}}}{l} + q_{k}" in text
     assert text.count("&=") == 5
+
+
+def test_numbers_that_were_floats_are_decimals_in_text_and_latex() -> None:
+    with BondGraph("hung") as g:
+        body = One("body")
+        _ = MSe("weight", -80 * 9.81, unit="N") >> body >> I("m", 80.0, unit="kg")
+        _ = body >> MTF("half", ratio=sp.Rational(1, 2)) >> One("arm") >> R("d", 400.0)
+    made = equations(g)
+    closed = "\\frac{d p_{m}}{4 m} - 784.8"
+    assert "e_weight := -784.8 " in str(made)
+    assert "f_arm := f_body/2 " in str(made)
+    assert "dp_m/dt = -d*p_m/(4*m) - 784.8" in notation(g, "closed")
+    assert "e_weight := -784.8 " in notation(g, "text")
+    assert closed in latex(made)
+    assert closed in notation(g, "latex")
+    assert "&:= -784.8 &&" in ordered_latex(made)
+
+
+@pytest.mark.parametrize(
+    ("number", "shown"),
+    [
+        ("1/2", "1/2"), ("-5/4", "-5/4"), ("10/19", "10/19"), ("355/113", "355/113"), ("80", "80"),
+        ("3.7", "3.7"), ("0.01", "0.01"), ("1e-9", "1.0e-9"), ("9.8100000000000005", "9.81"),
+        ("7848000000000001/30000000000000", "261.6"),
+    ],
+)  # fmt: skip
+def test_long_fractions_are_shown_as_decimals(number: str, shown: str) -> None:
+    x = sp.Symbol("x")
+    assert as_text(sp.Rational(number)) == shown
+    assert as_text(x**2 + sp.Rational(number)) in (f"x**2 + {shown}", f"x**2 - {shown[1:]}")
 
 
 def test_ordered_assignments_carry_their_reasons() -> None:

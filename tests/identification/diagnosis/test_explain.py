@@ -179,11 +179,22 @@ def test_what_remains_is_told_where_it_has_a_place() -> None:
     quiet = {"over_noise": 1.1, "place": [], "kind": "", "regions": []}
     text = said(v | {"remaining": {"x": left, "v": quiet}})
     assert "What remains" in text
-    assert "x: 7.25 times the noise, at d, like a loss that depends on the flow; most of" in text
-    assert "it at 3 to 4 s." in text
+    assert "x: 7.25 times the noise, at d, like a loss that depends on the flow; above" in text
+    assert "all at 3 to 4 s." in text
     assert "v: 1.1" not in text
     absent = left | {"over_noise": None}
     assert "What remains" not in said(v | {"remaining": {"x": absent}})
+
+
+def test_a_region_of_what_remains_is_said_in_one_sentence() -> None:
+    where = "from 0.08 to 33.8 Hz the misfit{} is 20 times the floor (4 % of it in 1 % of the band)"
+    for whose in (" of i", ""):
+        left = {"over_noise": 20.0, "place": [], "kind": "", "regions": [where.format(whose)]}
+        text = " ".join(said(verdict() | {"remaining": {"i": left}}).split())
+        assert (
+            "i: 20 times the noise; above all from 0.08 to 33.8 Hz: there the misfit is 20 times "
+            "the floor (4 % of it in 1 % of the band)."
+        ) in text
 
 
 def test_without_advice_it_says_what_the_kind_means() -> None:
