@@ -368,7 +368,8 @@ def test_unusable_demo(
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        (("diagnose", "run.csv"), "--model"), (("diagnoze",), "diagnose"),
+        (("diagnose", "run.csv"), "--model"),
+        (("diagnoze",), "no 'diagnoze' (did you mean 'diagnose'?); see bondsight"),
         (("diagnose", "run.csv", "--model", "resonator", "--hold", "spline"), "linear"),
         (("diagnose", "run.csv", "--model", "resonator", "--jobs", "many"), "many"),
         (("diagnose", "run.csv", "--model", "resonator", "--jobs", "0"), "--jobs"),
@@ -377,6 +378,12 @@ def test_unusable_demo(
         (("diagnose", "run.csv", "--model", "resonator", "--moddel", "x"), "--moddel"),
         (("diagnose", "--model", "resonator"), "RECORDING"),
         (("diagnose", "run.csv", "--model", "resonator", "--effects", "0"), "--effects"),
+        *((("diagnose", "run.csv", "--model", "resonator", "--effects", n), "number of at least 1")
+          for n in ("0", "-1", "two")),
+        *((("fit", "run.csv", "--model", "resonator", o, "0"), f"{o}: '0' is not a whole number")
+          for o in ("--starts", "--iterations")),
+        *((("fit", "run.csv", "--model", "resonator", "--clock", n), "is not 0 to 1e5 ppm")
+          for n in ("-5", "nan", "1e5", "slow")),
         (("diagnose", "run.csv", "--model", "resonator", "--without", "dilay"), "'delay'"),
         (("bench", "derivationn"), "derivation"),
         (("equations", "resonatr"), "resonator"), (("check", "resonatr"), "resonator"),
@@ -449,6 +456,7 @@ def test_too_little_to_go_on(
     assert written["verdict"] == "insufficient_data"
     assert written["findings"] == []
     assert written["advice"]
+    assert "1 samples" not in captured.out
     assert written["recording"]["samples"] == n
     assert "</html>" in (out / "report.html").read_text(encoding="utf-8")
     assert sorted(p.name for p in out.iterdir()) == ["report.html", "verdict.json"]
