@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib
 import importlib.util
+import os
 import sys
 import traceback
 from collections.abc import Callable
@@ -42,6 +43,11 @@ def load_model(text: str, *, loaded: bool = False) -> BondGraph:
         factory = _from_file(Path(text))
     elif ":" in text:
         factory = _from_module(*text.split(":", 1))
+    elif os.path.exists(text):  # unlike Path.exists it takes any text
+        raise UnusableInput(
+            f"model {text} is neither a .py nor a .json file, nor a model of the catalogue; give "
+            "a .py file with model(), or a name of bondsight models"
+        )
     else:
         error = unknown_name("model", text, "the catalogue", MODELS)
         raise UnusableInput(
@@ -117,7 +123,20 @@ def _run(action: Callable[[], Any], where: str) -> Any:
         text = " ".join(str(error).split()) or "no message"
         raise UnusableInput(
             f"model {where} raised {type(error).__name__}{_place(error)}: {text}; mend the model"
+            f"{_constant_source(error)}"
         ) from None
+
+
+def _constant_source(error: BaseException) -> str:
+    """Return how a constant source is written, where one was given a value; empty elsewhere."""
+    called, _, what = str(error).partition(".__init__() got ")
+    if not isinstance(error, TypeError) or called not in ("Se", "Sf") or "argument" not in what:
+        return ""
+    kind = "effort" if called == "Se" else "flow"
+    return (
+        f"; {called} is recorded and has no value: a constant {kind} is M{called}(name, value, "
+        "unit=...)"
+    )
 
 
 def _place(error: BaseException) -> str:

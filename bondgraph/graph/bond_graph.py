@@ -380,6 +380,11 @@ class BondGraph:
         raise self._unknown(name, element)
 
     def _unknown(self, name: str, element: str) -> UnknownName:
+        if _is_number(name):
+            return UnknownName(
+                f"{element} in {self.name}: {name!r} is text, which names a parameter; "
+                f"give the number {name.strip()} without quotes"
+            )
         return unknown_name("parameter", name, f"{self.name}.{element}", self._parameters)
 
     # -- checking -------------------------------------------------------------------------
@@ -566,6 +571,14 @@ def channel_parameter(e: Source | Sensor, field: str) -> Parameter:
     positive = field not in ("gain", "offset")
     name = f"{field}_{e.name}"
     return Parameter(name, float(getattr(e, field)), unit, positive=positive, fixed=True)
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return text.strip()[-1:] in (*"0123456789", ".")  # 'nan' and 'inf' may be names
 
 
 __all__ = ["Bond", "BondGraph", "De", "Df", "Dq", "One", "Zero"]

@@ -367,6 +367,25 @@ def convert(values: ArrayLike, source: str, target: str) -> NDArray[np.float64]:
     return a.to_si(values) * (1.0 / b.scale)
 
 
+def same_dimension(a: str, b: str) -> bool:
+    """Whether two texts are units of one dimension; texts that are none, whether they are equal.
+
+    Parameters
+    ----------
+    a, b : str
+        Such as "rpm" and "rad/s".
+
+    Examples
+    --------
+    >>> same_dimension("rpm", "rad/s"), same_dimension("A", "V")
+    (True, False)
+    """
+    try:
+        return parse_unit(a).same_dimension(parse_unit(b))
+    except UnusableInput:
+        return a == b
+
+
 def split_header(header: str) -> tuple[str, str | None]:
     """Split a column header into the name of the quantity and the text of its unit.
 

@@ -71,9 +71,7 @@ def replacing(target: Path) -> Iterator[BinaryIO]:
         os.replace(temporary, real)
         temporary = None
     except OSError as error:
-        raise UnusableInput(
-            f"{target.name}: cannot be written ({error.strerror or error})"
-        ) from error
+        raise UnusableInput(f"{target}: cannot be written ({error.strerror or error})") from error
     finally:
         if temporary is not None:
             Path(temporary).unlink(missing_ok=True)

@@ -101,18 +101,19 @@ def jobs(text: str) -> int:
 
 def nonnegative(text: str) -> int:
     """Return a whole number of at least 0, such as a seed."""
-    try:
-        value = int(text)
-    except ValueError:
-        value = -1
-    if value < 0:
-        raise argparse.ArgumentTypeError(f"{text!r} is not a whole number of at least 0")
-    return value
+    return _whole(text, 0)
 
 
 def positive(text: str) -> int:
     """Return a whole number of at least 1, such as a count."""
-    value = nonnegative(text)
-    if value == 0:
-        raise argparse.ArgumentTypeError("0 is too few; give at least 1")
+    return _whole(text, 1)
+
+
+def _whole(text: str, least: int) -> int:
+    try:
+        value = int(text)
+    except ValueError:
+        value = least - 1
+    if value < least:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a whole number of at least {least}")
     return value

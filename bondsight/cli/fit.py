@@ -8,7 +8,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from bondsight.cli.arguments import OUT, add_jobs, add_seed, nonnegative
+from bondsight.cli.arguments import OUT, add_jobs, add_seed, positive
 from bondsight.cli.fit_options import add_study_options, study_from
 from bondsight.cli.output import INTERRUPTED, writable
 
@@ -28,9 +28,9 @@ def add_fit_command(verbs: Any) -> None:
     p.add_argument("--optimiser", choices=("gauss_newton", "ipopt"), default=None,
                    help="default: the first that the method runs with")  # fmt: skip
     p.add_argument("--guess", action="store_true", help="take start values from the data")
-    p.add_argument("--starts", type=nonnegative, default=0, help="fit from that many starts")
+    p.add_argument("--starts", type=positive, default=None, help="fit from that many starts")
     p.add_argument("--profiles", action="store_true", help="profile every free parameter")
-    p.add_argument("--iterations", type=nonnegative, default=60,
+    p.add_argument("--iterations", type=positive, default=60,
                    help="at most so many (default: %(default)s)")  # fmt: skip
     add_seed(p)
     add_jobs(p)

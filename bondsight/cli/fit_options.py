@@ -43,7 +43,7 @@ def add_study_options(p: argparse.ArgumentParser) -> None:
     p.add_argument("--noise", choices=("white", "coloured"), default="white",
                    help="of the readings (default: %(default)s)")  # fmt: skip
     p.add_argument("--rest", action="store_true", help="every recording begins at rest")
-    p.add_argument("--clock", type=float, default=0.0, metavar="PPM", help="largest clock error")
+    p.add_argument("--clock", type=ppm, default=0.0, metavar="PPM", help="largest clock error")
     p.add_argument(
         "--gain",
         action="append",
@@ -63,6 +63,17 @@ def add_study_options(p: argparse.ArgumentParser) -> None:
     p.add_argument(
         "--init", type=int, default=0, help="samples of those that their state is fitted to"
     )
+
+
+def ppm(text: str) -> float:
+    """Return the largest error of a clock, parts in a million."""
+    try:
+        value = float(text)
+    except ValueError:
+        value = -1.0
+    if not 0.0 <= value < 1e5:
+        raise argparse.ArgumentTypeError(f"{text!r} is not 0 to 1e5 ppm; 200 is 0.02 %")
+    return value
 
 
 def study_from(options: argparse.Namespace, graph: BondGraph) -> tuple[Study, tuple[str, ...]]:

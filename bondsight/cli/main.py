@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from importlib import import_module
 from typing import Any, Final, NoReturn
 
-from bondgraph.support.errors import BondsightError
+from bondgraph.support.errors import BondsightError, nearest
 from bondsight import __version__
 from bondsight.cli.acquire import add_acquire_command
 from bondsight.cli.bench import add_bench_command
@@ -104,6 +104,14 @@ class _OneLine(argparse.ArgumentParser):
 
     def __init__(self, **options: Any) -> None:
         super().__init__(allow_abbrev=False, **options)
+
+    def _check_value(self, action: argparse.Action, value: Any) -> None:
+        """Say the nearest word before all words are listed."""
+        near = nearest(str(value), map(str, action.choices or ()))
+        if near and value not in (action.choices or ()):
+            meant = " or ".join(map(repr, near))
+            raise argparse.ArgumentError(action, f"no {value!r} (did you mean {meant}?)")
+        super()._check_value(action, value)
 
     def error(self, message: str) -> NoReturn:
         """Say what is wrong and where the help is."""

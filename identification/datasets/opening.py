@@ -7,12 +7,12 @@ from pathlib import Path
 from typing import Any
 
 from bondgraph.graph.bond_graph import BondGraph
-from bondgraph.graph.elements import Sensor, Source
+from bondgraph.graph.elements import Modulated, Sensor, Source
 from bondgraph.signals.files.checks import means_time
-from bondgraph.signals.files.columns import OTHERS
+from bondgraph.signals.files.columns import OTHERS, NoUnit
 from bondgraph.signals.recording import Recording, Split
-from bondgraph.signals.units import parse_unit
-from bondgraph.support.errors import UnusableInput, unknown_name
+from bondgraph.signals.units import same_dimension, split_header
+from bondgraph.support.errors import UnusableInput, nearest, unknown_name
 from identification.datasets.catalogue import KNOWN, load, names
 
 
@@ -29,13 +29,21 @@ def open_recording(
     recording, split (None for the default rule), sentences about automatic matches
     """
     mapping = dict(mapping or {})
-    names_of_model = [e.name for e in graph.of_type(Source, Sensor)]
+    recorded = {e.name: e for e in _recorded(graph)}
     for name in mapping:
-        if name not in names_of_model and not means_time(name):
-            raise unknown_name("source or sensor", name, graph.name, names_of_model)
+        if isinstance(graph.elements.get(name), Modulated):
+            raise UnusableInput(
+                f"--map {name}={mapping[name]}: {name} has no channel, the model {graph.name} "
+                f"gives its value; map one of {', '.join(recorded)}"
+            )
+        if name not in recorded and not means_time(name):
+            raise unknown_name("source or sensor", name, graph.name, recorded)
     split = None
     if text and (Path(text).exists() or Path(text).suffix):
-        recording = _read(Path(text), mapping, reading)
+        try:
+            recording = _read(Path(text), mapping, reading)
+        except NoUnit as lacking:
+            raise UnusableInput(_without_unit(lacking, mapping, graph)) from None
     elif text in names() or any(text in k.aliases for k in KNOWN.values()):
         if reading:
             raise UnusableInput(
@@ -48,8 +56,41 @@ def open_recording(
     else:
         error = unknown_name("recording", text, "the known ones", names())
         raise UnusableInput(f"{error}; nor is there a file of that name")
+    for name, column in mapping.items():
+        if name in recorded:
+            _require_dimension(recorded[name], column, recording)
     recording, said = match_by_unit(recording, graph)
     return recording, split, said
+
+
+def _recorded(graph: BondGraph) -> list[Source | Sensor]:
+    """Return what a recording has channels for: no source that the model drives itself."""
+    return [e for e in graph.of_type(Source, Sensor) if not isinstance(e, Modulated)]
+
+
+def _without_unit(error: NoUnit, mapping: Mapping[str, str], graph: BondGraph) -> str:
+    """Return the line on a column without unit, with a name of the model and its unit."""
+    asked = [n for n, c in mapping.items() if c.strip() == error.column]
+    left = {e.name: e.unit or "1" for e in _recorded(graph) if e.name not in mapping or asked}
+    if not left:
+        return str(error)
+    name = [*asked, *nearest(error.column, left), *left][0]
+    others = [f"{n} [{u}]" for n, u in left.items() if n != name]
+    also = f"; other names of {graph.name}: {', '.join(others)}" if others and not asked else ""
+    return error.said(name, left.get(name, "s")) + also
+
+
+def _require_dimension(e: Source | Sensor, column: str, recording: Recording) -> None:
+    """Refuse a column that the map gives to a channel in another unit, as the header has it."""
+    unit = recording.units[e.name]
+    if not (e.unit and unit) or same_dimension(unit, e.unit):
+        return
+    others = [n for n, u in recording.units.items() if n != e.name and same_dimension(u, e.unit)]
+    better = f"; in {e.unit} is {' and '.join(others)}" if others else f"; none is in {e.unit}"
+    raise UnusableInput(
+        f"--map {e.name}={column}: {e.name} is in {e.unit}, that column of {recording.name} in "
+        f"{split_header(column)[1] or unit}{better}"
+    )
 
 
 def _read(path: Path, mapping: Mapping[str, str], reading: Mapping[str, Any]) -> Recording:
@@ -67,15 +108,15 @@ def _read(path: Path, mapping: Mapping[str, str], reading: Mapping[str, Any]) ->
 
 def match_by_unit(recording: Recording, graph: BondGraph) -> tuple[Recording, tuple[str, ...]]:
     """Give channels the names the model uses where their unit leaves one possibility."""
-    wanted = [e for e in graph.of_type(Source, Sensor)]
+    wanted = _recorded(graph)
     open_names = [e for e in wanted if e.name not in recording.channels]
     free = [n for n in recording.channels if n not in {e.name for e in wanted}]
     said, renamed = [], {}
     for e in open_names:
         if not e.unit:
             continue
-        same = [n for n in free if _same_unit(recording.units[n], e.unit)]
-        rivals = [o for o in open_names if o.unit and _same_unit(o.unit, e.unit)]
+        same = [n for n in free if same_dimension(recording.units[n], e.unit)]
+        rivals = [o for o in open_names if o.unit and same_dimension(o.unit, e.unit)]
         if len(same) == 1 and len(rivals) == 1:
             renamed[same[0]] = e.name
             said.append(f"channel {same[0]} is taken as {e.name} (the only one in {e.unit})")
@@ -83,10 +124,3 @@ def match_by_unit(recording: Recording, graph: BondGraph) -> tuple[Recording, tu
         return recording, ()
     table = {renamed.get(n, n): n for n in recording.channels}
     return recording.select(table), tuple(said)
-
-
-def _same_unit(a: str, b: str) -> bool:
-    try:
-        return parse_unit(a).same_dimension(parse_unit(b))
-    except UnusableInput:
-        return a == b

@@ -21,7 +21,10 @@ class FitStatus(Enum):
 
     CONVERGED = "converged"
     NO_PROGRESS = "stopped: no step lowers the misfit any more (flat or kinked valley)"
-    ITERATIONS = "stopped at the largest number of iterations; raise max_iterations"
+    ITERATIONS = (
+        "stopped at the largest number of iterations; raise max_iterations (bondsight fit: "
+        "--iterations)"
+    )
     CANCELLED = "cancelled: the best values so far"
     RUNAWAY = (
         "failed: the free run leaves the readings far behind (unstable); fit by multiple_shooting"

@@ -14,7 +14,7 @@ from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import Modulated, Parameter, Sensor, Source
 from bondgraph.signals.recording import Recording, Split
 from bondgraph.signals.split import stretches
-from bondgraph.signals.units import parse_unit
+from bondgraph.signals.units import same_dimension
 from bondgraph.simulation.lure import Compiled, compile_model
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import UnusableInput, unknown_name
@@ -178,6 +178,12 @@ def drives(graph: BondGraph) -> tuple[Source, ...]:
     return tuple(s for s in graph.of_type(Source) if not isinstance(s, Modulated))
 
 
+def rivals_for(unit: str, graph: BondGraph, recording: Recording) -> list[str]:
+    """Return the channels of the dimension of a unit that no element of the graph is called by."""
+    free = [n for n in recording.channels if unit and n not in graph.elements]
+    return [n for n in free if same_dimension(recording.units[n], unit)]
+
+
 def gain_name(channel: str) -> str:
     """Return the name of the factor on a channel."""
     return f"gain_{channel}"
@@ -203,9 +209,15 @@ def data_for(
     """Match the channels of `recording` to the sources and sensors of `graph` by name."""
     sources = [s.name for s in drives(graph)]
     sensors = [s.name for s in graph.of_type(Sensor)]
-    for kind, wanted in (("input", sources), ("sensor", sensors)):
-        for n in wanted:
+    for kind, wanted in (("input", drives(graph)), ("sensor", graph.of_type(Sensor))):
+        for n, unit in ((s.name, s.unit) for s in wanted):
             if n not in recording.channels:
+                same = rivals_for(unit, graph, recording)
+                if len(same) > 1:
+                    raise UnusableInput(
+                        f"no channel for {kind} {n!r} in {recording.name}: {' and '.join(same)} "
+                        f"are in {unit}; choose one with --map {n}={same[0]}"
+                    )
                 error = unknown_name(f"channel for {kind}", n, recording.name, recording.channels)
                 less = f", or leave it out: graph.remove({n!r})" if kind == "sensor" else ""
                 raise UnusableInput(
@@ -213,7 +225,7 @@ def data_for(
                 )
     for s in (*drives(graph), *graph.of_type(Sensor)):
         unit = recording.units[s.name]
-        if s.unit and unit and not parse_unit(unit).same_dimension(parse_unit(s.unit)):
+        if s.unit and unit and not same_dimension(unit, s.unit):
             raise UnusableInput(
                 f"channel {s.name} of {recording.name} is in {unit}, the model {graph.name} has "
                 f"{s.name} in {s.unit}; correct the header or choose the column with "

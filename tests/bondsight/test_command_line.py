@@ -278,6 +278,53 @@ def test_malformed_map(
     assert said in line
 
 
+MOTOR = """
+from bondsight import BondGraph, Df, GY, I, MSe, One, R, Se
+
+def model():
+    with BondGraph("motor") as g:
+        arm, rotor = One("arm"), One("rotor")
+        Se("u", unit="V") >> arm >> I("L", 2.5e-3, unit="H")
+        arm >> R("Ra", 0.8, unit="ohm")
+        arm >> Df("i", unit="A")
+        arm >> GY("k", ratio=0.12, unit="N*m/A") >> rotor
+        rotor >> I("J", 6e-4, unit="kg*m2")
+        rotor >> Df("w", unit="rad/s")
+        MSe("load", -2.0, unit="N*m") >> rotor
+    return g
+"""
+LOGGED = "time_ms,voltage_V,current_A,speed_rpm"
+
+
+@pytest.mark.parametrize(
+    ("header", "maps", "said"),
+    [
+        (LOGGED, ["i=speed_rpm"], "i is in A, that column of run in rpm; in A is current"),
+        (LOGGED, ["i=voltage_V"], "i is in A, that column of run in V; in A is current"),
+        (LOGGED, ["u=current_A"], "u is in V, that column of run in A; in V is voltage"),
+        (LOGGED, ["q=speed_rpm"], "Known: u, i, w"),
+        (LOGGED, ["load=speed_rpm"], "load has no channel, the model motor gives its value"),
+        ("time_ms,voltage,current,speed", [], "'voltage[V]' ('1' for a pure number), or say it "
+         "with --map u=voltage[V]; other names of motor: i [A], w [rad/s]"),
+        ("time_ms,voltage_V,current,speed", ["i=current"], "--map i=current[A]"),
+        ("time_ms,voltage_V,w,current_A", [], "--map w=w[rad/s]"),
+        ("time_ms,voltage_V,current_A,brake_A,speed_rpm", [],
+         "current and brake are in A; choose one with --map i=current"),
+    ],
+)  # fmt: skip
+def test_a_column_that_fits_no_channel(
+    header: str, maps: list[str], said: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    width = header.count(",")
+    rows = "".join(f"{2 * k}{f',{k % 7}' * width}\n" for k in range(60))
+    run, motor = table(tmp_path, f"{header}\n{rows}"), table(tmp_path, MOTOR, "motor.py")
+    words = [word for m in maps for word in ("--map", m)]
+    line = refused(
+        capsys, tmp_path / "out", "diagnose", str(run), "--model", str(motor), *words
+    )  # fmt: skip
+    assert line.endswith(said) if said.startswith("Known") else said in line
+
+
 def test_folder_that_cannot_be_written(
     model: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -322,7 +369,8 @@ def test_unusable_demo(
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        (("diagnose", "run.csv"), "--model"), (("diagnoze",), "diagnose"),
+        (("diagnose", "run.csv"), "--model"),
+        (("diagnoze",), "no 'diagnoze' (did you mean 'diagnose'?); see bondsight"),
         (("diagnose", "run.csv", "--model", "resonator", "--hold", "spline"), "linear"),
         (("diagnose", "run.csv", "--model", "resonator", "--jobs", "many"), "many"),
         (("diagnose", "run.csv", "--model", "resonator", "--jobs", "0"), "--jobs"),
@@ -331,6 +379,12 @@ def test_unusable_demo(
         (("diagnose", "run.csv", "--model", "resonator", "--moddel", "x"), "--moddel"),
         (("diagnose", "--model", "resonator"), "RECORDING"),
         (("diagnose", "run.csv", "--model", "resonator", "--effects", "0"), "--effects"),
+        *((("diagnose", "run.csv", "--model", "resonator", "--effects", n), "number of at least 1")
+          for n in ("0", "-1", "two")),
+        *((("fit", "run.csv", "--model", "resonator", o, "0"), f"{o}: '0' is not a whole number")
+          for o in ("--starts", "--iterations")),
+        *((("fit", "run.csv", "--model", "resonator", "--clock", n), "is not 0 to 1e5 ppm")
+          for n in ("-5", "nan", "1e5", "slow")),
         (("diagnose", "run.csv", "--model", "resonator", "--without", "dilay"), "'delay'"),
         (("bench", "derivationn"), "derivation"),
         (("equations", "resonatr"), "resonator"), (("check", "resonatr"), "resonator"),
@@ -407,6 +461,7 @@ def test_too_little_to_go_on(
     assert written["verdict"] == "insufficient_data"
     assert written["findings"] == []
     assert written["advice"]
+    assert "1 samples" not in captured.out
     assert written["recording"]["samples"] == n
     assert "</html>" in (out / "report.html").read_text(encoding="utf-8")
     assert sorted(p.name for p in out.iterdir()) == ["report.html", "verdict.json"]

@@ -17,6 +17,34 @@ OTHERS = "*"
 """Key of a map that asks for all other columns too."""
 
 
+class NoUnit(UnusableInput):
+    """A column whose header names no unit.
+
+    Parameters
+    ----------
+    where : str
+        The file.
+    column : str
+        The header.
+    """
+
+    def __init__(self, where: str, column: str) -> None:
+        super().__init__(where, column)
+        self.where, self.column = where, column
+
+    def __str__(self) -> str:
+        """Return the line, with a map entry under the column's own name."""
+        return self.said(self.column, "N")
+
+    def said(self, name: str, unit: str) -> str:
+        """Return the line, with a map entry of a channel and its unit."""
+        return (
+            f"{self.where}, column {self.column!r}: no unit; write it behind the name, such as "
+            f"'{self.column}[{unit}]' ('1' for a pure number), or say it with --map "
+            f"{name}={self.column}[{unit}]"
+        )
+
+
 @dataclass(frozen=True, slots=True)
 class ColumnPlan:
     """Which column becomes what: channel -> (header, unit), time and rate columns."""
@@ -88,10 +116,7 @@ def is_rate(header: str) -> bool:
 def _unit_of(header: str, where: str) -> Unit:
     base, unit = split_header(header)
     if unit is None:
-        raise UnusableInput(
-            f"{where}, column {header!r}: no unit; write it behind the name, such as "
-            f"'{base}[N]' ('1' for a pure number), or say it with --map {base}={base}[N]"
-        )
+        raise NoUnit(where, header)
     if unit == "C" and "temp" in base.lower():
         raise UnusableInput(f"{where}, column {header!r}: C means coulomb; write degC or K")
     return parse_unit(unit, f"{where}, column {header!r}")

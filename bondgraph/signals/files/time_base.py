@@ -13,6 +13,8 @@ from bondgraph.support.arrays import FloatArray
 from bondgraph.support.errors import UnusableInput
 
 _EVEN, _MILD = 0.01, 0.20
+_FINEST = 10.0
+"""Largest ratio of a resampled rate to the recorded one: more adds rows, not knowledge."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,6 +88,12 @@ def even_time(
             raise UnusableInput(
                 f"{where}: resampling onto {onto:.6g} Hz would fold what {1 / typical:.6g} samples "
                 "a second hold; give half of it or more"
+            )
+        if onto * typical > _FINEST * (1.0 + 1e-9):
+            raise UnusableInput(
+                f"{where}: resampling onto {onto:.6g} Hz is more than {_FINEST:g} times the "
+                f"recorded {1 / typical:.6g} Hz and adds rows without knowledge; give the recorded "
+                f"rate (--resample {1 / typical:.6g})"
             )
         note = (
             f"resampled by linear interpolation onto {onto:.9g} Hz; the widest step was "

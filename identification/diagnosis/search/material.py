@@ -130,10 +130,8 @@ def _insufficient(n_free: int, data: Data) -> str:
     if train >= needed and data.mask("test").sum() < 8:
         return "nothing is held out: give at least 8 samples to judge by"
     if train < needed:
-        return (
-            f"{data.n} samples are too few for {n_free} parameters: record at least "
-            f"{2 * needed} samples"
-        )
+        count = "1 sample is" if data.n == 1 else f"{data.n} samples are"
+        return f"{count} too few for {n_free} parameters: record at least {2 * needed} samples"
     still = [n for c, n in enumerate(data.names) if np.ptp(data.readings[:, c]) == 0]
     if len(still) == len(data.names):
         return f"the output {', '.join(still)} is constant: excite the system and check the sensor"

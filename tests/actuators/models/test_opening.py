@@ -39,6 +39,20 @@ def test_a_factory_that_needs_an_argument_has_no_wrong_place(tmp_path: Path) -> 
     assert "opening.py" not in said
 
 
+@pytest.mark.parametrize("words", ["-784.8, unit='N'", "value=-784.8"])
+@pytest.mark.parametrize(("kind", "said"), [("Se", "effort is MSe"), ("Sf", "flow is MSf")])
+def test_a_constant_source_is_proposed(tmp_path: Path, kind: str, words: str, said: str) -> None:
+    text = f"from bondsight import {kind}\ndef model():\n    return {kind}('weight', {words})\n"
+    line = refused(written(tmp_path, text))
+    assert "TypeError at mine.py line 3: " in line
+    assert line.endswith(f"a constant {said}(name, value, unit=...)")
+
+
+def test_what_is_no_model_file_is_said(tmp_path: Path) -> None:
+    for text in (str(tmp_path), written(tmp_path, "m = 1", "model.txt"), "."):
+        assert refused(text).startswith(f"model {text} is neither a .py nor a .json file")
+
+
 def test_a_module_that_does_not_exist_is_named(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -288,6 +288,15 @@ def test_unknown_names_give_the_nearest() -> None:
         broken.coefficient(broken["n"])
 
 
+@pytest.mark.parametrize("text", ["80", "8e-3", " -2. "])
+def test_a_number_in_quotes_is_no_name_of_a_parameter(text: str) -> None:
+    with BondGraph("g") as g:
+        Se("F") >> One("a") >> I("m", text)
+    with pytest.raises(UnknownName, match=r"m in g: .* is text, .* give the number") as refused:
+        g.coefficient(g["m"])
+    assert f"number {text.strip()} without quotes" in str(refused.value)
+
+
 def test_names_are_addresses() -> None:
     with pytest.raises(GraphError, match="not an identifier"):
         R("R 1", 1.0)

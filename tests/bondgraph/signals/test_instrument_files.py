@@ -83,6 +83,9 @@ def test_uneven_stamps_are_put_on_a_grid_that_is_asked_for(tmp_path: Path) -> No
     assert r["x"] == pytest.approx(3 * np.arange(8) / 10)
     with pytest.raises(UnusableInput, match="fold"):
         Recording.read(path, resample=1.0)
+    with pytest.raises(UnusableInput, match=r"onto 1e\+12 Hz .* recorded 10 Hz .*--resample 10\)"):
+        Recording.read(path, resample=1e12)
+    assert Recording.read(path, resample=100.0).n > 5 * r.n
 
 
 MODEL = """

@@ -239,6 +239,7 @@ def test_too_few_iterations_are_said() -> None:
     found = estimate(study(record(300)), max_iterations=0)
     assert found.status is FitStatus.ITERATIONS
     assert "raise max_iterations" in str(found)
+    assert "bondsight fit: --iterations" in str(found)
 
 
 def test_training_on_what_says_nothing() -> None:
