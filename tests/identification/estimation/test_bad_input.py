@@ -257,17 +257,23 @@ def test_a_bent_step_finds_the_way_from_an_unstable_start() -> None:
     assert estimate(made).rmse()["x"] < 1.2 * NOISE
 
 
-@pytest.mark.parametrize("slope", [-1000.0, -2000.0])
+@pytest.mark.parametrize("slope", [-2000.0, -4000.0])
 def test_unstable_start_is_said_and_multiple_shooting_finds_the_way(slope: float) -> None:
-    """From these starts the mass would be gone in a tenth of a second; the record lasts four.
-
-    Whether bent steps come back from so far is a matter of the last bits; a fit that did not says
-    so.
-    """
+    """From these starts the mass would be gone in a tenth of a second; the record lasts four."""
     made = Study(falling(slope), caught(400), hold="hold", nuisances=NO_NUISANCES)
+    lost = estimate(made)
+    assert lost.rmse()["x"] > 10 * NOISE
+    assert lost.notes or lost.status.value.startswith("failed: ")
+    found = estimate(made, "multiple_shooting")
+    assert max(misses(found, {"m": 0.5, "d": 1.0, "t_0_k": 20.0}).values()) < 4.0
+
+
+def test_at_the_edge_a_fit_arrives_or_says_that_it_did_not() -> None:
+    """Whether bent steps come back from here hangs on the last bits."""
+    made = Study(falling(-1000.0), caught(400), hold="hold", nuisances=NO_NUISANCES)
     once = estimate(made)
-    if not once.rmse()["x"] < 1.2 * NOISE:
-        assert once.notes or once.status.value.startswith("failed: ")
+    arrived = once.rmse()["x"] < 1.2 * NOISE
+    assert arrived or once.notes or once.status.value.startswith("failed: ")
     found = estimate(made, "multiple_shooting")
     assert max(misses(found, {"m": 0.5, "d": 1.0, "t_0_k": 20.0}).values()) < 4.0
 
