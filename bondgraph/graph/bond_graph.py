@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from copy import deepcopy
 from dataclasses import dataclass, replace
 from operator import itemgetter
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import sympy as sp
 
@@ -34,6 +34,8 @@ from bondgraph.support.errors import GraphError, UnknownName, unknown_name
 
 if TYPE_CHECKING:
     import networkx as nx
+
+Made = TypeVar("Made")
 
 
 @dataclass(frozen=True, slots=True)
@@ -140,6 +142,7 @@ class BondGraph:
         self._read: tuple[Bond, ...] | None = None
         self._at: dict[str, tuple[Bond, ...]] = {}
         self._gathered: dict[str, Parameter] | None = None
+        self._kept: dict[Callable[[BondGraph], Any], Any] = {}
         self._parameters: dict[str, Parameter] = {}
         self._token: Any = None
 
@@ -166,7 +169,7 @@ class BondGraph:
                 "rename one"
             )
         self._network.add_node(element.name, element=element)
-        self._gathered = None
+        self._changed()
         return element
 
     def bond(self, tail: Element, head: Element) -> None:
@@ -188,6 +191,7 @@ class BondGraph:
         self._network.add_edge(bond.tail, bond.head, number=len(self._bonds), bond=bond)
         self._bonds.append(bond)
         self._read = None
+        self._kept.clear()
         for end in (bond.tail, bond.head):  # what is known of all other elements stays true
             self._at.pop(end, None)
 
@@ -206,8 +210,12 @@ class BondGraph:
         if name in self._parameters:
             raise GraphError(f"{self.name}: parameter {name!r} is declared twice; rename one")
         self._parameters[name] = p
-        self._gathered = None
+        self._changed()
         return p.symbol
+
+    def _changed(self) -> None:
+        self._gathered = None
+        self._kept.clear()
 
     # -- reading --------------------------------------------------------------------------
     @property
@@ -392,12 +400,19 @@ class BondGraph:
         """Everything wrong with the graph; each line names the element and what to do."""
         from bondgraph.graph.checking import problems
 
-        return problems(self)
+        return self.kept(problems)
 
     def require_sound(self) -> None:
         """Raise one error with all lines of `check`."""
         if lines := self.check():
             raise GraphError(f"{self.name}: " + "; ".join(lines))
+
+    def kept(self, make: Callable[[BondGraph], Made]) -> Made:
+        """Return ``make(self)``, made once until the graph is changed; values only, see `check`."""
+        if make not in self._kept:
+            self._kept[make] = make(self)
+        made: Made = self._kept[make]
+        return made
 
     # -- rewriting ------------------------------------------------------------------------
     def copy(self, name: str | None = None) -> BondGraph:
@@ -489,7 +504,8 @@ class BondGraph:
 
     def __getstate__(self) -> dict[str, Any]:
         """Everything but what can be derived again; no copy is being built."""
-        return {**self.__dict__, "_read": None, "_at": {}, "_gathered": None, "_token": None}
+        derived = {"_read": None, "_at": {}, "_gathered": None, "_kept": {}, "_token": None}
+        return {**self.__dict__, **derived}
 
     # -- showing --------------------------------------------------------------------------
     def __repr__(self) -> str:

@@ -68,6 +68,8 @@ def _mixed(y: Array, samples: float, weights: Array) -> Array:
         here = value[a : a + rows]
         part = work[: here.shape[0]]
         for weight, begin in zip(weights, begins, strict=True):
+            if not weight:
+                continue  # a whole number of samples
             np.multiply(padded[begin + a : begin + a + here.shape[0]], weight, out=part)
             here += part
     return value

@@ -85,12 +85,8 @@ def continuous(compiled: Compiled, p: Array, wanted: Array | None = None) -> Con
         Positions of the parameters whose derivatives are needed; the other columns are left out.
     """
     wanted = np.arange(0) if wanted is None else wanted
-    block = np.asarray(compiled.matrices(p).full(), float)
-    rows, columns = block.shape
-    moved = np.zeros((wanted.size, rows, columns))
-    if wanted.size:
-        jac = np.asarray(compiled.matrices_jacobian(p).full(), float)
-        moved = jac.T[wanted].reshape(-1, columns, rows).swapaxes(1, 2)
+    block = compiled.block(p)
+    moved = compiled.block_by_parameters(p)[wanted] if wanted.size else np.zeros((0, *block.shape))
     finite = bool(np.isfinite(block).all() and np.isfinite(moved).all())
     return Continuous(compiled, blocks(compiled, block), blocks(compiled, moved), finite)
 
@@ -210,10 +206,9 @@ def _act_at_the_end(compiled: Compiled, held: Held) -> None:
 
 def _state_scale(a: Array) -> Array:
     """Diagonal scaling that balances rows and columns (charge and momentum differ by 1e11)."""
-    from scipy.linalg import matrix_balance
+    from scipy.linalg.lapack import dgebal
 
-    _, (scale, _) = matrix_balance(a, permute=False, separate=True)
-    return np.asarray(scale, float)
+    return np.asarray(dgebal(a, scale=1, permute=0)[3], float)
 
 
 def _packed(parts: Blocks, held: Held, gain: Array, m: int) -> Array:

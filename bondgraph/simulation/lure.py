@@ -29,6 +29,7 @@ from bondgraph.graph.modulation import TIME
 from bondgraph.laws.iteration import Iteration
 from bondgraph.laws.law import CALLED_FROM, NEWTON_STEPS, Law, split
 from bondgraph.laws.watching import Gauge
+from bondgraph.support.arrays import Array
 from bondgraph.support.errors import real_number, unknown_name
 from bondgraph.support.ops import CASADI
 
@@ -132,6 +133,21 @@ class Compiled:
         block = ca.vec(self.matrices(p))
         return ca.Function("dmatrices", [p], [ca.densify(ca.jacobian(block, p))])
 
+    def block(self, p: Array) -> Array:
+        """Return the numbers of `matrices` at parameters `p`, shape (n_p,)."""
+        return _numbers(self.matrices, p)
+
+    def block_by_parameters(self, p: Array) -> Array:
+        """Return their derivatives, along a first axis of the parameters."""
+        rows, columns = self.matrices.size_out(0)
+        moved = _numbers(self.matrices_jacobian, p)
+        return moved.T.reshape(-1, columns, rows).swapaxes(1, 2)
+
+    @cached_property
+    def showing_states(self) -> Compiled:
+        """The model with every state among its outputs."""
+        return replace(self, observed=self.states)
+
     def nominal(self) -> np.ndarray:
         """Parameter vector of the declared values, shape (n_p,)."""
         return np.array([q.value for q in self.model.parameters.values()])
@@ -144,6 +160,17 @@ class Compiled:
                 raise unknown_name("parameter", name, self.model.name, self.parameter_names)
             p[self.parameter_names.index(name)] = real_number(name, v)
         return p
+
+
+def _numbers(f: ca.Function, p: Array) -> Array:
+    """Return what a function of one vector gives; written where it is wanted, without a copy."""
+    out, p = np.zeros(f.numel_out(0)), np.ascontiguousarray(p, float)
+    if out.size:
+        buffer, run = f.buffer()
+        buffer.set_arg(0, memoryview(p))
+        buffer.set_res(0, memoryview(out))
+        run()
+    return out.reshape(f.size_out(0), order="F")
 
 
 def compile_model(graph: BondGraph, observed: Sequence[str] = ()) -> Compiled:
@@ -161,8 +188,13 @@ def exact_form(model: BondGraph | Compiled, observed: Sequence[str] = ()) -> Com
     """Return the exact-step form of a model; None if it needs the general integrator."""
     if isinstance(model, Compiled):
         return model
+    found = model.kept(_exact_form)
+    return replace(found, observed=tuple(observed)) if found is not None and observed else found
+
+
+def _exact_form(graph: BondGraph) -> Compiled | None:
     try:
-        return compile_model(model, observed)
+        return compile_model(graph)
     except (AlgebraicLoop, DerivativeCausality, NotLinearUpToLaws):
         return None
 

@@ -144,7 +144,7 @@ def simulate(
             raise unknown_name("input", name, compiled.model.name, compiled.inputs)
     u = inputs_of(compiled, commands, time)
     p = compiled.vector(parameters or {})
-    if not np.isfinite(compiled.matrices(p).full()).all():
+    if not np.isfinite(compiled.block(p)).all():
         none = [n for n, v in zip(compiled.parameter_names, p, strict=True) if v == 0]
         raise UnusableInput(
             f"{compiled.model.name}: the equations divide by a parameter that is 0, or by one too "

@@ -109,7 +109,7 @@ def equilibrium(compiled: Compiled, p: Array, u: Array) -> Array:
 
     if recorded := compiled.model.recorded:  # where nothing moves, nothing has a rate
         u = np.where([n in recorded for n in compiled.inputs], 0.0, u)
-    block = np.asarray(compiled.matrices(p).full(), float)
+    block = compiled.block(p)
     parts = blocks(compiled, block)
     a, b = parts.a, parts.b[:, : compiled.n_u] @ u
     if not a.size:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
 from typing import Any
@@ -226,11 +226,6 @@ class ExactEngine(Engine):
         """Run the compiled step."""
         return run_prepared(ready, u, x0, fine=fine, every_substep=every_substep, memory=memory)
 
-    @cached_property
-    def _observed(self) -> Compiled:
-        """The model with every state among its readings."""
-        return replace(self.compiled, observed=self.state_names)
-
     def small_signal(self, p: Array, u: Array) -> SmallSignal:
         """Return the linear rest; laws count with their linear slope, wherever the rest is."""
         (made,) = evaluated(self.compiled.matrices, np.atleast_2d(p))
@@ -249,7 +244,7 @@ class ExactEngine(Engine):
 
     def spreads(self, p: Array, u: Array, step: float, x0: Array, n_sub: int, hold: str) -> Array:
         """Spread of the states, observed in a simulation."""
-        ready = prepare(self._observed, p, step, n_sub)
+        ready = prepare(self.compiled.showing_states, p, step, n_sub)
         run = run_prepared(ready, u, x0, hold)
         moved = run.y[:, self.compiled.n_y :]
         return np.asarray(np.where(np.isfinite(moved), moved, 0.0).std(axis=0))

@@ -95,7 +95,7 @@ def latent_columns(graph: BondGraph, frequencies: Array) -> tuple[list[str], Arr
 def linear_part(graph: BondGraph) -> tuple[Array, Array, Array, Array, list[str]]:
     """Return A, B, C, D and the inputs, laws after them; of other models, linear about rest."""
     if (compiled := exact_form(graph)) is not None:
-        parts = blocks(compiled, np.asarray(compiled.matrices(compiled.nominal()).full(), float))
+        parts = blocks(compiled, compiled.block(compiled.nominal()))
         return parts.a, parts.b, parts.cy, parts.dy, list(compiled.inputs)
     model = equations(graph)
     about = model.linearise()

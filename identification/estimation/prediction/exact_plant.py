@@ -63,7 +63,7 @@ class ExactPlant(FilterPlant):
         return parts.a, parts.b[:, : self.compiled.n_u], parts.cy
 
     def _block(self, p: Array) -> Array:
-        return np.asarray(self.compiled.matrices(p).full(), float)
+        return self.compiled.block(p)
 
     def body(self, at: Operating, h: float) -> tuple[Array, Array]:
         """Return matrices of a step, direct gain, added covariance and parameters of the laws."""

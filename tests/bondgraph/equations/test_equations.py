@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
 import pytest
 import sympy as sp
 
@@ -231,3 +232,33 @@ def test_the_linear_rest_is_a_property_of_the_equations() -> None:
     moved = g.with_element("k", law=None).with_branch("body", [I("n", 1.0)])
     assert equations(moved).states == ("p_m", "q_k")
     assert getattr(equations(moved).lure, "states", None) == ("z_p_m", "q_k")
+
+
+def test_numbers_of_the_linear_rest_and_their_derivatives() -> None:
+    with BondGraph("spring") as g:
+        body = One("body")
+        Se("F") >> body >> I("m", 2.0)
+        body >> C("k", stiffness=3.0)
+        body >> R("d", 0.5)
+        body >> Df("v")
+    lure = equations(g).lure
+    assert lure is not None
+    p = lure.nominal()
+    p.setflags(write=False)
+    at = np.asarray(lure.matrices(p).full())
+    np.testing.assert_array_equal(lure.block(p), at)
+    moved = lure.block_by_parameters(p)
+    assert moved.shape == (p.size, *at.shape)
+    for i in range(p.size):
+        ends = [lure.block(p + sign * 1e-6 * np.eye(p.size)[i]) for sign in (1.0, -1.0)]
+        np.testing.assert_allclose(moved[i], (ends[0] - ends[1]) / 2e-6, atol=1e-8)
+
+
+def test_numbers_of_a_linear_rest_without_parameters() -> None:
+    with BondGraph("bare") as g:
+        node = Zero("node")
+        Se("F") >> node >> De("e")
+    lure = equations(g).lure
+    assert lure is not None
+    assert lure.block(lure.nominal()).tolist() == [[1.0]]
+    assert lure.block_by_parameters(lure.nominal()).shape == (0, 1, 1)

@@ -472,3 +472,30 @@ def test_sensors_take_no_power() -> None:
         loop >> Df("i")
     assert g.check() == ()
     assert sp.Symbol("R_1", positive=True) in g.coefficient(g["R_1"]).free_symbols
+
+
+def test_what_is_derived_from_a_graph_is_kept_until_it_is_changed() -> None:
+    made: list[int] = []
+
+    def elements(graph: BondGraph) -> int:
+        made.append(len(graph.elements))
+        return made[-1]
+
+    with BondGraph("g") as g:
+        loop = One("loop")
+        Se("V") >> loop >> R("R_1", 1.0)
+    assert (g.kept(elements), g.kept(elements)) == (3, 3)
+    assert made == [3]
+    resistance, capacitor = R("R_2", 1.0), C("C_1", 1e-3)
+    g.add(resistance)
+    assert g.kept(elements) == 4
+    assert any("R_2" in line for line in g.check())
+    g.bond(loop, resistance)
+    assert g.check() == ()
+    g.bond(loop, capacitor)
+    g.parameter("k", 2.0)
+    assert g.kept(elements) == 5
+    assert made == [3, 4, 5]
+    assert g.with_values({"R_1": 3.0}).kept(elements) == 5
+    assert pickle.loads(pickle.dumps(g)).kept(elements) == 5
+    assert made == [3, 4, 5, 5, 5]

@@ -100,7 +100,7 @@ class LatentModel:
         known = self.probes.engine.parameters
         p = self.probes.engine.vector({n: v for n, v in values.items() if n in known})
         compiled = self.compiled
-        parts = blocks(compiled, np.asarray(compiled.matrices(p).full(), float))
+        parts = blocks(compiled, compiled.block(p))
         at = [self._inputs[s] for s in self.ports[element]]
         floor = problem.data.floor[:, None]
         plain = _held(
