@@ -504,8 +504,9 @@ class BondGraph:
 
     def __getstate__(self) -> dict[str, Any]:
         """Everything but what can be derived again; no copy is being built."""
-        derived = {"_read": None, "_at": {}, "_gathered": None, "_kept": {}, "_token": None}
-        return {**self.__dict__, **derived}
+        derived = BondGraph(self.name).__dict__
+        kept = ("name", "_network", "_bonds", "_parameters")
+        return derived | {n: self.__dict__[n] for n in kept}
 
     # -- showing --------------------------------------------------------------------------
     def __repr__(self) -> str:

@@ -167,8 +167,8 @@ def _numbers(f: ca.Function, p: Array) -> Array:
     out, p = np.zeros(f.numel_out(0)), np.ascontiguousarray(p, float)
     if out.size:
         buffer, run = f.buffer()
-        buffer.set_arg(0, memoryview(p))
-        buffer.set_res(0, memoryview(out))
+        buffer.set_arg(0, p.data)  # type: ignore[call-arg]
+        buffer.set_res(0, out.data)  # type: ignore[call-arg]
         run()
     return out.reshape(f.size_out(0), order="F")
 
