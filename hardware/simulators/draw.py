@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields, replace
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -147,13 +148,26 @@ def draw_truth(
         if strength not in STRENGTHS:
             raise ValueError(f"strength {strength!r} is unknown. Known: {', '.join(STRENGTHS)}")
         level = strength
-    command = voltage(seed, N_SAMPLES)
-    plain = simulate(plant, HiddenEffect(), command, substeps=_COARSE)
-    noise = _draw_noise(rng, plain.x, plain.i)
+    command, *plain = _linear_bench(plant, seed)
+    noise = _draw_noise(rng, *plain)
     if chosen is None:
         return Truth(seed, plant, HiddenEffect(), "", noise)
-    hidden = _size(rng, chosen, level, plant, noise, command, (plain.x, plain.i))
+    hidden = _size(rng, chosen, level, plant, noise, seed)
     return Truth(seed, plant, hidden, level, noise)
+
+
+@lru_cache(maxsize=1)
+def _linear_bench(plant: PlantParameters, seed: int) -> tuple[Array, Array, Array]:
+    """Command (V) and undisturbed x and i (m, A) of the bench with nothing concealed."""
+    command = voltage(seed, N_SAMPLES)
+    plain = simulate(plant, HiddenEffect(), command, substeps=_COARSE)
+    return command, plain.x, plain.i
+
+
+@lru_cache(maxsize=1)
+def _imitations(plant: PlantParameters, seed: int, noise: ChannelNoise) -> Array:
+    command, *plain = _linear_bench(plant, seed)
+    return imitations(plant, command, (plain[0], plain[1]), noise)
 
 
 def deviation_ratio(
@@ -251,10 +265,11 @@ def _size(
     level: str,
     plant: PlantParameters,
     noise: ChannelNoise,
-    command: Array,
-    plain: tuple[Array, Array],
+    seed: int,
 ) -> HiddenEffect:
     """Find the amplitude that leaves the drawn mark on the outputs of a coarse run."""
+    command, *readings = _linear_bench(plant, seed)
+    plain = (readings[0], readings[1])
     shape = chosen.shape(rng)
     if chosen.classes is not None:
         low, high = np.log(chosen.classes[level])
@@ -266,13 +281,13 @@ def _size(
         hidden = chosen.effect(shape, amplitude, plant)
         if hidden.place in ("x", "i"):
             return sense(plain[0], hidden, "x"), sense(plain[1], hidden, "i")
-        readings = simulate(plant, hidden, command, substeps=_COARSE)
-        return readings.x, readings.i
+        run = simulate(plant, hidden, command, substeps=_COARSE)
+        return run.x, run.i
 
     def mark(amplitude: float) -> float:
         return deviation_ratio(changed(amplitude), plain, noise)
 
-    like = imitations(plant, command, plain, noise)
+    like = _imitations(plant, seed, noise)
 
     def left(amplitude: float) -> float:
         return left_over(changed(amplitude), plain, noise, like)

@@ -67,8 +67,12 @@ def _multisine(rng: np.random.Generator, t: Array) -> Array:
     f = np.clip(grid + rng.uniform(-15.0, 15.0, _LINES), 100.0, 6000.0)
     amplitude = (1.0 + (f / 1500.0) ** 2) ** -0.25
     phases = rng.uniform(0.0, 2 * np.pi, (6, _LINES))
-    candidates = [amplitude @ np.sin(2 * np.pi * np.outer(f, t) + p[:, None]) for p in phases]
-    best = min(candidates, key=lambda s: float(np.max(np.abs(s)) / np.std(s)))
+    angle = 2 * np.pi * np.outer(f, t)
+    # all phases from one sine and cosine of each line
+    by_sine, by_cosine = amplitude * np.cos(phases), amplitude * np.sin(phases)
+    candidates = by_sine @ np.sin(angle) + by_cosine @ np.cos(angle)
+    crests = np.max(np.abs(candidates), axis=1) / np.std(candidates, axis=1)
+    best = candidates[int(np.argmin(crests))]
     return np.asarray(best / np.std(best))
 
 
