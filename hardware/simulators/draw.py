@@ -148,8 +148,7 @@ def draw_truth(
         if strength not in STRENGTHS:
             raise ValueError(f"strength {strength!r} is unknown. Known: {', '.join(STRENGTHS)}")
         level = strength
-    command, *plain = _linear_bench(plant, seed)
-    noise = _draw_noise(rng, *plain)
+    noise = _draw_noise(rng, *_linear_bench(plant, seed)[1:])
     if chosen is None:
         return Truth(seed, plant, HiddenEffect(), "", noise)
     hidden = _size(rng, chosen, level, plant, noise, seed)

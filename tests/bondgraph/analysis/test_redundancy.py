@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -238,6 +239,13 @@ def bare(g: BondGraph) -> BondGraph:
     return h
 
 
+@cache
+def sensed_relations(seed: int) -> tuple[BondGraph, Redundancy] | None:
+    """Give a random graph with its relations, the same to every test."""
+    g = sensed(seed, 12)
+    return None if g is None else (g, redundancy(g))
+
+
 def test_random_graphs_satisfy_their_relations() -> None:
     """Forced at random complex s, by a solve that knows neither causality nor this package's rows.
 
@@ -245,10 +253,9 @@ def test_random_graphs_satisfy_their_relations() -> None:
     """
     graphs = changes = 0
     for seed in range(60):
-        g = sensed(seed, 12)
-        if g is None:
+        if (known_relations := sensed_relations(seed)) is None:
             continue
-        found = redundancy(g)
+        g, found = known_relations
         assert len(found.relations) == len(g.of_type(Sensor))
         rng = np.random.default_rng(seed)
         at = complex(rng.uniform(0.3, 1.5), rng.uniform(0.3, 1.5))
@@ -273,10 +280,9 @@ def test_random_graphs_satisfy_their_relations_in_free_motion() -> None:
     """Every natural motion without input: no factor in s has been lost."""
     modes = 0
     for seed in range(60):
-        g = sensed(seed, 12)
-        if g is None:
+        if (known_relations := sensed_relations(seed)) is None:
             continue
-        relations = redundancy(g).relations
+        g, relations = known_relations[0], known_relations[1].relations
         values = nominal(g)
         e, a, _, where = pencil(bare(g))
         rates, vectors = scipy.linalg.eig(a, e)
@@ -407,10 +413,9 @@ def test_signature_is_where_a_latent_fault_enters() -> None:
     """A latent fault at every R, C and I, by brute force, reaches exactly the residuals told."""
     checked = 0
     for seed in range(40):
-        g = sensed(seed, 12)
-        if g is None:
+        if (known_relations := sensed_relations(seed)) is None:
             continue
-        found = redundancy(g)
+        g, found = known_relations
         values = {n: float(v) for n, v in generic_values(g.parameters).items()}
         h = bare(g).with_values(values)
         e, a, _, where = pencil(h)
