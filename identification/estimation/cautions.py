@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
@@ -19,7 +19,7 @@ from identification.estimation.methods.method import MethodSolution
 from identification.estimation.settling import BIAS, Refined, corrected_steps, sizes
 from identification.estimation.sub_steps import FINEST
 from identification.study.joint import JointPoint, JointProblem
-from identification.study.problem import drives, gain_name
+from identification.study.problem import drives, gain_name, stated_gains
 from identification.study.residual import ResidualEvaluation
 from identification.study.study import SettledSetting, Study
 
@@ -180,15 +180,18 @@ def rough_rates(graph: BondGraph, r: Recording, breaks: Sequence[int] = ()) -> t
     return tuple(said)
 
 
-def miscalibrated(study: Study, nuisances: Sequence[Estimate]) -> tuple[str, ...]:
+def miscalibrated(
+    graph: BondGraph, gains: Iterable[str], estimates: Iterable[Estimate]
+) -> tuple[str, ...]:
     """Say which calibrations end at the bound that was stated for them: a finding, no nuisance."""
-    ends = {e.name: e for e in nuisances if e.at_bound}
+    ends = {e.name: e for e in estimates if e.at_bound}
+    numbers = {**stated_gains(graph), **{n: gain_name(n) for n in gains}}
     return tuple(
-        f"the gain of {n} ends at its bound {ends[gain_name(n)].value:.4g}: its calibration is off "
-        f"by more than {100 * known.within:.3g} %, or the model lacks something that looks so; "
-        "widen the bound to see how far it goes"
-        for n, known in study.nuisances.gains.items()
-        if gain_name(n) in ends
+        f"the gain of {n} ends at its bound {ends[name].value:.4g}: its calibration is off by more "
+        "than was stated, or the model lacks something that looks so; widen the bound to see how "
+        "far it goes"
+        for n, name in numbers.items()
+        if name in ends
     )
 
 

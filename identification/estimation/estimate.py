@@ -327,7 +327,7 @@ def _finished(
         (
             *notes, *solution.notes, *(w for w in (words, doubt) if w),
             *doubts(study, stack, found, solution), *cautions(study),
-            *miscalibrated(study, nuisances),
+            *miscalibrated(study.graph, study.nuisances.gains, (*estimates, *nuisances)),
             *coarse_steps(study, setting, stack, point, found),
         ),
         filtered=solution.filtered,

@@ -199,6 +199,21 @@ def with_gains(graph: BondGraph, gains: Sequence[Parameter]) -> BondGraph:
     return graph.with_parameters(here) if here else graph
 
 
+def stated_gains(graph: BondGraph) -> dict[str, str]:
+    """Return the numbers in factors of channels that are free within two bounds, by channel.
+
+    How far such a calibration may be off is stated; what lies beyond is a finding.
+    """
+    known, found = graph.parameters, {}
+    for e in (*drives(graph), *graph.of_type(Sensor)):
+        gain = graph.channel_value(e, "gain")
+        numbers = [known[str(s)] for s in gain.free_symbols] if gain is not None else []
+        bounded = [p for p in numbers if not p.fixed and None not in (p.lower, p.upper)]
+        if len(bounded) == 1:
+            found[e.name] = bounded[0].name
+    return found
+
+
 def data_for(
     graph: BondGraph,
     recording: Recording,

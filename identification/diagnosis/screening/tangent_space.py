@@ -10,7 +10,7 @@ from bondgraph.signals.recording import Split
 from bondgraph.support.arrays import Array
 from identification.estimation.single_record import Fit
 from identification.study.joint import stack_of
-from identification.study.problem import gain_name
+from identification.study.problem import stated_gains
 from identification.study.residual import ResidualEvaluation, evaluate, windows
 
 
@@ -25,7 +25,7 @@ def within_calibration(fit: Fit, e: ResidualEvaluation) -> Array:
     """
     problem = fit.problem
     lower, upper = stack_of((problem,)).bounds
-    gains = {gain_name(n) for n in (*problem.data.names, *problem.data.commands)} & problem.added
+    gains = set(stated_gains(problem.with_chain).values())
     theta = fit.point.theta
     ended = [
         i for i, f in enumerate(problem.free)

@@ -72,8 +72,9 @@ class Asked:
 
     def notes_of(self, last: Fit) -> tuple[str, ...]:
         """Return what is taken otherwise than in a fit of the study, and what that would say."""
+        found = (*last.estimates, *last.nuisances)
         if self.study is None:
-            return ()
+            return miscalibrated(self.graph, (), found)
         coloured = (
             "coloured noise: fits weigh all samples of a reading alike; comparisons are freed of a "
             "pole of its noise, intervals are those of blocks; estimate(found.study) fits it"
@@ -88,7 +89,7 @@ class Asked:
         )
         said = {coloured: self.study.noise == "coloured", constants: apart, cut: bool(self.cuts)}
         taken = tuple(text for text, holds in said.items() if holds)
-        return (*taken, *miscalibrated(self.study, last.nuisances))
+        return (*taken, *miscalibrated(self.graph, self.study.nuisances.gains, found))
 
     @property
     def disturbed(self) -> bool:

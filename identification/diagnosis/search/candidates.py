@@ -41,7 +41,7 @@ from identification.estimation.sub_steps import (
 )
 from identification.estimation.threads import calm
 from identification.statistics.blocks import block_means
-from identification.study.problem import Data, Problem, gain_name
+from identification.study.problem import Data, Problem, stated_gains
 from identification.study.residual import evaluate, start_point
 
 BLOCKS = 40
@@ -94,7 +94,7 @@ class Candidate:
         """Whether it is a gain, beyond its bounds, of a sensor whose calibration was stated."""
         if self.effect != SensorGainEffect.name:
             return False
-        return gain_name(self.element) in {p.name for p in self.fit.problem.gains}
+        return self.element in stated_gains(self.fit.problem.with_chain)
 
     @cached_property
     def added(self) -> float:

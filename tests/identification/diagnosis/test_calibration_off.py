@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 
 from bondgraph import BondGraph, C, De, One, R, Sf, Zero
+from bondgraph.graph.elements import Parameter
 from bondgraph.laws import Law, Polynomial
 from bondgraph.signals.recording import Recording
 from identification.diagnosis.diagnose import Diagnosis, diagnose
 from identification.diagnosis.search.candidates import DiagnosisOptions
-from identification.estimation import Known, Nuisances, Study
+from identification.estimation import Known, Nuisances, Study, estimate
 from tests.settled import simulate
 from tests.spring import spring
 
@@ -108,6 +109,32 @@ def test_a_calibration_beyond_its_bounds_is_a_finding(gain: float, speed: str) -
     factor = d.repaired.values["gain_x"] * (1.0 + d.repaired.values["a_1_x"])
     assert factor == pytest.approx(gain, abs=2e-3)
     assert not any("ends at its bound" in n for n in d.notes)
+
+
+@pytest.mark.parametrize("gain", [1.06, 1.01])
+def test_a_bounded_gain_of_the_model_itself_is_one_that_was_stated(gain: float) -> None:
+    rng = np.random.default_rng(17)
+    t = np.asarray(1e-3 * np.arange(1500), np.float64)
+    force = np.asarray(8.0 * np.sin(2 * np.pi * (0.5 + 3.0 * t) * t), np.float64)
+    x = np.asarray(simulate(spring(k=800.0, speed=""), t, {"F": force})["x"])
+    x = np.asarray(gain * x + 1e-3 * x.std() * rng.standard_normal(t.size))
+    record = Recording("run", t, {"F": force, "x": x}, {"F": "N", "x": "m"})
+    graph = spring(m=0.6, k=800.0, speed="")
+    graph = graph.with_parameters([Parameter("g", 1.0, lower=0.98, upper=1.02)])
+    graph = graph.with_element("x", gain="g")
+    study = Study(graph, record, free=("m", "d", "g"))
+    d = diagnose(study, options=DiagnosisOptions(jobs=1, effects=1, keep=4, more=2))
+    if gain == 1.01:
+        assert d.kind in ("explained", "parameters_only")
+        return
+    assert d.kind == "missing_physics"
+    (first, *_) = d.findings
+    assert first.chosen is not None
+    assert (first.chosen.effect, first.chosen.element) == ("sensor_gain", "x")
+    assert d.repaired is not None
+    factor = d.repaired.values["g"] * (1.0 + d.repaired.values["error_x"])
+    assert factor == pytest.approx(gain, abs=2e-3)
+    assert any("the gain of x ends at its bound" in n for n in estimate(study).notes)
 
 
 def test_a_command_beyond_its_bounds_is_no_sensors_fault() -> None:

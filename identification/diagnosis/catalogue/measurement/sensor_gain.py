@@ -9,6 +9,7 @@ from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, S
 from identification.diagnosis.catalogue.places import prompt_sensors
 from identification.diagnosis.catalogue.signal_traces import reading_without_offset
 from identification.diagnosis.screening.port_history import FittedModel, PortHistory
+from identification.study.problem import stated_gains
 
 
 class SensorGainEffect(Effect):
@@ -30,13 +31,15 @@ class SensorGainEffect(Effect):
     def places(self, graph: BondGraph) -> tuple[Element, ...]:
         """Return sensors beside others: one alone cannot be told from what drives the plant.
 
-        A calibration that the model leaves open is no place either: the fit finds it.
+        A calibration that the model leaves open is no place either, the fit finds it; unless it
+        is bounded.
         """
-        known = graph.parameters
+        known, stated = graph.parameters, stated_gains(graph)
 
         def held(e: Element) -> bool:
             gain = graph.channel_value(e, "gain") if isinstance(e, Sensor) else None
-            return gain is None or all(known[str(s)].fixed for s in gain.free_symbols)
+            held = gain is None or all(known[str(s)].fixed for s in gain.free_symbols)
+            return held or e.name in stated
 
         several = len(graph.of_type(Sensor)) > 1
         return tuple(e for e in prompt_sensors(graph) if held(e)) if several else ()
@@ -44,7 +47,7 @@ class SensorGainEffect(Effect):
     def places_in(self, scene: FittedModel) -> tuple[Element, ...]:
         """Return a sensor alone too if its calibration is stated, and that of no command is."""
         found = self.places(scene.graph)
-        stated = {p.name.removeprefix("gain_") for p in scene.nominal.problem.gains}
+        stated = stated_gains(scene.nominal.problem.with_chain).keys()
         if found or stated & scene.data.commands.keys():
             return found
         return tuple(e for e in prompt_sensors(scene.graph) if e.name in stated)
