@@ -88,7 +88,7 @@ else:
     truth = draw_truth(7, effect="hysteresis", place="C_nl", strength="strong")
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "bench.csv"
-        record(truth, 7, n_samples=4096).write_csv(path)
+        record(truth, 7, n_samples=2048).write_csv(path)
         recording = Recording.read(path, map={"V_in": "V", "x": "x", "i": "i"})
 fig, (top, bottom) = plt.subplots(2, 1, sharex=True)
 top.plot(recording.time, recording["V_in"], lw=0.6)
@@ -104,7 +104,7 @@ plt.show()
 # One call: noise floor, nominal fit, every effect at every port, decision, repair.
 
 # %%
-d = diagnose(graph, recording, split, options=DiagnosisOptions(keep=3, more=2, effects=1))
+d = diagnose(graph, recording, split, options=DiagnosisOptions(keep=2, more=1, effects=1))
 print(sentence(d))
 v = verdict(d)
 assert v["verdict"] == "missing_physics"

@@ -287,7 +287,7 @@ assert ampere < sheet.current
 # %%
 guides = {seed: us.guided_stage(seed) for seed in (0, 1, 2)}
 runs = {
-    (seed, control): us.constant_voltage(control, seed=seed, stage=stage)
+    (seed, control): us.constant_voltage(control, seed=seed, stage=stage, duration=0.3)
     for seed, stage in guides.items()
     for control in (3.0, 4.0, 10.0)
 }
@@ -428,7 +428,7 @@ rough = {
         us.Sampling(rate, tolerance=tolerance),
         stage=replace(stage, holding=sheet.holding_force),
         step=2e-3,
-        duration=1.0,
+        duration=0.5,
     )
     for seed, stage in guides.items()
     for rate in rates
@@ -494,8 +494,8 @@ print("   Q  control   fixed: off    vibration  force     tracked: off   vibrati
 for quality in (100.0, 350.0, 1000.0):
     p = us.Plate(quality=quality)
     for control in (10.0, 5.0):
-        free = us.run_plate(p, heating, control=control, duration=150.0)
-        held = us.run_plate(p, heating, lock, control=control, duration=150.0)
+        free = us.run_plate(p, heating, control=control, duration=150.0, step=2.5e-3)
+        held = us.run_plate(p, heating, lock, control=control, duration=150.0, step=2.5e-3)
         tracked[quality, control] = free, held
         print(
             f"{quality:4.0f}  {control:4g} V  {free.detuning[-1]:9.0f} Hz  "
@@ -515,10 +515,10 @@ for quality in (100.0, 350.0, 1000.0):
 fig, axes = plt.subplots(1, 3, figsize=(9.5, 3.1))
 for quality in (100.0, 350.0, 1000.0):
     free, held = tracked[quality, 5.0]
-    axes[0].plot(free.time[::200], free.detuning[::200], label=f"fixed, Q = {quality:g}")
-    axes[1].plot(free.time[::200], free.force[::200], label=f"fixed, Q = {quality:g}")
-axes[0].plot(held.time[::200], held.detuning[::200], "k", label="tracked")
-axes[1].plot(held.time[::200], held.force[::200], "k", label="tracked")
+    axes[0].plot(free.time[::80], free.detuning[::80], label=f"fixed, Q = {quality:g}")
+    axes[1].plot(free.time[::80], free.force[::80], label=f"fixed, Q = {quality:g}")
+axes[0].plot(held.time[::80], held.detuning[::80], "k", label="tracked")
+axes[1].plot(held.time[::80], held.force[::80], "k", label="tracked")
 axes[0].set(xlabel="time / s", ylabel="drive less resonance / Hz", title="5 V", ylim=(-15, 400))
 axes[1].set(xlabel="time / s", ylabel="force / N", title="5 V", ylim=(0, 1))
 frequency = np.linspace(-12e3, 12e3, 1201)
@@ -559,7 +559,7 @@ for share in (0.5, 0.8, 0.9):
     rest, edge = us.zero_phase(plate, share)
     wide = us.PhaseLock(compensation=share, span=30e3)
     inside, outside = (
-        us.run_plate(plate, cold, wide, detuning=f * edge, duration=20.0) for f in (0.97, 1.03)
+        us.run_plate(plate, cold, wide, detuning=f * edge, duration=10.0) for f in (0.97, 1.03)
     )
     print(
         f"{100 * share:.0f} % subtracted: rests {rest:.0f} Hz too high, finds the resonance from "

@@ -79,11 +79,14 @@ def test_the_commands_of_the_pages_exist() -> None:
     assert used <= set(verbs.choices)
 
 
-def test_the_pages_build_without_a_warning(tmp_path: Path) -> None:
+# what furo adds to each page is its own; the pages are the same with the basic theme
+@pytest.mark.slow
+@pytest.mark.parametrize("theme", ["basic", pytest.param("furo", marks=pytest.mark.long)])
+def test_the_pages_build_without_a_warning(theme: str, tmp_path: Path) -> None:
     pytest.importorskip("sphinx", reason="the extra 'docs' is not installed")
     made = subprocess.run(
         [sys.executable, "-m", "sphinx", "-q", "-W", "--keep-going", "-b", "html",
-         ROOT / "docs", tmp_path / "html"],
+         "-D", f"html_theme={theme}", ROOT / "docs", tmp_path / "html"],
         capture_output=True, text=True, check=False, cwd=tmp_path,
     )  # fmt: skip
     assert made.returncode == 0, made.stderr[-3000:]

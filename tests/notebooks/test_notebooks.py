@@ -57,6 +57,7 @@ def as_before(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]
 
 
 HEAVY = (
+    "06_identify_the_stack",
     "07_what_do_my_data_determine",
     "08_a_persons_proof",
     "09_a_bench_session",

@@ -36,16 +36,18 @@ def positioner(*, gain: str | None = None, source: str | None = None) -> BondGra
     return g
 
 
-def recorded(x: float = 1.0, force: float = 1.0, seed: int = 0, name: str = "r") -> Recording:
+def recorded(
+    x: float = 1.0, force: float = 1.0, seed: int = 0, name: str = "r", n: int = N
+) -> Recording:
     """Readings of x times too large by `x`; the command acts `force` times too strongly."""
-    t = DT * np.arange(N)
+    t = DT * np.arange(n)
     f = 8.0 * np.sin(2 * np.pi * (1.0 + 1.5 * t) * t)
     true = simulate(positioner(), t, {"F": force * f})
     rng = np.random.default_rng(seed)
     channels = {
         "F[N]": f,
-        "x[m]": x * np.asarray(true["x"]) + 1e-5 * rng.standard_normal(N),
-        "v[m/s]": np.asarray(true["v"]) + 1e-3 * rng.standard_normal(N),
+        "x[m]": x * np.asarray(true["x"]) + 1e-5 * rng.standard_normal(n),
+        "v[m/s]": np.asarray(true["v"]) + 1e-3 * rng.standard_normal(n),
     }
     return Recording.from_arrays(name, channels, fs=1.0 / DT)
 
@@ -203,7 +205,7 @@ def test_a_gain_at_its_bound_is_said() -> None:
 def test_every_method_fits_gains(method: str) -> None:
     study = Study(
         positioner(),
-        recorded(1.015),
+        recorded(1.015, n=1000),
         ("d", "k"),
         nuisances=Nuisances(gains={"x": Known(1.0, 0.03)}),
     )

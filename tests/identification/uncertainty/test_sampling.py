@@ -51,7 +51,7 @@ def test_rhat_sees_chains_apart() -> None:
 
 def test_spring_agrees_with_its_information() -> None:
     f = from_estimation(found())
-    s = sample(f, steps=300, walkers=8)
+    s = sample(f, steps=200, walkers=8)
     assert s.names == ("m", "d", "k")
     for n, (low, mid, high) in s.quantiles().items():
         a, b = f.plain.interval(n)
