@@ -14,6 +14,7 @@ from bondgraph import BondGraph
 from bondgraph.laws import Polynomial
 from bondgraph.signals.recording import Recording
 from bondsight.cli.main import main
+from identification.diagnosis.catalogue import CATALOGUE
 from identification.diagnosis.diagnose import Diagnosis, diagnose
 from identification.diagnosis.evidence.predicted import Predicted, predicted
 from identification.diagnosis.search.candidates import DiagnosisOptions
@@ -22,20 +23,20 @@ from identification.study.study import Study
 from tests.settled import simulate
 from tests.spring import spring
 
-N, DT, NOISE, PUSH = 1500, 0.005, 2e-6, 0.03
+N, DT, NOISE, PUSH = 900, 0.005, 2e-6, 0.03
 OPTIONS = DiagnosisOptions(jobs=1, keep=3, more=1, effects=1)
 
 
-def record(cubic: float = 0.0, seed: int = 1) -> Recording:
+def record(cubic: float = 0.0, seed: int = 1, n: int = N) -> Recording:
     """A mass that a random force pushes as well, which nobody records."""
-    t = np.asarray(DT * np.arange(N), np.float64)
+    t = np.asarray(DT * np.arange(n), np.float64)
     rng = np.random.default_rng(seed)
     waves = np.sin(2 * np.pi * np.outer(t, (0.7, 1.9, 4.1)) + rng.uniform(0, 2 * np.pi, 3))
     force = waves @ np.array([2.0, 1.0, 0.5])
     truth: BondGraph = spring().with_element("k", law=Polynomial(orders=(3,), size=1.0))
-    pushed = {"F": force + PUSH * rng.standard_normal(N)}
+    pushed = {"F": force + PUSH * rng.standard_normal(n)}
     x = np.asarray(simulate(truth, t, pushed, {"a_3_k": cubic})["x"])
-    read = x + NOISE * rng.standard_normal(N)
+    read = x + NOISE * rng.standard_normal(n)
     return Recording("run", t, {"F": force, "x": read}, {"F": "N", "x": "m"})
 
 
@@ -75,7 +76,7 @@ def test_an_effect_shows_beside_random_forces() -> None:
 
 
 def test_the_intensity_that_was_added_is_found() -> None:
-    study = Study(spring(), record(), hold="linear", noise={"x": NOISE}, process_noise=("m",))
+    study = Study(spring(), record(n=1500), hold="linear", noise={"x": NOISE}, process_noise=("m",))
     p = predicted(study)
     # white force, held over a sample, is a walk of the momentum
     level = float(p.levels.split("(")[1].split()[0])
@@ -109,7 +110,9 @@ def test_the_command_takes_places_and_names_wrong_ones(
     words = ["diagnose", str(run), "--model", model, "--out", str(out), "--jobs", "1"]
     assert main([*words, "--process-noise", "q"]) == 2
     assert "no place for process noise 'q'" in capsys.readouterr().err
+    kept = ("nonlinear_stiffness", "end_stop", "hysteresis", "quadratic_drag")
     few = ["--effects", "1", "--hold", "linear", "--noise", f"x={NOISE}"]
+    few += [word for e in CATALOGUE if e.name not in kept for word in ("--without", e.name)]
     assert main([*words, *few, "--process-noise", "m"]) == 0
     said = json.loads((out / "verdict.json").read_text(encoding="utf-8"))
     assert [f["effect"] for f in said["findings"]] == ["nonlinear_stiffness"]
