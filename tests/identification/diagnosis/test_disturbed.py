@@ -23,7 +23,7 @@ from identification.study.study import Study
 from tests.settled import simulate
 from tests.spring import spring
 
-N, DT, NOISE, PUSH = 900, 0.005, 2e-6, 0.03
+N, DT, NOISE, PUSH = 1500, 0.005, 2e-6, 0.03
 OPTIONS = DiagnosisOptions(jobs=1, keep=3, more=1, effects=1)
 
 
@@ -41,17 +41,17 @@ def record(cubic: float = 0.0, seed: int = 1, n: int = N) -> Recording:
 
 
 @lru_cache
-def found(cubic: float = 0.0, *, told: bool = True) -> Diagnosis:
+def found(cubic: float = 0.0, *, told: bool = True, n: int = N) -> Diagnosis:
     places = ("m",) if told else None
     asked = Study(
-        spring(m=0.7), record(cubic), hold="linear", noise={"x": NOISE}, process_noise=places
+        spring(m=0.7), record(cubic, n=n), hold="linear", noise={"x": NOISE}, process_noise=places
     )
     return diagnose(asked, options=OPTIONS)
 
 
 def test_random_forces_are_no_physics_where_the_study_knows_of_them() -> None:
-    assert found(told=False).kind == "unknown_physics"  # free runs wander off
-    d = found()
+    assert found(told=False, n=900).kind == "unknown_physics"  # free runs wander off
+    d = found(n=900)
     assert d.kind == "parameters_only"  # the mass was declared wrong
     assert "process noise at m" in d.steps[-1].reasons[0]
     assert d.left is not None
@@ -76,7 +76,7 @@ def test_an_effect_shows_beside_random_forces() -> None:
 
 
 def test_the_intensity_that_was_added_is_found() -> None:
-    study = Study(spring(), record(n=1500), hold="linear", noise={"x": NOISE}, process_noise=("m",))
+    study = Study(spring(), record(), hold="linear", noise={"x": NOISE}, process_noise=("m",))
     p = predicted(study)
     # white force, held over a sample, is a walk of the momentum
     level = float(p.levels.split("(")[1].split()[0])
@@ -102,7 +102,7 @@ def test_stretches_agree_on_what_predicts_better() -> None:
 def test_the_command_takes_places_and_names_wrong_ones(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    r = record(4e4)
+    r = record(4e4, n=1200)
     run = tmp_path / "run.csv"
     table = np.column_stack([r.time, r["F"], r["x"]])
     np.savetxt(run, table, delimiter=",", header="time[s],F[N],x[m]", comments="")
