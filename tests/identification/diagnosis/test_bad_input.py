@@ -74,7 +74,7 @@ def bent(graph: BondGraph, cubic: float, linear: float = 0.0) -> BondGraph:
     )
 
 
-@pytest.mark.parametrize(("cubic", "n", "seed"), [(1e3, 900, 1), (1e3, 600, 2), (-1e3, 600, 1)])
+@pytest.mark.parametrize(("cubic", "n", "seed"), [(1e3, 600, 1), (1e3, 600, 2), (-1e3, 600, 1)])
 def test_a_model_that_runs_away_gets_an_answer(cubic: float, n: int, seed: int) -> None:
     """A spring that pushes near its middle, or everywhere: the plant does not."""
     d = diagnosed(bent(spring(), cubic, linear=-220.0), channels(spring(), seed, n))
@@ -114,4 +114,4 @@ def test_what_is_missing_beside_a_law_that_is_known(
 @pytest.mark.parametrize("known", [pytest.param(DRY, marks=pytest.mark.long), STOP])
 def test_nothing_is_missing_beside_a_law_that_is_known(known: Law) -> None:
     model = spring().with_element("d" if known is DRY else "k", law=known)
-    assert diagnosed(model, channels(model)).kind in ("explained", "parameters_only")
+    assert diagnosed(model, channels(model, n=700)).kind in ("explained", "parameters_only")

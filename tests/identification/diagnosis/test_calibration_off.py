@@ -55,7 +55,7 @@ def found(wrong: str, factor: float) -> Diagnosis:
     )
 
 
-@pytest.mark.parametrize("wrong", ["p1", "p2"])
+@pytest.mark.parametrize("wrong", ["p1", pytest.param("p2", marks=pytest.mark.long)])
 def test_a_sensor_that_is_four_per_cent_off(wrong: str) -> None:
     d = found(wrong, 1.04)
     assert d.kind == "missing_physics"
@@ -97,7 +97,9 @@ def stated(
     return diagnose(study, options=DiagnosisOptions(jobs=1, effects=1, keep=4, more=2))
 
 
-@pytest.mark.parametrize(("gain", "speed"), [(1.06, "v"), (1.06, ""), (0.94, "")])
+@pytest.mark.parametrize(
+    ("gain", "speed"), [(1.06, "v"), pytest.param(1.06, "", marks=pytest.mark.long), (0.94, "")]
+)
 def test_a_calibration_beyond_its_bounds_is_a_finding(gain: float, speed: str) -> None:
     """No second sensor is needed where the other numbers that could make up for it are known."""
     d = stated(gain, speed=speed)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ from bondgraph import BondGraph
 from bondgraph.laws import Coulomb, Law, Polynomial
 from bondgraph.signals.recording import Recording
 from bondgraph.signals.split import interleaved, kept_back
+from identification.diagnosis.catalogue import CATALOGUE
 from identification.diagnosis.diagnose import Diagnosis, diagnose
 from identification.diagnosis.search.candidates import DiagnosisOptions
 from identification.diagnosis.verdict import verdict
@@ -21,6 +23,12 @@ from tests.spring import spring
 pytestmark = pytest.mark.slow
 
 N, DT, NOISE = 1500, 0.01, 3e-5
+OPTIONS = DiagnosisOptions(jobs=1, keep=4, more=2, effects=2)
+BESIDE = (
+    "coulomb_friction", "nonlinear_stiffness", "hysteresis", "end_stop", "quadratic_drag",
+    "asymmetric_damping", "backlash", "external_disturbance", "sensor_nonlinearity",
+)  # fmt: skip
+"""Rivals of friction and a cubic spring together; each alone is held against the catalogue."""
 
 
 def multisine(seed: int, n: int = N) -> np.ndarray:
@@ -33,12 +41,16 @@ def multisine(seed: int, n: int = N) -> np.ndarray:
 
 
 def recorded(
-    truth: BondGraph, seed: int, extra: np.ndarray | float, parameters: dict[str, float]
+    truth: BondGraph,
+    seed: int,
+    extra: np.ndarray | float,
+    parameters: dict[str, float],
+    n: int = N,
 ) -> Recording:
-    t = np.asarray(DT * np.arange(N), np.float64)
-    u = multisine(seed)
+    t = np.asarray(DT * np.arange(n), np.float64)
+    u = multisine(seed, n)
     x = np.asarray(simulate(truth, t, {"F": u + extra}, parameters, accuracy=1e-6)["x"])
-    x = x + NOISE * np.random.default_rng(seed).standard_normal(N)
+    x = x + NOISE * np.random.default_rng(seed).standard_normal(n)
     return Recording("run", t, {"F": u, "x": x}, {"F": "N", "x": "m"})
 
 
@@ -46,10 +58,15 @@ def judged(
     truth: BondGraph, model: BondGraph, seed: int = 1, extra: np.ndarray | float = 0.0,
     parameters: dict[str, float] | None = None,
 ) -> Diagnosis:  # fmt: skip
-    options = DiagnosisOptions(jobs=1, keep=4, more=2, effects=2)
     return diagnose(
-        model, recorded(truth, seed, extra, parameters or {}), options=options, seed=seed
+        model, recorded(truth, seed, extra, parameters or {}), options=OPTIONS, seed=seed
     )
+
+
+@cache
+def rubbing() -> Diagnosis:
+    """Dry friction that the model does not have."""
+    return judged(spring().with_element("d", law=Coulomb(1.0)), spring())
 
 
 @pytest.mark.parametrize(
@@ -61,13 +78,12 @@ def judged(
     ids=["coulomb", "cubic"],
 )
 def test_a_missing_law_is_named(law: Law, effect: str, place: str) -> None:
-    truth = spring().with_element(place, law=law)
     if isinstance(law, Polynomial):
         (cubic,) = law.parameters(place)
-        strong = {cubic.name: 2.0}
+        truth = spring().with_element(place, law=law)
+        v = verdict(judged(truth, spring(), parameters={cubic.name: 2.0}))
     else:
-        strong = {}
-    v = verdict(judged(truth, spring(), parameters=strong))
+        v = verdict(rubbing())
     assert v["verdict"] == "missing_physics", v
     (finding,) = v["findings"]
     assert finding["effect"] == effect
@@ -95,9 +111,10 @@ def test_wrong_parameters_are_not_missing_physics() -> None:
 
 
 def test_a_law_that_the_catalogue_does_not_have_gets_no_exact_name() -> None:
-    t = DT * np.arange(N)
+    t = DT * np.arange(1000)
     disturbance = 1.5 * np.sign(np.sin(2 * np.pi * 0.77 * t))  # a force of its own from outside
-    v = verdict(judged(spring(), spring(), extra=disturbance))
+    run = recorded(spring(), 1, disturbance, {}, t.size)
+    v = verdict(diagnose(spring(), run, options=OPTIONS, seed=1))
     assert v["verdict"] in ("unknown_physics", "missing_physics")
     for f in v["findings"]:
         # it is a force from outside, but no tone: the name may be given, its law is not exact
@@ -121,8 +138,7 @@ def test_a_force_from_outside_is_never_called_explained(size: float) -> None:
 
 
 def test_what_is_gained_shows_on_samples_that_no_choice_has_seen() -> None:
-    run = recorded(spring().with_element("d", law=Coulomb(1.0)), 1, 0.0, {})
-    d = diagnose(spring(), run, options=DiagnosisOptions(jobs=1, keep=4, more=2, effects=1))
+    d = rubbing()
     assert d.nominal is not None
     assert d.repaired is not None
     assert d.data is not None
@@ -165,8 +181,9 @@ def test_two_laws_that_are_missing_are_both_named() -> None:
     cubic = Polynomial(0.0, 0.1, 2.0, orders=(3,))
     truth = spring().with_element("d", law=Coulomb(1.0)).with_element("k", law=cubic)
     strong = {p.name: 2.0 for p in cubic.parameters("k")}
-    options = DiagnosisOptions(jobs=1, keep=4, more=2, effects=2)
-    d = diagnose(spring(), recorded(truth, 1, 0.0, strong), options=options)
+    others = tuple(e.name for e in CATALOGUE if e.name not in BESIDE)
+    options = replace(OPTIONS, without=others)
+    d = diagnose(spring(), recorded(truth, 2, 0.0, strong, 1000), options=options)
     assert d.kind == "missing_physics"
     named = {(f["effect"], f["location"]["element"]) for f in verdict(d)["findings"]}
     assert named == {("coulomb_friction", "d"), ("nonlinear_stiffness", "k")}

@@ -14,6 +14,7 @@ from bondgraph import BondGraph
 from bondgraph.laws import Polynomial
 from bondgraph.signals.recording import Recording
 from bondsight.cli.main import main
+from identification.diagnosis.catalogue import CATALOGUE
 from identification.diagnosis.diagnose import Diagnosis, diagnose
 from identification.diagnosis.evidence.predicted import Predicted, predicted
 from identification.diagnosis.search.candidates import DiagnosisOptions
@@ -26,31 +27,31 @@ N, DT, NOISE, PUSH = 1500, 0.005, 2e-6, 0.03
 OPTIONS = DiagnosisOptions(jobs=1, keep=3, more=1, effects=1)
 
 
-def record(cubic: float = 0.0, seed: int = 1) -> Recording:
+def record(cubic: float = 0.0, seed: int = 1, n: int = N) -> Recording:
     """A mass that a random force pushes as well, which nobody records."""
-    t = np.asarray(DT * np.arange(N), np.float64)
+    t = np.asarray(DT * np.arange(n), np.float64)
     rng = np.random.default_rng(seed)
     waves = np.sin(2 * np.pi * np.outer(t, (0.7, 1.9, 4.1)) + rng.uniform(0, 2 * np.pi, 3))
     force = waves @ np.array([2.0, 1.0, 0.5])
     truth: BondGraph = spring().with_element("k", law=Polynomial(orders=(3,), size=1.0))
-    pushed = {"F": force + PUSH * rng.standard_normal(N)}
+    pushed = {"F": force + PUSH * rng.standard_normal(n)}
     x = np.asarray(simulate(truth, t, pushed, {"a_3_k": cubic})["x"])
-    read = x + NOISE * rng.standard_normal(N)
+    read = x + NOISE * rng.standard_normal(n)
     return Recording("run", t, {"F": force, "x": read}, {"F": "N", "x": "m"})
 
 
 @lru_cache
-def found(cubic: float = 0.0, *, told: bool = True) -> Diagnosis:
+def found(cubic: float = 0.0, *, told: bool = True, n: int = N) -> Diagnosis:
     places = ("m",) if told else None
     asked = Study(
-        spring(m=0.7), record(cubic), hold="linear", noise={"x": NOISE}, process_noise=places
+        spring(m=0.7), record(cubic, n=n), hold="linear", noise={"x": NOISE}, process_noise=places
     )
     return diagnose(asked, options=OPTIONS)
 
 
 def test_random_forces_are_no_physics_where_the_study_knows_of_them() -> None:
-    assert found(told=False).kind == "unknown_physics"  # free runs wander off
-    d = found()
+    assert found(told=False, n=900).kind == "unknown_physics"  # free runs wander off
+    d = found(n=900)
     assert d.kind == "parameters_only"  # the mass was declared wrong
     assert "process noise at m" in d.steps[-1].reasons[0]
     assert d.left is not None
@@ -101,7 +102,7 @@ def test_stretches_agree_on_what_predicts_better() -> None:
 def test_the_command_takes_places_and_names_wrong_ones(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    r = record(4e4)
+    r = record(4e4, n=1200)
     run = tmp_path / "run.csv"
     table = np.column_stack([r.time, r["F"], r["x"]])
     np.savetxt(run, table, delimiter=",", header="time[s],F[N],x[m]", comments="")
@@ -109,7 +110,9 @@ def test_the_command_takes_places_and_names_wrong_ones(
     words = ["diagnose", str(run), "--model", model, "--out", str(out), "--jobs", "1"]
     assert main([*words, "--process-noise", "q"]) == 2
     assert "no place for process noise 'q'" in capsys.readouterr().err
+    kept = ("nonlinear_stiffness", "end_stop", "hysteresis", "quadratic_drag")
     few = ["--effects", "1", "--hold", "linear", "--noise", f"x={NOISE}"]
+    few += [word for e in CATALOGUE if e.name not in kept for word in ("--without", e.name)]
     assert main([*words, *few, "--process-noise", "m"]) == 0
     said = json.loads((out / "verdict.json").read_text(encoding="utf-8"))
     assert [f["effect"] for f in said["findings"]] == ["nonlinear_stiffness"]

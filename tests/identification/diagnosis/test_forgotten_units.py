@@ -17,7 +17,7 @@ from identification.diagnosis.search.candidates import DiagnosisOptions
 from tests.settled import simulate
 from tests.spring import spring
 
-N, DT, G = 700, 0.01, 9.80665
+N, DT, G = 400, 0.01, 9.80665
 UNITS = {"F": "N", "x": "m", "w": "m/s", "a": "m/s^2", "f": "N"}
 A, X, W = Da("a", unit="m/s^2"), Dq("x", unit="m"), Df("w", unit="m/s")
 CELL = Reading("f", effort("k"), unit="N")
@@ -86,8 +86,8 @@ def two_bodies(m: float, k: float, b: float) -> BondGraph:
 def test_beside_a_like_sensor_that_is_right() -> None:
     """Values declared a third off bring the ratio of the sizes away from the conversion."""
     rng = np.random.default_rng(23)
-    t = np.asarray(0.005 * np.arange(600), np.float64)
-    channels = {"F": np.repeat(rng.uniform(-5, 5, 60), 10)}
+    t = np.asarray(0.005 * np.arange(400), np.float64)
+    channels = {"F": np.repeat(rng.uniform(-5, 5, 40), 10)}
     run = simulate(two_bodies(1.0, 500.0, 1.2), t, channels, hold="hold")
     for n, factor in (("a1", 1.0), ("a2", 1 / G)):
         y = np.asarray(run[n])

@@ -39,7 +39,7 @@ def test_a_step_that_was_taken_for_a_ramp_is_one_once_the_law_is_known() -> None
     read = {n: made[n] + NOISE * rng.standard_normal(t.size) for n in ("v1", "v2")}
     units = dict.fromkeys(("V", "v1", "v2"), "V")
     recording = Recording("run", np.asarray(t, np.float64), {"V": drive, **read}, units)
-    d = diagnose(circuit(), recording, options=DiagnosisOptions(jobs=1, effects=1))
+    d = diagnose(circuit(), recording, options=DiagnosisOptions(jobs=1, effects=1, keep=3, more=1))
     assert d.repaired is not None
     assert d.repaired.problem.data.hold == "hold"
     assert d.repaired.chi2("test") == pytest.approx(1.0, abs=0.2)

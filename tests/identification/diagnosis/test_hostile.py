@@ -19,7 +19,7 @@ from tests.proof.trial.generator.making import record
 from tests.proof.trial.models import blind_model
 
 Channels = dict[str, Array]
-SAMPLES = 1200
+SAMPLES = 600
 OPTIONS = DiagnosisOptions(jobs=1, keep=2, more=0, effects=1)
 
 
@@ -62,7 +62,12 @@ def thousandfold(c: Channels) -> Channels:
 
 @pytest.mark.parametrize(
     ("mistake", "word"),
-    [(exchanged, "exchanged"), (turned, "wrong sign"), (thousandfold, "times too large")],
+    [
+        (exchanged, "exchanged"),
+        # quicker ones of both: test_forgotten_units
+        pytest.param(turned, "wrong sign", marks=pytest.mark.long),
+        pytest.param(thousandfold, "times too large", marks=pytest.mark.long),
+    ],
 )
 def test_a_mixed_up_recording_is_told_as_such(
     plain: tuple[BondGraph, Channels], mistake: Callable[[Channels], Channels], word: str

@@ -25,11 +25,11 @@ CUBIC = Polynomial(orders=(3,), size=1.0)
 
 
 def recorded(
-    dt: float, law: Law | None = None, noise: float = 1.0, hold: str = "hold"
+    dt: float, law: Law | None = None, noise: float = 1.0, hold: str = "hold", end: float = 1.5
 ) -> Recording:
     """A new force at every sample; other samples at another rate."""
     rng = np.random.default_rng(round(1e6 * dt))
-    t = np.asarray(dt * np.arange(round(2.4 / dt)), np.float64)
+    t = np.asarray(dt * np.arange(round(end / dt)), np.float64)
     force = np.asarray(rng.uniform(-40, 40, t.size), np.float64)
     force[0] = 0.0  # all begins at rest
     if hold != "hold":
@@ -81,7 +81,7 @@ def test_commands_held_at_two_rates(rates: tuple[float, float]) -> None:
 @pytest.mark.slow
 def test_what_is_missing_is_named_across_the_rates() -> None:
     model = spring(m=0.6, d=1.5, k=700.0, speed="v")
-    d = diagnose(model, [recorded(dt, CUBIC) for dt in (1e-3, 2e-3)], options=OPTIONS)
+    d = diagnose(model, [recorded(dt, CUBIC, end=2.4) for dt in (1e-3, 2e-3)], options=OPTIONS)
     (first, *_) = d.findings
     assert first.chosen is not None
     assert (first.chosen.effect, first.chosen.element) == ("nonlinear_stiffness", "k")

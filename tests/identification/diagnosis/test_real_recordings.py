@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -19,15 +20,16 @@ from tests.proof.real.running import run_cases
 pytestmark = [pytest.mark.recordings, pytest.mark.slow]
 
 Found = tuple[Diagnosis, dict[str, Any]]
+ALONE = DiagnosisOptions(jobs=1)
 
 
-def judged(recording: str, model: str) -> Found:
+def judged(recording: str, model: str, options: DiagnosisOptions = ALONE) -> Found:
     if not data.available(recording):
         pytest.skip(f"{recording}: set {data.FOLDER_VARIABLE} to the folder of the recordings")
     measured, split = data.load(recording)
     graph = MODELS[model]()
     measured, _ = match_by_unit(measured, graph)
-    d = diagnose(graph, measured, split, model=model, options=DiagnosisOptions(jobs=1))
+    d = diagnose(graph, measured, split, model=model, options=options)
     return d, verdict(d)
 
 
@@ -48,7 +50,7 @@ def silverbox() -> Found:
 
 @pytest.fixture(scope="module")
 def hair_dryer() -> Found:
-    return judged("hair_dryer", "thermal_lag")
+    return judged("hair_dryer", "thermal_lag", replace(ALONE, keep=3, more=1))
 
 
 @pytest.mark.long
