@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from joblib import parallel_config
 
 from bondgraph import Se
 from bondgraph.signals.recording import Recording
@@ -46,13 +45,11 @@ def test_a_push_is_seen_in_noise(summed: bool) -> None:
     assert while_it_lasts(course, summed=summed) == pytest.approx((360, 516), abs=12)
 
 
-@pytest.mark.parametrize("backend", ["threading", pytest.param("loky", marks=pytest.mark.long)])
-def test_who_leaned_on_it_and_when(backend: str) -> None:
-    """Two workers: the relations are asked beside the search."""
+def test_who_leaned_on_it_and_when() -> None:
+    """Two processes: the relations are asked beside the search."""
     model = chain(1.2 * MASS, 0.85 * STIFFNESS, 0.8 * DAMPING)
     options = DiagnosisOptions(jobs=2, effects=1, keep=2, more=1)
-    with parallel_config(backend=backend):
-        d = diagnose(model, leaned_on(), options=options)
+    d = diagnose(model, leaned_on(), options=options)
     assert d.kind == "missing_physics"
     assert d.decision is not None
     assert d.decision.chosen is not None
