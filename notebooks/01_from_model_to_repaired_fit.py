@@ -104,7 +104,7 @@ plt.show()
 # One call: noise floor, nominal fit, every effect at every port, decision, repair.
 
 # %%
-d = diagnose(graph, recording, split, options=DiagnosisOptions(keep=2, more=1, effects=1))
+d = diagnose(graph, recording, split, options=DiagnosisOptions(keep=3, more=2, effects=1))
 print(sentence(d))
 v = verdict(d)
 assert v["verdict"] == "missing_physics"

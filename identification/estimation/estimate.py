@@ -222,7 +222,6 @@ def _otherwise_held(stack: JointProblem, hold: str, steps: Sequence[int]) -> Joi
             n_sub=n,
             correction=None,
             known_scale=p.state_scale,
-            known_rest=p.rest_state,
         )
         for p, n in zip(stack.problems, steps, strict=False)
     )

@@ -302,8 +302,6 @@ class Problem:
         initial states.
     known_scale : ndarray, shape (n_x,), or None
         Spread of the states, from a problem of the same data and starts.
-    known_rest : ndarray, shape (n_x,), or None
-        Their equilibrium under the first inputs, from the same.
     built : Engine or None
         The engine of this graph, where it has been derived already.
     """
@@ -330,7 +328,6 @@ class Problem:
     built: Engine | None = None
     known_scale: Array | None = None
     window_offsets: bool = False
-    known_rest: Array | None = None
 
     def __getstate__(self) -> dict[str, object]:
         """Only the fields travel to other processes; compiled functions are rebuilt there."""
@@ -500,8 +497,6 @@ class Problem:
     @cached_property
     def rest_state(self) -> Array:
         """Equilibrium under the first inputs at the start values."""
-        if self.known_rest is not None:
-            return self.known_rest
         return self.engine.rest(self.start_vector, self.inputs[0])
 
     @cached_property

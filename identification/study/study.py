@@ -426,8 +426,7 @@ class Study:
         if key not in self._scales:
             self._scales[key] = made
             return made
-        same = self._scales[key]
-        return replace(made, known_scale=same.state_scale, known_rest=same.rest_state)
+        return replace(made, known_scale=self._scales[key].state_scale)
 
     @cached_property
     def _scales(self) -> dict[tuple[int, str, int], Problem]:
