@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
-from copy import deepcopy
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from operator import itemgetter
 from types import MappingProxyType
@@ -29,13 +28,14 @@ from bondgraph.graph.elements import (
     Zero,
     symbol,
 )
+from bondgraph.graph.views import Elements, ReadOnly
 from bondgraph.signals.units import read_unit
 from bondgraph.support.errors import GraphError, UnknownName, unknown_name
 
 if TYPE_CHECKING:
     import networkx as nx
 
-Made = TypeVar("Made")
+_Made = TypeVar("_Made")
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,64 +55,6 @@ class Bond:
     def name(self) -> str:
         """Text such as ``loop>R_e``."""
         return f"{self.tail}>{self.head}"
-
-
-class _Elements(Mapping[str, Element]):
-    """The elements of a network by name, as they are stored; a view, so reading copies nothing."""
-
-    __slots__ = ("_nodes",)
-
-    def __init__(self, nodes: Mapping[str, Mapping[str, Any]]) -> None:
-        self._nodes = nodes
-
-    def __getitem__(self, name: str) -> Element:
-        element: Element = self._nodes[name]["element"]
-        return element
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._nodes)
-
-    def __len__(self) -> int:
-        return len(self._nodes)
-
-    def __contains__(self, name: object) -> bool:
-        return name in self._nodes
-
-    def __repr__(self) -> str:
-        return repr(dict(self))
-
-
-class _ReadOnly(Mapping[str, Any]):
-    """Dicts nested `depth` deep, to read; a view, so making it copies nothing."""
-
-    __slots__ = ("_depth", "_stored")
-
-    def __init__(self, stored: Mapping[str, Any], depth: int) -> None:
-        self._stored = stored
-        self._depth = depth
-
-    def __getitem__(self, key: str) -> Any:
-        value = self._stored[key]
-        return _ReadOnly(value, self._depth - 1) if self._depth > 1 else value
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._stored)
-
-    def __len__(self) -> int:
-        return len(self._stored)
-
-    def __contains__(self, key: object) -> bool:
-        return key in self._stored
-
-    def __repr__(self) -> str:
-        return repr(self._stored)
-
-    def copy(self) -> dict[str, Any]:
-        """Return a dict to write to, as networkx asks for when it copies a graph."""
-        return dict(self)
-
-    def __deepcopy__(self, memo: dict[int, Any]) -> Any:
-        return deepcopy(self._stored, memo)
 
 
 class BondGraph:
@@ -239,15 +181,15 @@ class BondGraph:
         """
         view = self._network.copy(as_view=True)
         view.graph = dict(self._network.graph)
-        view._node = _ReadOnly(self._network._node, 2)
-        view._succ = _ReadOnly(self._network._succ, 3)
-        view._pred = _ReadOnly(self._network._pred, 3)
+        view._node = ReadOnly(self._network._node, 2)
+        view._succ = ReadOnly(self._network._succ, 3)
+        view._pred = ReadOnly(self._network._pred, 3)
         return view
 
     @property
     def elements(self) -> Mapping[str, Element]:
         """Elements by name, in the order of their declaration; read-only."""
-        return _Elements(self._network._node)
+        return Elements(self._network._node)
 
     @property
     def bonds(self) -> tuple[Bond, ...]:
@@ -407,11 +349,14 @@ class BondGraph:
         if lines := self.check():
             raise GraphError(f"{self.name}: " + "; ".join(lines))
 
-    def kept(self, make: Callable[[BondGraph], Made]) -> Made:
-        """Return ``make(self)``, made once until the graph is changed; values only, see `check`."""
+    def kept(self, make: Callable[[BondGraph], _Made]) -> _Made:
+        """Return ``make(self)``; made once, and anew when the graph has been changed.
+
+        For values that whoever gets them does not write to. What `make` raises is not kept.
+        """
         if make not in self._kept:
             self._kept[make] = make(self)
-        made: Made = self._kept[make]
+        made: _Made = self._kept[make]
         return made
 
     # -- rewriting ------------------------------------------------------------------------
@@ -504,9 +449,8 @@ class BondGraph:
 
     def __getstate__(self) -> dict[str, Any]:
         """Everything but what can be derived again; no copy is being built."""
-        derived = BondGraph(self.name).__dict__
-        kept = ("name", "_network", "_bonds", "_parameters")
-        return derived | {n: self.__dict__[n] for n in kept}
+        derived: dict[str, Any] = {"_read": None, "_at": {}, "_gathered": None, "_kept": {}}
+        return {**self.__dict__, **derived, "_token": None}
 
     # -- showing --------------------------------------------------------------------------
     def __repr__(self) -> str:

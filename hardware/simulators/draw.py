@@ -160,6 +160,8 @@ def _linear_bench(plant: PlantParameters, seed: int) -> tuple[Array, Array, Arra
     """Command (V) and undisturbed x and i (m, A) of the bench with nothing concealed."""
     command = voltage(seed, N_SAMPLES)
     plain = simulate(plant, HiddenEffect(), command, substeps=_COARSE)
+    for shared in (command, plain.x, plain.i):
+        shared.setflags(write=False)
     return command, plain.x, plain.i
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 
@@ -18,6 +18,7 @@ from identification.estimation.levenberg_marquardt import FitStatus
 from identification.estimation.methods.method import MethodSolution
 from identification.estimation.settling import BIAS, Refined, corrected_steps, sizes
 from identification.estimation.sub_steps import FINEST
+from identification.study.calibration import Known
 from identification.study.joint import JointPoint, JointProblem
 from identification.study.problem import drives, gain_name, stated_gains
 from identification.study.residual import ResidualEvaluation
@@ -181,16 +182,17 @@ def rough_rates(graph: BondGraph, r: Recording, breaks: Sequence[int] = ()) -> t
 
 
 def miscalibrated(
-    graph: BondGraph, gains: Iterable[str], estimates: Iterable[Estimate]
+    graph: BondGraph, gains: Mapping[str, Known], estimates: Iterable[Estimate]
 ) -> tuple[str, ...]:
     """Say which calibrations end at the bound that was stated for them: a finding, no nuisance."""
     ends = {e.name: e for e in estimates if e.at_bound}
-    numbers = {**stated_gains(graph), **{n: gain_name(n) for n in gains}}
+    declared = {n: (p, graph.parameters[p].value) for n, p in stated_gains(graph).items()}
+    asked = {n: (gain_name(n), known.value) for n, known in gains.items()}
     return tuple(
         f"the gain of {n} ends at its bound {ends[name].value:.4g}: its calibration is off by more "
-        "than was stated, or the model lacks something that looks so; widen the bound to see how "
-        "far it goes"
-        for n, name in numbers.items()
+        f"than {100 * abs(ends[name].value / value - 1.0):.3g} %, or the model lacks something "
+        "that looks so; widen the bound to see how far it goes"
+        for n, (name, value) in (declared | asked).items()
         if name in ends
     )
 

@@ -217,11 +217,7 @@ def _otherwise_held(stack: JointProblem, hold: str, steps: Sequence[int]) -> Joi
     """Return the same problems with other commands between samples; scales of states are kept."""
     problems = tuple(
         replace(
-            p,
-            data=replace(p.data, hold=hold),
-            n_sub=n,
-            correction=None,
-            known_scale=p.state_scale,
+            p, data=replace(p.data, hold=hold), n_sub=n, correction=None, known_scale=p.state_scale
         )
         for p, n in zip(stack.problems, steps, strict=False)
     )

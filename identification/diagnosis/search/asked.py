@@ -74,7 +74,7 @@ class Asked:
         """Return what is taken otherwise than in a fit of the study, and what that would say."""
         found = (*last.estimates, *last.nuisances)
         if self.study is None:
-            return miscalibrated(self.graph, (), found)
+            return miscalibrated(self.graph, {}, found)
         coloured = (
             "coloured noise: fits weigh all samples of a reading alike; comparisons are freed of a "
             "pole of its noise, intervals are those of blocks; estimate(found.study) fits it"

@@ -41,17 +41,17 @@ def record(cubic: float = 0.0, seed: int = 1, n: int = N) -> Recording:
 
 
 @lru_cache
-def found(cubic: float = 0.0, *, told: bool = True, n: int = N) -> Diagnosis:
+def found(cubic: float = 0.0, *, told: bool = True) -> Diagnosis:
     places = ("m",) if told else None
     asked = Study(
-        spring(m=0.7), record(cubic, n=n), hold="linear", noise={"x": NOISE}, process_noise=places
+        spring(m=0.7), record(cubic), hold="linear", noise={"x": NOISE}, process_noise=places
     )
     return diagnose(asked, options=OPTIONS)
 
 
 def test_random_forces_are_no_physics_where_the_study_knows_of_them() -> None:
-    assert found(told=False, n=900).kind == "unknown_physics"  # free runs wander off
-    d = found(n=900)
+    assert found(told=False).kind == "unknown_physics"  # free runs wander off
+    d = found()
     assert d.kind == "parameters_only"  # the mass was declared wrong
     assert "process noise at m" in d.steps[-1].reasons[0]
     assert d.left is not None

@@ -253,13 +253,14 @@ def test_training_on_what_says_nothing() -> None:
 
 def test_a_bent_step_finds_the_way_from_an_unstable_start() -> None:
     """The mass would be gone in a tenth of a second, but steps that bend come back."""
-    made = Study(falling(-200.0), caught(250), hold="hold", nuisances=NO_NUISANCES)
+    made = Study(falling(-200.0), caught(400), hold="hold", nuisances=NO_NUISANCES)
     assert estimate(made).rmse()["x"] < 1.2 * NOISE
 
 
-def test_unstable_start_is_said_and_multiple_shooting_finds_the_way() -> None:
-    """From this start the mass would be gone in a tenth of a second; the record lasts four."""
-    made = Study(falling(-4000.0), caught(400), hold="hold", nuisances=NO_NUISANCES)
+@pytest.mark.parametrize("slope", [pytest.param(-2000.0, marks=pytest.mark.long), -4000.0])
+def test_unstable_start_is_said_and_multiple_shooting_finds_the_way(slope: float) -> None:
+    """From these starts the mass would be gone in a tenth of a second; the record lasts four."""
+    made = Study(falling(slope), caught(400), hold="hold", nuisances=NO_NUISANCES)
     lost = estimate(made)
     assert lost.rmse()["x"] > 10 * NOISE
     assert lost.notes or lost.status.value.startswith("failed: ")
@@ -269,7 +270,7 @@ def test_unstable_start_is_said_and_multiple_shooting_finds_the_way() -> None:
 
 def test_at_the_edge_a_fit_arrives_or_says_that_it_did_not() -> None:
     """Whether bent steps come back from here hangs on the last bits."""
-    made = Study(falling(-1000.0), caught(250), hold="hold", nuisances=NO_NUISANCES)
+    made = Study(falling(-1000.0), caught(400), hold="hold", nuisances=NO_NUISANCES)
     once = estimate(made)
     arrived = once.rmse()["x"] < 1.2 * NOISE
     assert arrived or once.notes or once.status.value.startswith("failed: ")

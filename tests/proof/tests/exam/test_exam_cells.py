@@ -101,7 +101,7 @@ def test_sizes_of_several_effects(cases: list[Case]) -> None:
 
 def test_further_effects_come_out_weak(cases: list[Case]) -> None:
     shares = []
-    for case in [c for c in cases if c.cell == "weak_further"][:6]:
+    for case in [c for c in cases if c.cell == "weak_further"][:10]:
         main, *further = (max(e["moved"].values()) for e in exam_record(case)[1]["effects"])
         shares += [level / main for level in further]
     # drawn for each alone; beside the others and at one reading it is more or less
