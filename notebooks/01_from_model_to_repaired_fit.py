@@ -121,14 +121,15 @@ assert "C_nl" in (place["element"], *place["indistinguishable_from"])
 x = d.data.names.index("x")
 held = d.data.mask("test")
 floor = d.data.floor[x]
-before = d.nominal.residuals("test")[:, x]
-after = d.repaired.residuals("test")[:, x]
-plt.plot(d.data.time[held], 1e9 * before, lw=0.6, label="linear model")
-plt.plot(d.data.time[held], 1e9 * after, lw=0.6, label="with hysteresis")
+before, after = np.full((2, held.size), np.nan)  # no lines between held-out stretches
+before[held] = d.nominal.residuals("test")[:, x]
+after[held] = d.repaired.residuals("test")[:, x]
+plt.plot(d.data.time, 1e9 * before, lw=0.6, label="linear model")
+plt.plot(d.data.time, 1e9 * after, lw=0.6, label="with hysteresis")
 plt.axhspan(-2e9 * floor, 2e9 * floor, color="0.8", label="noise floor, ±2σ")
 plt.xlabel("time / s")
 plt.ylabel("residual of x / nm")
-plt.legend(loc="upper right")
+plt.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncol=3)
 plt.show()
 
 # %% [markdown]
@@ -143,7 +144,7 @@ run = simulate(
     fitted, d.data.time, d.data.commands, values, accuracy=1e-3, x0="rest", hold="linear"
 )
 s, w = run.laws[place["element"]]
-plt.plot(s[held], w[held], lw=0.5)
+plt.plot(np.where(held, s, np.nan), np.where(held, w, np.nan), lw=0.5)
 plt.xlabel(f"argument of {place['element']} (SI)")
 plt.ylabel("deviation (SI)")
 plt.show()
