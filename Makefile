@@ -10,7 +10,7 @@ TRIAL ?= bondsight-out/blind
 VENV := .venv
 BIN := $(VENV)/bin
 
-.PHONY: help demo test coverage docs proofs proof proof-quick wheel bench notebooks format clean
+.PHONY: help environment demo test coverage docs proofs proof proof-quick wheel bench notebooks format clean
 
 help:
 	@echo "make demo       set up and show what the project does"
@@ -25,6 +25,8 @@ help:
 	@echo "make notebooks  set up, then run every notebook"
 	@echo "make format     set up, then rewrite the sources as the linter wants them"
 	@echo "make clean      remove the environment and all caches"
+
+environment: $(VENV)/.test
 
 demo: $(VENV)/.core
 	$(BIN)/bondsight demo

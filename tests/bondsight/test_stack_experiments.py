@@ -48,9 +48,10 @@ def test_clock_skew(
     whole: bool, capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     clocks = {"equal clocks": 0.0, "100 ppm": 100.0, "-100 ppm": -100.0}
-    if not whole:  # without the other sign and the frequency in the middle
-        del clocks["-100 ppm"]
-        monkeypatch.delitem(stack_clocks.CLOCKS, "-100 ppm")
+    if not whole:  # one constant clock, one that drifts, and no frequency in the middle
+        for other in ("equal clocks", "-100 ppm"):
+            del clocks[other]
+            monkeypatch.delitem(stack_clocks.CLOCKS, other)
         monkeypatch.setattr(stack_clocks, "FREQUENCIES", (2.0, 100.0))
     frequencies = 3 if whole else 2
     truths = 2 * [p for p in (*clocks.values(), -60.0) for _ in range(frequencies)]

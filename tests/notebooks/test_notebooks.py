@@ -57,6 +57,8 @@ def as_before(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]
 
 
 HEAVY = (
+    "03_ultrasonic_actuator",
+    "04_sketch_to_code",
     "06_identify_the_stack",
     "07_what_do_my_data_determine",
     "08_a_persons_proof",

@@ -69,7 +69,11 @@ def test_bench_imports_nothing_of_the_tool() -> None:
                     assert name.startswith("hardware.simulators"), (path.name, name)
 
 
-@pytest.mark.parametrize(("name", "place"), PAIRS)
+@pytest.mark.parametrize(
+    ("name", "place"),
+    # every play of a hysteresis is a state of its own: half a minute
+    [p if p[0] != "hysteresis" else pytest.param(*p, marks=pytest.mark.long) for p in PAIRS],
+)
 def test_halving_the_step_changes_less_than_the_noise_by_orders(name: Any, place: Any) -> None:
     """Error of the default step is far below the noise floor for every law."""
     t = truth(name, place)

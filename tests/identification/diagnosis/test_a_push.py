@@ -45,6 +45,7 @@ def test_a_push_is_seen_in_noise(summed: bool) -> None:
     assert while_it_lasts(course, summed=summed) == pytest.approx((360, 516), abs=12)
 
 
+@pytest.mark.long
 def test_who_leaned_on_it_and_when() -> None:
     """Two processes: the relations are asked beside the search."""
     model = chain(1.2 * MASS, 0.85 * STIFFNESS, 0.8 * DAMPING)

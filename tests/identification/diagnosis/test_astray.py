@@ -28,6 +28,7 @@ def rotor() -> BondGraph:
     return g
 
 
+@pytest.mark.long
 def test_a_reading_without_a_sign() -> None:
     """The fit of the plain model is nearly zero: its course shows no effect at any port."""
     t = np.asarray(DT * np.arange(400), np.float64)

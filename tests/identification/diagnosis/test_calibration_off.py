@@ -102,7 +102,12 @@ def stated(
 
 
 @pytest.mark.parametrize(
-    ("gain", "speed"), [(1.06, "v"), pytest.param(1.06, "", marks=pytest.mark.long), (0.94, "")]
+    ("gain", "speed"),
+    [
+        pytest.param(1.06, "v", marks=pytest.mark.long),
+        pytest.param(1.06, "", marks=pytest.mark.long),
+        (0.94, ""),
+    ],
 )
 def test_a_calibration_beyond_its_bounds_is_a_finding(gain: float, speed: str) -> None:
     """No second sensor is needed where the other numbers that could make up for it are known."""

@@ -49,7 +49,9 @@ def recorded(
     ("place", "change", "values", "effect"),
     [
         ("F_1", {"drive": Drive(Saturation(-2.2, 2.2))}, {"k": 215.0}, "saturation"),
-        ("d", {"law": Coulomb()}, {"F_c_d": 0.3}, "coulomb_friction"),
+        pytest.param(
+            "d", {"law": Coulomb()}, {"F_c_d": 0.3}, "coulomb_friction", marks=pytest.mark.long
+        ),
         ("u_1", {"gain": 0.104}, {}, "sensor_gain"),
     ],
 )

@@ -31,7 +31,11 @@ def found(true: Sensor, unit: str, factor: float = 1.0) -> Diagnosis:
 
 
 @pytest.mark.parametrize(
-    ("true", "says"), [(Da("x"), "an acceleration (read by Da)"), (Df("x"), "a velocity")]
+    ("true", "says"),
+    [
+        (Da("x"), "an acceleration (read by Da)"),
+        pytest.param(Df("x"), "a velocity", marks=pytest.mark.long),
+    ],
 )
 def test_it_is_told_with_the_sensor_that_reads_it(true: Sensor, says: str) -> None:
     d = found(true, "m")
@@ -50,6 +54,7 @@ def test_a_wrong_sign_is_still_one() -> None:
     assert "acceleration" not in d.advice[0]
 
 
+@pytest.mark.long
 def test_columns_of_different_quantities_that_are_exchanged() -> None:
     with BondGraph("two readings") as g:
         v = One("v")

@@ -138,7 +138,7 @@ def test_bad_counts_are_refused() -> None:
         many_starts(asked(), 2, method="single_shoting")
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.skipif(sys.platform == "win32", reason="kills a process by a signal of its own")
 @pytest.mark.filterwarnings("ignore")
 def test_dask_cluster_that_loses_a_worker_loses_no_start(alone: Starts) -> None:

@@ -21,6 +21,7 @@ def judged(name: str, share: float = 1.0) -> Outcome:
     return run_protocol(name, share=share)
 
 
+@pytest.mark.long
 def test_silverbox() -> None:
     made = judged("silverbox", 0.3)
     assert made.reached
