@@ -55,7 +55,10 @@ def found(wrong: str, factor: float, *read: Sensor) -> Diagnosis:
     [
         ("a", 1 / G, (A, X), "a looks about 9.81 times too small (its unit?)"),
         pytest.param(
-            "x", 180 / np.pi, (X, W), "x looks about 57.3 times too large (its unit?)",
+            "x",
+            180 / np.pi,
+            (X, W),
+            "x looks about 57.3 times too large (its unit?)",
             marks=pytest.mark.long,
         ),
         ("f", -1.0, (CELL, X), "f looks recorded with the wrong sign"),
