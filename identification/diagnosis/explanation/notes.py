@@ -27,10 +27,11 @@ def notes_of(
     known : sequence of Decision
         Effects that were named on another division.
     """
-    data = nominal.problem.data
+    data, declared = nominal.problem.data, nominal.problem.graph.parameters
     floor = dict(zip(data.names, map(float, data.floor), strict=True))
     return (
-        *moved(nominal), *moved_together(nominal), *material.recording.notes, *_chosen(last, holds),
+        *moved(last, declared), *moved_together(last, declared), *material.recording.notes,
+        *_chosen(last, holds),
         *_noise_notes(material.read, floor, material.sure, material.given),
         *rough_rates(nominal.problem.graph, material.recording, material.data.breaks),
         *_growing_notes(last), *_resumed_notes(known),

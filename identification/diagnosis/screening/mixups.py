@@ -15,7 +15,7 @@ import numpy as np
 from joblib import Parallel, delayed
 
 from bondgraph.graph.bond_graph import BondGraph
-from bondgraph.graph.elements import Da, Df, Dq, Element, Sensor
+from bondgraph.graph.elements import Da, Df, Dq, Element, Parameter, Sensor
 from bondgraph.signals.recording import Split
 from bondgraph.signals.units import parse_unit
 from bondgraph.support.arrays import Array
@@ -146,14 +146,13 @@ def stuck(data: Data) -> tuple[str, ...]:
     )
 
 
-def moved(nominal: Fit) -> tuple[str, ...]:
-    """Return a sentence for every parameter that the fit carried absurdly far from its value.
+def moved(last: Fit, declared: Mapping[str, Parameter]) -> tuple[str, ...]:
+    """Return a sentence for every declared parameter that a fit carried absurdly far.
 
     One for all where they are several: then it is rather a channel whose unit is wrong.
     """
     found, ratios = [], []
-    declared = nominal.problem.graph.parameters
-    for e in nominal.estimates:
+    for e in last.estimates:
         start = declared[e.name].value if e.name in declared else 0.0
         ratio = e.value / start if start else 1.0
         if ratio > 0 and not 1 / MOVED < ratio < MOVED:
@@ -164,22 +163,21 @@ def moved(nominal: Fit) -> tuple[str, ...]:
             )
     if len(found) < SEVERAL:
         return tuple(found)
-    channels = ", ".join((*nominal.problem.data.commands, *nominal.problem.data.names))
+    channels = ", ".join((*last.problem.data.commands, *last.problem.data.names))
     return (
         f"check the units of {channels} first: {len(found)} parameters are fitted absurdly far "
         f"from what is declared, at so many times it: {', '.join(ratios)}",
     )
 
 
-def moved_together(nominal: Fit) -> tuple[str, ...]:
+def moved_together(last: Fit, declared: Mapping[str, Parameter]) -> tuple[str, ...]:
     """Return a sentence where all values are fitted by one conversion beside what is declared.
 
     The unit of an only reading shows in no misfit: every parameter makes up for it alike.
     """
-    declared = nominal.problem.graph.parameters
     ratios = [
         e.value / declared[e.name].value
-        for e in nominal.estimates
+        for e in last.estimates
         if e.name in declared and declared[e.name].value
     ]
     if len(ratios) < 2 or min(ratios) <= 0 or max(ratios) > SPREAD * min(ratios):
@@ -188,7 +186,7 @@ def moved_together(nominal: Fit) -> tuple[str, ...]:
     if not (near := _conversions(many)) or not 1 / CLOSE < many / near[0] < CLOSE:
         return ()
     most = max(many, 1 / many)
-    names = ", ".join((*nominal.problem.data.commands, *nominal.problem.data.names))
+    names = ", ".join((*last.problem.data.commands, *last.problem.data.names))
     return (
         f"all values are fitted about {most:.3g} times {'larger' if many > 1 else 'smaller'} than "
         f"declared, as if a unit were forgotten: check those of {names}",

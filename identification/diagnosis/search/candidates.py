@@ -420,6 +420,49 @@ def finish(trial: Candidate, iterations: int, holds: Sequence[str] = tuple(HOLDS
     return trial_of(trial.insertion, trial.home, best) if better else trial
 
 
+def begun_afresh(trials: Sequence[Candidate], options: DiagnosisOptions) -> list[Candidate]:
+    """Fit the laws at the likeliest place once more from declared values; the better fit is kept.
+
+    The nominal fit takes up what a large effect does by values far from the declared ones, or by
+    another behaviour of the commands; a descent from there may never come back.
+    """
+    here = min(trials, key=lambda t: t.train).element
+    made = Parallel(n_jobs=options.jobs)(
+        delayed(_alone)(_afresh, t, options) for t in trials if t.element == here
+    )
+    again = {t.label: t for t in made}
+    return [again.get(t.label, t) for t in trials]
+
+
+def _afresh(trial: Candidate, options: DiagnosisOptions) -> Candidate:
+    """Fit a law from declared values, as commands may behave between samples."""
+    old = trial.fit.problem
+    if old.source_offsets:
+        return trial
+    free = [n for n, p in old.graph.parameters.items() if not p.fixed and n not in old.fixed]
+    declared = {n: old.graph.parameters[n].value for n in free if n in old.starts}
+    plainly = replace(old, known_states={}, known_offsets=(), correction=None)
+    best = trial.fit
+    for hold in possible(options.holds, old.engine.input_rates):
+        posed = replace(
+            plainly, data=replace(old.data, hold=hold), n_sub=4 if hold == "band-limited" else 1
+        )
+        begun = [
+            replace(posed, starts={**old.starts, **declared, **s}) for s in trial.insertion.starts
+        ]
+        try:
+            made = settled_fit(min(begun, key=misfit_at), options.final_iterations)
+        except (BondsightError, np.linalg.LinAlgError, ValueError):
+            continue
+        if _sound(made) and made.cost < STOPPED * best.cost and _rather_or_same(made, best):
+            best = made
+    return trial if best is trial.fit else trial_of(trial.insertion, trial.home, best)
+
+
+def _rather_or_same(other: Fit, best: Fit) -> bool:
+    return other.problem.data.hold == best.problem.data.hold or _rather(other, best)
+
+
 def not_worse(trials: Sequence[Candidate], options: DiagnosisOptions) -> list[Candidate]:
     """Fit laws again that do worse than one they contain: from where that one ended.
 

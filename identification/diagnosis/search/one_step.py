@@ -26,9 +26,11 @@ from identification.diagnosis.screening.port_history import FittedModel
 from identification.diagnosis.screening.score_test import Screened
 from identification.diagnosis.search.base import Base
 from identification.diagnosis.search.candidates import (
+    FAR,
     Candidate,
     DiagnosisOptions,
     astray,
+    begun_afresh,
     finished,
     fitted,
     fitted_insertions,
@@ -531,7 +533,10 @@ def _finished(
         still = [t for t in trials if t.label not in known and _on_its_way(t, best)]
         done += finished(sorted(still, key=lambda t: t.train)[:STILL], options)
     rest = [t for t in trials if t.label not in {d.label for d in done}]
-    return sorted([*done, *rest], key=lambda t: t.test)
+    made = [*done, *rest]
+    if min(t.train for t in made) > FAR:
+        made = begun_afresh(made, options)
+    return sorted(made, key=lambda t: t.test)
 
 
 def _on_its_way(trial: Candidate, best: float) -> bool:
