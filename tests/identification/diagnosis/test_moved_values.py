@@ -9,7 +9,6 @@ from bondgraph.graph.elements import Parameter
 from identification.diagnosis.screening.mixups import moved
 from tests.spring import spring
 
-
 DECLARED = spring().parameters
 
 
