@@ -57,6 +57,7 @@ def as_before(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]
 
 
 HEAVY = (
+    "01_from_model_to_repaired_fit",
     "03_ultrasonic_actuator",
     "04_sketch_to_code",
     "06_identify_the_stack",

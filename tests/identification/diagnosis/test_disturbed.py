@@ -99,6 +99,7 @@ def test_stretches_agree_on_what_predicts_better() -> None:
     assert replace(better, losses=once).behind(better) < 1.5
 
 
+@pytest.mark.long
 def test_the_command_takes_places_and_names_wrong_ones(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
