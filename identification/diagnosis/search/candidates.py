@@ -364,6 +364,16 @@ def astray(nominal: Fit) -> bool:
     return bool((clear & (missed > LOST * moves)).any())
 
 
+def bent(nominal: Fit) -> bool:
+    """Whether a fit ended at a bound, or far from a value that is declared."""
+    declared = {n: p.value for n, p in nominal.problem.graph.parameters.items()}
+    ratios = [e.value / declared[e.name] for e in nominal.estimates if declared.get(e.name)]
+    far = any(r > 0.0 and not 1 / BENT < r < BENT for r in ratios)
+    return far or any(e.at_bound for e in nominal.estimates)
+
+
+BENT = 3.0
+"""Times a declared value from which a fitted one rather does the work of a law that is missing."""
 CLEAR = 5.0
 """Times the noise above which a misfit is no weak reading's noise."""
 LOST = 0.5
@@ -431,7 +441,7 @@ def begun_afresh(trials: Sequence[Candidate], options: DiagnosisOptions) -> list
         delayed(_alone)(_afresh, t, options) for t in trials if t.element == here
     )
     again = {t.label: t for t in made}
-    return [again.get(t.label, t) for t in trials]
+    return sorted((again.get(t.label, t) for t in trials), key=lambda t: t.test)
 
 
 def _afresh(trial: Candidate, options: DiagnosisOptions) -> Candidate:

@@ -31,6 +31,7 @@ from identification.diagnosis.search.candidates import (
     DiagnosisOptions,
     astray,
     begun_afresh,
+    bent,
     finished,
     fitted,
     fitted_insertions,
@@ -114,6 +115,8 @@ def searched(base: Base, task: SearchTask, number: int, named: tuple[str, ...] =
     tell = _told_within(task, number)
     found = search(seen, base.template, ranked, options, tell)
     trials = _finished(found, options, limits.noise)
+    if trials and min(t.train for t in trials) > FAR and bent(base.fit):
+        trials = begun_afresh(trials, options)
     return Searched(base, number, seen, ranked, options, evidence, tuple(trials))
 
 
@@ -533,10 +536,7 @@ def _finished(
         still = [t for t in trials if t.label not in known and _on_its_way(t, best)]
         done += finished(sorted(still, key=lambda t: t.train)[:STILL], options)
     rest = [t for t in trials if t.label not in {d.label for d in done}]
-    made = [*done, *rest]
-    if min(t.train for t in made) > FAR:
-        made = begun_afresh(made, options)
-    return sorted(made, key=lambda t: t.test)
+    return sorted([*done, *rest], key=lambda t: t.test)
 
 
 def _on_its_way(trial: Candidate, best: float) -> bool:
