@@ -436,12 +436,15 @@ def begun_afresh(trials: Sequence[Candidate], options: DiagnosisOptions) -> list
     The nominal fit takes up what a large effect does by values far from the declared ones, or by
     another behaviour of the commands; a descent from there may never come back.
     """
-    here = min(trials, key=lambda t: t.train).element
-    made = Parallel(n_jobs=options.jobs)(
-        delayed(_alone)(_afresh, t, options) for t in trials if t.element == here
-    )
+    ahead = sorted(trials, key=lambda t: t.train)
+    there = [t for t in ahead if t.element == ahead[0].element][:AFRESH]
+    made = Parallel(n_jobs=options.jobs)(delayed(_alone)(_afresh, t, options) for t in there)
     again = {t.label: t for t in made}
     return sorted((again.get(t.label, t) for t in trials), key=lambda t: t.test)
+
+
+AFRESH = 4
+"""Laws that are fitted afresh."""
 
 
 def _afresh(trial: Candidate, options: DiagnosisOptions) -> Candidate:
@@ -452,7 +455,7 @@ def _afresh(trial: Candidate, options: DiagnosisOptions) -> Candidate:
     free = [n for n, p in old.graph.parameters.items() if not p.fixed and n not in old.fixed]
     declared = {n: old.graph.parameters[n].value for n in free if n in old.starts}
     plainly = replace(old, known_states={}, known_offsets=(), correction=None)
-    best = trial.fit
+    short: list[Fit] = []
     for hold in possible(options.holds, old.engine.input_rates):
         posed = replace(
             plainly, data=replace(old.data, hold=hold), n_sub=4 if hold == "band-limited" else 1
@@ -460,17 +463,20 @@ def _afresh(trial: Candidate, options: DiagnosisOptions) -> Candidate:
         begun = [
             replace(posed, starts={**old.starts, **declared, **s}) for s in trial.insertion.starts
         ]
-        try:
-            made = settled_fit(min(begun, key=misfit_at), options.final_iterations)
-        except (BondsightError, np.linalg.LinAlgError, ValueError):
-            continue
-        if _sound(made) and made.cost < STOPPED * best.cost and _rather_or_same(made, best):
-            best = made
-    return trial if best is trial.fit else trial_of(trial.insertion, trial.home, best)
-
-
-def _rather_or_same(other: Fit, best: Fit) -> bool:
-    return other.problem.data.hold == best.problem.data.hold or _rather(other, best)
+        with suppress(BondsightError, np.linalg.LinAlgError, ValueError):
+            short.append(fit(min(begun, key=misfit_at), max_iterations=2 * FIRST, judged=False))
+    begun_well = min(filter(_sound, short), key=lambda f: f.cost, default=None)
+    if begun_well is None or begun_well.cost > HOPELESS[1] * trial.fit.cost:
+        return trial
+    try:
+        made = settled_fit(begun_well.problem, options.final_iterations, begun_well.point)
+    except (BondsightError, np.linalg.LinAlgError, ValueError):
+        return trial
+    same = made.problem.data.hold == old.data.hold
+    better = _sound(made) and made.cost < STOPPED * trial.fit.cost
+    if better and (same or _rather(made, trial.fit)):
+        return trial_of(trial.insertion, trial.home, made)
+    return trial
 
 
 def not_worse(trials: Sequence[Candidate], options: DiagnosisOptions) -> list[Candidate]:
