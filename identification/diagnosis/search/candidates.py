@@ -443,7 +443,7 @@ def begun_afresh(trials: Sequence[Candidate], options: DiagnosisOptions) -> list
     return sorted((again.get(t.label, t) for t in trials), key=lambda t: t.test)
 
 
-AFRESH = 4
+AFRESH = 2
 """Laws that are fitted afresh."""
 
 

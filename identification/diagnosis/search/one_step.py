@@ -115,7 +115,8 @@ def searched(base: Base, task: SearchTask, number: int, named: tuple[str, ...] =
     tell = _told_within(task, number)
     found = search(seen, base.template, ranked, options, tell)
     trials = _finished(found, options, limits.noise)
-    if trials and min(t.train for t in trials) > FAR and bent(base.fit):
+    lost = trials and min(t.train for t in trials) > FAR
+    if number == 0 and lost and bent(base.fit):
         trials = begun_afresh(trials, options)
     return Searched(base, number, seen, ranked, options, evidence, tuple(trials))
 
