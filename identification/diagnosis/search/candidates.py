@@ -445,6 +445,8 @@ def begun_afresh(trials: Sequence[Candidate], options: DiagnosisOptions) -> list
 
 AFRESH = 2
 """Laws that are fitted afresh."""
+VALLEY = 0.1
+"""Part of a law's misfit that a fit afresh has to stay below: it is another valley, or nothing."""
 
 
 def _afresh(trial: Candidate, options: DiagnosisOptions) -> Candidate:
@@ -473,7 +475,7 @@ def _afresh(trial: Candidate, options: DiagnosisOptions) -> Candidate:
     except (BondsightError, np.linalg.LinAlgError, ValueError):
         return trial
     same = made.problem.data.hold == old.data.hold
-    better = _sound(made) and made.cost < STOPPED * trial.fit.cost
+    better = _sound(made) and made.cost < VALLEY * trial.fit.cost
     if better and (same or _rather(made, trial.fit)):
         return trial_of(trial.insertion, trial.home, made)
     return trial
