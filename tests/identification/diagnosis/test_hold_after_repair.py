@@ -44,7 +44,7 @@ def stepped(n: int, seed: int) -> Recording:
 @pytest.mark.parametrize(
     ("n", "seed"),
     [
-        (2000, 8),
+        pytest.param(2000, 8, marks=pytest.mark.long),
         # the nominal fit has capacitors 200 times too large and takes steps for ramps
         (1200, 1),
     ],

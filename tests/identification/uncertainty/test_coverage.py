@@ -55,6 +55,7 @@ def test_white_noise_is_covered_and_coloured_only_by_the_sandwich() -> None:
     assert "nominal  actual" in str(white)
 
 
+@pytest.mark.long
 def test_result_does_not_depend_on_the_number_of_processes() -> None:
     case = case_of(thermal_lag(), samples=200)
     one = coverage(case, 3, kinds=("fisher",), jobs=1)

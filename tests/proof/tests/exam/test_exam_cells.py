@@ -99,6 +99,7 @@ def test_sizes_of_several_effects(cases: list[Case]) -> None:
                 assert 0.0099 < share < 0.0501
 
 
+@pytest.mark.long
 def test_further_effects_come_out_weak(cases: list[Case]) -> None:
     shares = []
     for case in [c for c in cases if c.cell == "weak_further"][:10]:
