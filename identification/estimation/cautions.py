@@ -190,11 +190,15 @@ def miscalibrated(
     asked = {n: (gain_name(n), known.value) for n, known in gains.items()}
     return tuple(
         f"the gain of {n} ends at its bound {ends[name].value:.4g}: its calibration is off by more "
-        f"than {100 * abs(ends[name].value / value - 1.0):.3g} %, or the model lacks something "
-        "that looks so; widen the bound to see how far it goes"
+        f"than {_off(ends[name].value, value)}, or the model lacks something that looks so; widen "
+        "the bound to see how far it goes"
         for n, (name, value) in (declared | asked).items()
         if name in ends
     )
+
+
+def _off(value: float, stated: float) -> str:
+    return f"{100 * abs(value / stated - 1.0):.3g} %" if stated else "was stated"
 
 
 def runs_away(stack: JointProblem, simulated: Sequence[Array]) -> bool:

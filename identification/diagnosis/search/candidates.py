@@ -298,7 +298,7 @@ def _round(
     end: float,
 ) -> list[Candidate]:
     found: list[tuple[str, Candidate]] = []
-    made = results((delayed(_alone)(work, *t) for t in tasks), options.jobs)
+    made = results((delayed(alone)(work, *t) for t in tasks), options.jobs)
     for done, (label, trial) in enumerate(made, start=1):
         if trial is not None:
             found.append((label, trial))
@@ -308,7 +308,7 @@ def _round(
     return [t for _, t in sorted(found, key=lambda pair: pair[0])]
 
 
-def _alone(work: Callable[..., Any], *arguments: Any) -> Any:
+def alone(work: Callable[..., Any], *arguments: Any) -> Any:
     """Run one fit in its process: one thread, no overflow warnings from absurd trial steps."""
     with calm():
         return work(*arguments)
@@ -341,7 +341,7 @@ def attempt(
     for number, (candidate, point) in enumerate(begun):
         try:
             short.append(begun_from(candidate, point or start_point(candidate), FIRST))
-            if point is not None and _sound(short[-1]):
+            if point is not None and sound(short[-1]):
                 break  # the others only where it runs away on the rest of the record
             # windows forgive a start: one way through them is enough
             if number == 0 and (problem.source_offsets or lost):
@@ -349,7 +349,7 @@ def attempt(
                 short.append(fit(again, max_iterations=FIRST, judged=False))
         except (BondsightError, np.linalg.LinAlgError, ValueError):
             continue
-    short = [r for r in short if _sound(r)]
+    short = [r for r in short if sound(r)]
     if not short:
         return insertion.label, None
     return insertion.label, trial_of(insertion, home, judge(min(short, key=lambda r: r.cost)))
@@ -364,16 +364,6 @@ def astray(nominal: Fit) -> bool:
     return bool((clear & (missed > LOST * moves)).any())
 
 
-def bent(nominal: Fit) -> bool:
-    """Whether a fit ended at a bound, or far from a value that is declared."""
-    declared = {n: p.value for n, p in nominal.problem.graph.parameters.items()}
-    ratios = [e.value / declared[e.name] for e in nominal.estimates if declared.get(e.name)]
-    far = any(r > 0.0 and not 1 / BENT < r < BENT for r in ratios)
-    return far or any(e.at_bound for e in nominal.estimates)
-
-
-BENT = 3.0
-"""Times a declared value from which a fitted one rather does the work of a law that is missing."""
 CLEAR = 5.0
 """Times the noise above which a misfit is no weak reading's noise."""
 LOST = 0.5
@@ -391,7 +381,7 @@ def go_on(trial: Candidate, iterations: int) -> tuple[str, Candidate | None]:
             result = settled_fit(trial.fit.problem, iterations, trial.fit.point)
     except (BondsightError, np.linalg.LinAlgError, ValueError):
         return trial.label, trial
-    better = _sound(result) and result.cost <= trial.fit.cost * 1.05
+    better = sound(result) and result.cost <= trial.fit.cost * 1.05
     return trial.label, trial_of(trial.insertion, trial.home, result) if better else trial
 
 
@@ -402,13 +392,14 @@ def trial_of(insertion: Insertion, home: bool, result: Fit) -> Candidate:
     )
 
 
-def _sound(r: Fit) -> bool:
+def sound(r: Fit) -> bool:
+    """Whether a fit came to an end with a finite misfit."""
     return r.status is not FitStatus.BROKEN and bool(np.isfinite(r.cost))
 
 
 def finished(trials: Sequence[Candidate], options: DiagnosisOptions) -> list[Candidate]:
     """Go on with every trial from where the search stopped, in their order."""
-    work = (delayed(_alone)(finish, t, options.final_iterations, options.holds) for t in trials)
+    work = (delayed(alone)(finish, t, options.final_iterations, options.holds) for t in trials)
     return list(Parallel(n_jobs=options.jobs)(work))
 
 
@@ -430,57 +421,6 @@ def finish(trial: Candidate, iterations: int, holds: Sequence[str] = tuple(HOLDS
     return trial_of(trial.insertion, trial.home, best) if better else trial
 
 
-def begun_afresh(trials: Sequence[Candidate], options: DiagnosisOptions) -> list[Candidate]:
-    """Fit the laws at the likeliest place once more from declared values; the better fit is kept.
-
-    The nominal fit takes up what a large effect does by values far from the declared ones, or by
-    another behaviour of the commands; a descent from there may never come back.
-    """
-    ahead = sorted(trials, key=lambda t: t.train)
-    there = [t for t in ahead if t.element == ahead[0].element][:AFRESH]
-    made = Parallel(n_jobs=options.jobs)(delayed(_alone)(_afresh, t, options) for t in there)
-    again = {t.label: t for t in made}
-    return sorted((again.get(t.label, t) for t in trials), key=lambda t: t.test)
-
-
-AFRESH = 2
-"""Laws that are fitted afresh."""
-VALLEY = 0.1
-"""Part of a law's misfit that a fit afresh has to stay below: it is another valley, or nothing."""
-
-
-def _afresh(trial: Candidate, options: DiagnosisOptions) -> Candidate:
-    """Fit a law from declared values, as commands may behave between samples."""
-    old = trial.fit.problem
-    if old.source_offsets:
-        return trial
-    free = [n for n, p in old.graph.parameters.items() if not p.fixed and n not in old.fixed]
-    declared = {n: old.graph.parameters[n].value for n in free if n in old.starts}
-    plainly = replace(old, known_states={}, known_offsets=(), correction=None)
-    short: list[Fit] = []
-    for hold in possible(options.holds, old.engine.input_rates):
-        posed = replace(
-            plainly, data=replace(old.data, hold=hold), n_sub=4 if hold == "band-limited" else 1
-        )
-        begun = [
-            replace(posed, starts={**old.starts, **declared, **s}) for s in trial.insertion.starts
-        ]
-        with suppress(BondsightError, np.linalg.LinAlgError, ValueError):
-            short.append(fit(min(begun, key=misfit_at), max_iterations=2 * FIRST, judged=False))
-    begun_well = min(filter(_sound, short), key=lambda f: f.cost, default=None)
-    if begun_well is None or begun_well.cost > HOPELESS[1] * trial.fit.cost:
-        return trial
-    try:
-        made = settled_fit(begun_well.problem, options.final_iterations, begun_well.point)
-    except (BondsightError, np.linalg.LinAlgError, ValueError):
-        return trial
-    same = made.problem.data.hold == old.data.hold
-    better = _sound(made) and made.cost < VALLEY * trial.fit.cost
-    if better and (same or _rather(made, trial.fit)):
-        return trial_of(trial.insertion, trial.home, made)
-    return trial
-
-
 def not_worse(trials: Sequence[Candidate], options: DiagnosisOptions) -> list[Candidate]:
     """Fit laws again that do worse than one they contain: from where that one ended.
 
@@ -492,7 +432,7 @@ def not_worse(trials: Sequence[Candidate], options: DiagnosisOptions) -> list[Ca
     ends = {i: _simpler_ended(t, trials) or _richer_ended(t, best) for i, t in enumerate(trials)}
     work = {i: (trials[i], end) for i, end in ends.items() if end is not None}
     found = Parallel(n_jobs=options.jobs)(
-        delayed(_alone)(_from_there, *w, options.final_iterations) for w in work.values()
+        delayed(alone)(_from_there, *w, options.final_iterations) for w in work.values()
     )
     again = dict(zip(work, found, strict=True))
     return [again.get(i, t) for i, t in enumerate(trials)]
@@ -532,11 +472,11 @@ def _from_there(trial: Candidate, end: Fit, iterations: int) -> Candidate:
     for begun in dict.fromkeys((problem.n_sub, many)):  # few may run away where many do not
         try:
             again = settled_fit(replace(problem, n_sub=begun), iterations)
-            if _sound(again) and again.problem.n_sub < many:
+            if sound(again) and again.problem.n_sub < many:
                 again = fit_from(replace(again.problem, n_sub=many), again.point, iterations)
         except (BondsightError, np.linalg.LinAlgError, ValueError):
             continue
-        if _sound(again):
+        if sound(again):
             better = again.cost < trial.fit.cost
             return trial_of(trial.insertion, trial.home, again) if better else trial
     return trial
@@ -563,17 +503,17 @@ def with_best_hold(result: Fit, iterations: int, holds: Sequence[str]) -> Fit:
         try:
             # half a sample more or less is made up for in a few steps, or the behaviour is wrong
             other = tried_from(problem, best.point, FIRST)
-            if other.status is FitStatus.BROKEN or not _rather(other, best):
+            if other.status is FitStatus.BROKEN or not rather(other, best):
                 continue
             other = settled_fit(problem, iterations, other.point)
         except (BondsightError, np.linalg.LinAlgError, ValueError):
             continue
-        if other.status is not FitStatus.BROKEN and _rather(other, best):
+        if other.status is not FitStatus.BROKEN and rather(other, best):
             best = other
     return best
 
 
-def _rather(other: Fit, best: Fit) -> bool:
+def rather(other: Fit, best: Fit) -> bool:
     """Whether the commands rather behave as in another fit."""
     own = best.problem.data.hold
     return chosen({own: best.cost, other.problem.data.hold: other.cost}, own) != own

@@ -24,14 +24,13 @@ from identification.diagnosis.localisation.blind_relations import BlindRelation
 from identification.diagnosis.localisation.structural_classes import Isolability
 from identification.diagnosis.screening.port_history import FittedModel
 from identification.diagnosis.screening.score_test import Screened
+from identification.diagnosis.search.afresh import begun_afresh, bent
 from identification.diagnosis.search.base import Base
 from identification.diagnosis.search.candidates import (
     FAR,
     Candidate,
     DiagnosisOptions,
     astray,
-    begun_afresh,
-    bent,
     finished,
     fitted,
     fitted_insertions,
