@@ -10,7 +10,7 @@ TRIAL ?= bondsight-out/blind
 VENV := .venv
 BIN := $(VENV)/bin
 
-.PHONY: help environment demo test coverage docs proofs proof proof-quick wheel bench notebooks format clean
+.PHONY: help environment demo test lint types tests coverage docs proofs proof proof-quick wheel bench notebooks format clean
 
 help:
 	@echo "make demo       set up and show what the project does"
@@ -34,10 +34,17 @@ demo: $(VENV)/.core
 bench: $(VENV)/.core
 	$(BIN)/bondsight bench
 
-test: $(VENV)/.test
+# With -j 2 types are checked while tests wait for a device.
+test: lint types tests
+
+lint: $(VENV)/.test
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
+
+types: $(VENV)/.test
 	$(BIN)/mypy -n $(WORKERS)
+
+tests: $(VENV)/.test
 	$(BIN)/python -m pytest -n $(WORKERS) --dist worksteal --durations=15
 
 coverage: $(VENV)/.test

@@ -47,15 +47,19 @@ class ConnectionWatchdog:
         `drive` sets the voltage of the device that is watched (V); by default the terminals.
         """
         put = rig.drive if drive is None else drive
-
-        def act() -> None:
-            if not wanted():
-                return
-            high, begin = rig.volts, rig.now
-            for k in range(1, self.steps + 1):
-                part = k / self.steps
-                rig.at(begin + part * self.fall, lambda v=high * (1.0 - part): put(v))  # type: ignore[misc]
-
         with rig.lock:
-            rig.at(rig.now + self.timeout, act)
-            rig.wait(self.timeout + self.fall)
+            # the very instants: a sum in another order may end before the last step
+            begin = rig.now + self.timeout
+            end = begin + self.fall
+
+            def act() -> None:
+                if not wanted():
+                    return
+                high = rig.volts
+                for k in range(1, self.steps):
+                    part = k / self.steps
+                    rig.at(begin + part * self.fall, lambda v=high * (1.0 - part): put(v))  # type: ignore[misc]
+                rig.at(end, lambda: put(0.0))
+
+            rig.at(begin, act)
+            rig.wait_until(end)

@@ -290,6 +290,17 @@ def test_without_a_watchdog_it_stays_and_is_told(rig: Rig) -> None:
     front.stop()
 
 
+@pytest.mark.parametrize("begin", [1.7, 2.0478125, 3.1, 12.34567])
+def test_a_watchdog_reaches_zero_whenever_it_begins(rig: Rig, begin: float) -> None:
+    """Sums of floating point numbers in another order are another instant."""
+    rig.wait_until(begin)
+    rig.drive(40.0)
+    for timeout, fall in ((0.2, 0.05), (0.1, 0.07), (0.3, 1.0 / 3.0)):
+        rig.drive(40.0)
+        ConnectionWatchdog(timeout, fall).expire(rig, lambda: True)
+        assert rig.volts == 0.0
+
+
 def test_a_program_that_comes_back_in_time_is_left_alone(rig: Rig) -> None:
     """On a paced bench the watchdog looks again when its patience ends."""
     front = ControlFront(rig, watchdog=ConnectionWatchdog(timeout=0.2))
