@@ -69,11 +69,12 @@ def test_bench_imports_nothing_of_the_tool() -> None:
                     assert name.startswith("hardware.simulators"), (path.name, name)
 
 
-@pytest.mark.parametrize(
-    ("name", "place"),
-    # every play of a hysteresis is a state of its own: half a minute
-    [p if p[0] != "hysteresis" else pytest.param(*p, marks=pytest.mark.long) for p in PAIRS],
-)
+def slowest_are_long(pairs: Any) -> list[Any]:
+    """Every play of a hysteresis is a state of its own: half a minute."""
+    return [p if p[0] != "hysteresis" else pytest.param(*p, marks=pytest.mark.long) for p in pairs]
+
+
+@pytest.mark.parametrize(("name", "place"), slowest_are_long(PAIRS))
 def test_halving_the_step_changes_less_than_the_noise_by_orders(name: Any, place: Any) -> None:
     """Error of the default step is far below the noise floor for every law."""
     t = truth(name, place)
@@ -85,7 +86,7 @@ def test_halving_the_step_changes_less_than_the_noise_by_orders(name: Any, place
     assert np.std(coarse.i - fine.i) < 1e-4 * t.noise.i_rms
 
 
-@pytest.mark.parametrize(("name", "place"), INNER)
+@pytest.mark.parametrize(("name", "place"), slowest_are_long(INNER))
 def test_bench_dissipates(name: Any, place: Any) -> None:
     """Supplied minus stored energy never falls by more than the error of its quadrature."""
     t = truth(name, place)
