@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from bondgraph.graph.elements import Parameter
 from bondgraph.hysteresis import Operator
 from bondgraph.laws.law import Law
-from bondgraph.support.errors import unknown_name
+from bondgraph.support.errors import UnusableInput, unknown_name
 from bondgraph.support.ops import CASADI, Ops
 
 if TYPE_CHECKING:
@@ -28,7 +28,7 @@ class Hysteretic(Law):
     ----------
     operator : Operator
         Its numbers are constants of the model, unless they are named in `free`.
-    free : sequence of str
+    free : str or sequence of str
         Numbers that are parameters of the model: ``"beta"``, ``"weights"`` (all of them),
         ``"weights[3]"``, of an operator inside ``"play.weights"``. They are called ``beta_NAME``,
         ``weights_3_NAME`` and ``play_weights_3_NAME`` after the element, a number of one letter
@@ -38,6 +38,8 @@ class Hysteretic(Law):
     ------
     UnknownName
         If the operator has no such number.
+    UnusableInput
+        If `free` is no name at all.
     BadParameter
         If the number may not move (a first threshold, which is zero).
 
@@ -55,7 +57,15 @@ class Hysteretic(Law):
 
     def __post_init__(self) -> None:
         """Check the free numbers."""
-        object.__setattr__(self, "free", tuple(self.free))
+        named: Any = self.free
+        named = (named,) if isinstance(named, str) else named
+        if isinstance(named, bool) or not all(isinstance(n, str) for n in named):
+            known = ", ".join(list(_numbers(self.operator, ()))[:4])
+            raise UnusableInput(
+                f"operator {self.operator.kind}: free = {self.free!r} names no number; "
+                f"give names, such as {known}"
+            )
+        object.__setattr__(self, "free", tuple(named))
         places = self._places()
         if places:  # numbers that may not move are refused here, not in the middle of a run
             import casadi as ca

@@ -80,7 +80,8 @@ def turning_of(base: Program, program: Program) -> ca.Function | None:
         return None
     v = t, x, z, u, p, m, h = [ca.SX.sym(n, *program.rhs.size_in(n)) for n in program.rhs.name_in()]
     du, whole, n = ca.SX.sym("du", u.numel()), ca.SX(m), len(base.states)
-    whole[[program.memory.index(name) for name in program.states[n:]]] = x[n:]
+    if flows := [program.memory.index(name) for name in program.states[n:]]:
+        whole[flows] = x[n:]  # CasADi takes no empty list for an index
     inside = (t, ca.vertcat(x[:n], z), u, p, whole, 0.0 if program is not base else h)
     found, g = arguments_of(base)(*inside), program.residual(*v)
     s = found[0][at]

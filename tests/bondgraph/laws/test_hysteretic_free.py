@@ -16,7 +16,7 @@ from bondgraph.laws import Hysteretic
 from bondgraph.signals.recording import Recording
 from bondgraph.simulation.exact_run import run_record
 from bondgraph.simulation.lure import compile_model
-from bondgraph.support.errors import UnknownName
+from bondgraph.support.errors import UnknownName, UnusableInput
 from bondgraph.support.ops import NUMPY
 from identification.estimation import NO_NUISANCES, Study, Vary, estimate
 from tests.bondgraph.hysteresis.examples import EXAMPLES, PI
@@ -61,6 +61,13 @@ def test_unknown_numbers_are_errors_with_the_nearest() -> None:
         Hysteretic(PI, free=("weight",))
     with pytest.raises(UnknownName, match=r"no number 'weights\[9\]'"):
         Hysteretic(PI, free=("weights[9]",))
+
+
+def test_one_name_is_a_name_and_what_is_none_is_said() -> None:
+    assert Hysteretic(PI, free="weights[2]") == Hysteretic(PI, free=("weights[2]",))  # type: ignore[arg-type]
+    for wrong in (True, ("weights", 3)):
+        with pytest.raises(UnusableInput, match="names no number; give names, such as"):
+            Hysteretic(PI, free=wrong)  # type: ignore[arg-type]
 
 
 def test_law_with_other_numbers_is_the_other_operator() -> None:

@@ -28,6 +28,7 @@ from bondgraph import (
 from bondgraph.equations.codegen import law_functions, program
 from bondgraph.graph.drives import Drive
 from bondgraph.graph.elements import X1
+from bondgraph.hysteresis import PrandtlIshlinskii
 from bondgraph.laws import Coulomb, DahlFriction, GrowingDamping, Hysteretic, Law
 from bondgraph.simulation.flowing import flowing, rates_of
 from bondgraph.simulation.lure import compile_model
@@ -94,6 +95,24 @@ def test_memory_inside_an_algebraic_loop(integrator: str) -> None:
     exact = simulate(graph, time, {"V_in": volt}, accuracy=1e-7)
     found = simulate(graph, time, {"V_in": volt}, accuracy=1e-5, integrator=integrator)
     assert differs(found, exact) < 2e-6
+
+
+@BOTH
+@pytest.mark.parametrize("place", ["F", "k", "x"])
+def test_memory_beside_one_state(place: str, integrator: str) -> None:
+    law: dict[str, Any] = {"law": Hysteretic(PrandtlIshlinskii((0.0, 5.0), (1.0, 0.2)))}
+    with BondGraph("creeping") as graph:
+        tip = One("tip")
+        Se("F", drive=Drive(**law) if place == "F" else None) >> tip
+        tip >> R("d", 1.0)
+        tip >> C("k", stiffness=1.0, **(law if place == "k" else {}))
+        tip >> Dq("x", **(law if place == "x" else {}))
+    time = 0.02 * np.arange(400)
+    force = {"F": 20.0 * np.sin(time)}
+    exact = simulate(graph, time, force, accuracy=1e-7)
+    found = simulate(graph, time, force, accuracy=1e-5, integrator=integrator)
+    assert found.states == ("q_k",)
+    assert differs(found, exact) < 1e-5
 
 
 @BOTH
