@@ -8,7 +8,6 @@ from bondgraph.graph.elements import Element
 from bondgraph.support.arrays import Array
 from identification.diagnosis.catalogue.effect import Hint, Signature
 from identification.diagnosis.screening.port_history import FittedModel
-from identification.study.residual import offset_scale, slots
 
 LAGS = (0.4, 2.0, 6.0, 20.0, 100.0)
 """Time constants to try, in samples."""
@@ -46,6 +45,9 @@ def lagged(u: Array, dt: float, tau: float) -> Array:
 
 def reading_without_offset(scene: FittedModel, element: Element) -> Array:
     """Return the simulated reading of a sensor before its fitted offset, shape (N,), SI."""
+    # the catalogue is listed without loading what simulates
+    from identification.study.residual import offset_scale, slots
+
     past = scene.of(element)
     problem = scene.nominal.problem
     at = scene.data.names.index(element.name)

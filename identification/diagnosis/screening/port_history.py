@@ -4,14 +4,17 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import Element
 from bondgraph.support.arrays import Array
-from identification.estimation.single_record import Fit
-from identification.study.problem import Data
+
+if TYPE_CHECKING:  # the catalogue is listed without loading what fits
+    from identification.estimation.single_record import Fit
+    from identification.study.problem import Data
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,7 +9,6 @@ from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, S
 from identification.diagnosis.catalogue.places import prompt_sensors
 from identification.diagnosis.catalogue.signal_traces import reading_without_offset
 from identification.diagnosis.screening.port_history import FittedModel, PortHistory
-from identification.study.problem import stated_gains
 
 
 class SensorGainEffect(Effect):
@@ -34,7 +33,7 @@ class SensorGainEffect(Effect):
         A calibration that the model leaves open is no place either, the fit finds it; unless it
         is bounded.
         """
-        known, stated = graph.parameters, stated_gains(graph)
+        known, stated = graph.parameters, _stated(graph)
 
         def held(e: Element) -> bool:
             gain = graph.channel_value(e, "gain") if isinstance(e, Sensor) else None
@@ -47,7 +46,7 @@ class SensorGainEffect(Effect):
     def places_in(self, scene: FittedModel) -> tuple[Element, ...]:
         """Return a sensor alone too if its calibration is stated, and that of no command is."""
         found = self.places(scene.graph)
-        stated = stated_gains(scene.nominal.problem.with_chain).keys()
+        stated = _stated(scene.nominal.problem.with_chain).keys()
         if found or stated & scene.data.commands.keys():
             return found
         return tuple(e for e in prompt_sensors(scene.graph) if e.name in stated)
@@ -77,6 +76,13 @@ class SensorGainEffect(Effect):
         graph = graph.with_element(element.name, gain=declared * (1 + error.symbol))
         start = {} if hint is None else hint.by_name((error.name,))
         return self.inserted(element, graph, (start,), (error.name,))
+
+
+def _stated(graph: BondGraph) -> dict[str, str]:
+    # the catalogue is listed without loading what fits
+    from identification.study.problem import stated_gains
+
+    return stated_gains(graph)
 
 
 def _past(scene: FittedModel, element: Element) -> PortHistory:
