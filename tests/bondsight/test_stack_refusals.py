@@ -1,4 +1,4 @@
-"""What ``bondsight stack`` refuses or tells: one line, and no file is left."""
+"""What ``bondsight stack`` and ``compensate`` refuse or tell: one line, and no file is left."""
 
 from __future__ import annotations
 
@@ -8,6 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from actuators.stack.identified import IdentifiedStack
+from actuators.stack.ramps import Interval
 from bondgraph.hysteresis import AlJanaideh
 from bondgraph.signals.recording import Recording
 from bondsight.cli.main import main
@@ -27,6 +29,15 @@ def saved(folder: Path, name: str, volt: np.ndarray, x: np.ndarray) -> str:
     time = np.arange(volt.size) / RATE
     record = Recording(name, time, {"V": volt, "x": x}, {"V": "V", "x": "m"})
     return str(record.save(folder / f"{name}.npz"))
+
+
+def stack_file(folder: Path) -> str:
+    one = Interval.of(3.5, 0.01)
+    stack = IdentifiedStack(
+        "known", ("ramp",), one, Interval.of(65e6, 1e5), STACK, (), 0.0, 100.0, 2e-9, 2e-9, 2e-9
+    )
+    stack.save(folder / "stack.json")
+    return str(folder / "stack.json")
 
 
 def refused(words: list[str], said: str, capsys: pytest.CaptureFixture[str]) -> None:
@@ -123,3 +134,50 @@ def test_options_that_would_be_ignored(capsys: pytest.CaptureFixture[str], tmp_p
         refused(["stack", "mechanical", *words], said, capsys)
     refused(["stack", "identify", file, "--capacitance", "-1"], "above 0", capsys)
     assert [f.suffix for f in tmp_path.iterdir()] == [".npz"]
+
+
+def test_a_target_that_does_not_move_leaves_no_file(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    stack, out = stack_file(tmp_path), tmp_path / "volt.npz"
+    words = ["compensate", stack, "--out", str(out), "--controller", str(tmp_path / "c.toml")]
+    refused([*words, "--target", "sine:0:0:1e-6:1"], "does not move", capsys)
+    refused([*words, "--target", "thesis", "--closed", "0"], "--closed 0: give ticks", capsys)
+    refused([*words, "--target", "sine:1:0:1e-3:1"], "this stack goes", capsys)
+    assert [f.name for f in tmp_path.iterdir()] == ["stack.json"]
+    assert main([*words, "--target", "thesis"]) == 0
+    assert out.exists()
+    assert (tmp_path / "c.toml").exists()
+
+
+@pytest.mark.parametrize(
+    ("head", "spoil", "said"),
+    [
+        ("t[s],x[m]", "nan", "remove or fill them"),
+        ("t[s],x", "", "such as 'x[m]'"),
+        ("t[s],x[m]", "uneven", "even time stamps"),
+        ("t[s],x[V]", "", "no channel is in m (x in V)"),
+        ("t[s],x[m],y[m]", "", "2 channels in m (x, y); leave one"),
+    ],
+)
+def test_remedies_of_a_target_are_those_of_the_verb(
+    head: str, spoil: str, said: str, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    t = np.arange(500) / RATE
+    x = 1e-6 * (1.0 - np.cos(2.0 * np.pi * 2.0 * t))
+    if spoil == "nan":
+        x[100] = np.nan
+    t = t**1.1 if spoil == "uneven" else t
+    columns = (t, x, x)[: head.count(",") + 1]
+    np.savetxt(
+        tmp_path / "t.csv", np.column_stack(columns), delimiter=",", header=head, comments=""
+    )
+    stack = stack_file(tmp_path)
+    capsys.readouterr()
+    words = ["compensate", stack, "--target", str(tmp_path / "t.csv")]
+    assert main([*words, "--out", str(tmp_path / "volt.npz")]) == 2
+    error = capsys.readouterr().err
+    assert said in error
+    assert not any(o in error for o in ("--map", "--rows", "--fs", "--resample"))
+    assert len(error.strip().splitlines()) == 1
+    assert not (tmp_path / "volt.npz").exists()
