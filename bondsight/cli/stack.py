@@ -153,9 +153,10 @@ def _ramps(options: argparse.Namespace) -> Callable[[], Figure]:
     ramps = fit_ramps(records, stiffness, carried=not options.erased)
     print(ramp_table(ramps))
     if len(ramps) > 1:
+        used = [r for r in ramps if r.steady] or ramps
         # what is not known of creep is common to all
-        down = max(r.unsure[0] for r in ramps)
-        print(f"mean: T = {said_of(mean_of(r.transducer for r in ramps).widened(down))} N/V")
+        mean = mean_of(r.transducer for r in used).widened(max(r.unsure[0] for r in used))
+        print(f"mean: T = {said_of(mean)} N/V, of {', '.join(r.name for r in used)}")
     return lambda: figures.loading_figure({r.name: r.largest_rise for r in records})
 
 

@@ -62,6 +62,18 @@ def test_a_good_ramp_passes_and_one_says_what_it_does_not_tell(
     assert "more if" not in said.out
 
 
+def test_the_mean_is_of_ramps(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    volt, x = ramp()
+    time = np.arange(1000) / RATE
+    loop = np.append(np.zeros(200), 50.0 * (1.0 - np.cos(4.0 * np.pi * time)))
+    noise = 2e-9 * np.random.default_rng(5).standard_normal(loop.size)
+    sine = saved(tmp_path, "sine", loop, STACK.run(np.append(volt, loop))[0][volt.size :] + noise)
+    assert main(["stack", "mechanical", saved(tmp_path, "ramp", volt, x), sine]) == 0
+    said = capsys.readouterr().out
+    assert "N/V, of ramp\n" in said
+    assert "sine: the voltage slows down" in said
+
+
 def test_a_recording_that_is_too_short(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     _, x = ramp()
     # a converter with steps of 10 mV
