@@ -48,7 +48,7 @@ def compensation(
     Raises
     ------
     UnusableInput
-        If the target does not begin where the stack rests.
+        If the target does not begin where the stack rests, or does not move.
     VoltageLimit
         If it leaves what the stack can reach.
     NotInvertible
@@ -60,6 +60,11 @@ def compensation(
     if abs(target[0]) > 1e-3 * reach:
         raise UnusableInput(
             f"target: begins at {1e6 * target[0]:.4g} um; begin at 0, where the stack rests"
+        )
+    if not np.ptp(target) > 0.0:
+        raise UnusableInput(
+            f"target: does not move, all {target.size} samples are {1e6 * target[0]:.4g} um; give "
+            "one that goes somewhere"
         )
     inverse = stack.voltage(target, rate, history, limits)
     linear = np.clip(target * stack.high / reach, limits.low, limits.high)

@@ -165,7 +165,7 @@ def loading_slopes(
     Raises
     ------
     UnusableInput
-        If a segment holds fewer than 5 samples.
+        If a segment holds fewer than 5 samples, or one value of the voltage.
     """
     if not isinstance(volt, LoadingCurve):
         if displacement is None:
@@ -190,6 +190,19 @@ def loading_slopes(
     return LoadingSlopes(first, last, chord, noise)
 
 
+def whole_slope(curve: LoadingCurve) -> Slope:
+    """Return the slope of the line through a whole loading curve, m/V.
+
+    Examples
+    --------
+    >>> u = np.linspace(0.0, 100.0, 500)
+    >>> round(1e9 * whole_slope(LoadingCurve(u, 54e-9 * u)).value, 6)
+    54.0
+    """
+    u = curve.volt
+    return _least_squares(u, curve.displacement, float(u.min()), float(u.max()), 1)[0]
+
+
 def _sorted(u: FloatArray) -> NDArray[np.intp]:
     return np.asarray(np.argsort(u, kind="stable"))
 
@@ -207,6 +220,11 @@ def _least_squares(
         )
     v, y = u[inside] - u[inside].mean(), x[inside] - x[inside].mean()
     squares = float(v @ v)
+    if not np.ptp(u[inside]) > 0.0:
+        raise UnusableInput(
+            f"loading slopes: the voltage has one value, {u[inside][0]:.4g} V, over {n} samples "
+            f"between {low:.4g} and {high:.4g} V, so there is no slope; record the whole rise"
+        )
     value = float(v @ y) / squares
     rest = y - value * v
     noise = math.sqrt(float(rest @ rest) / (n - 2))

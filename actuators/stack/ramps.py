@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,6 +13,7 @@ from actuators.stack.loading_curve import (
     LoadingSlopes,
     largest_rises,
     loading_slopes,
+    whole_slope,
 )
 from bondgraph.signals.recording import Recording
 from bondgraph.support.errors import UnusableInput
@@ -28,6 +29,16 @@ GRAVITY = 9.80665
 """m/s^2."""
 AT_ZERO = 1e-2
 """Share of the voltage span within which a virgin curve has to begin."""
+SLOPES = (1e-10, 1e-5)
+"""m/V: one layer of a hard ceramic gives 2e-10, the longest stacks that are sold 1.5e-6."""
+HIGHEST = 1e4
+"""V; stacks end at 1 kV, single discs at a few."""
+SURE = 4.0
+"""Standard errors from which on a slope is one."""
+USUAL_CREEP = (0.02, 0.01)
+"""Share of the displacement in a decade, and the time (s) from which on decades count."""
+STEADY = 0.2
+"""Of the time of the last fifth of the voltage, what the last fiftieth takes; 0.1 on a ramp."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,6 +57,11 @@ class Interval:
     def error(self) -> float:
         """Standard error."""
         return (self.ci95[1] - self.ci95[0]) / (2.0 * 1.96)
+
+    def widened(self, down: float, up: float = 0.0) -> Interval:
+        """Return it with an interval that goes further down and up, by shares of the value."""
+        low, high = self.ci95
+        return Interval(self.value, (low - down * self.value, high + up * self.value))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -173,6 +189,13 @@ class RampFit:
     bend : float
         Share by which the slope rises in the last tenth of the voltage: where a hysteretic store
         still takes a part there, T is too small, and nothing in a free ramp tells by how much.
+    steady : bool
+        The voltage rises up to its end as fast as before; if it slows down, as a sine does, delay
+        and creep bend the curve too.
+    usual_creep : float
+        Share by which usual creep raises the slope of a rise that takes so long.
+    unsure : tuple of float
+        Shares by which T may be less and more, as creep is not known; 0 where it was taken out.
     """
 
     name: str
@@ -181,6 +204,94 @@ class RampFit:
     remanence: Interval | None
     noise: float
     bend: float
+    steady: bool = True
+    usual_creep: float = 0.0
+    unsure: tuple[float, float] = (0.0, 0.0)
+
+    @property
+    def constant(self) -> Interval:
+        """T with an interval that holds what is not known of creep, N/V."""
+        return self.transducer.widened(*self.unsure)
+
+
+def require_stack(record: FromRest) -> None:
+    """Refuse what no piezo stack does.
+
+    Parameters
+    ----------
+    record : FromRest
+
+    Raises
+    ------
+    UnusableInput
+        If the displacement does not follow the largest rise, falls there, or voltage or slope are
+        orders of magnitude beyond any stack.
+    """
+    curve = record.largest_rise
+    span, stroke = float(np.ptp(curve.volt)), float(np.ptp(curve.displacement))
+    name, least, most = record.name, *SLOPES
+    moves = f"x moves {1e6 * stroke:.4g} um in {span:.4g} V"
+    try:
+        slope = whole_slope(curve)
+    except UnusableInput as error:
+        raise UnusableInput(f"{name}: {error}") from None
+    if span < 1e-3 and stroke > 1e-2:
+        raise UnusableInput(f"{name}: {moves}; the columns of voltage and x look exchanged")
+    if span > HIGHEST:
+        raise UnusableInput(
+            f"{name}: the voltage rises by {span:.4g} V, more than any stack bears; it looks in "
+            "mV, not V: write the right unit into the file"
+        )
+    if abs(slope.value) < SURE * slope.standard_error:
+        raise UnusableInput(
+            f"{name}: x does not follow the voltage: the slope of the rise, "
+            f"{1e9 * slope.value:.2g} nm/V, is not told from zero by its error, "
+            f"{1e9 * slope.standard_error:.2g} nm/V; look at amplifier, sensor and wiring, and "
+            "whether x is the right channel"
+        )
+    if slope.value < 0.0:
+        raise UnusableInput(
+            f"{name}: the displacement falls where the voltage rises ({1e9 * slope.value:.4g} "
+            "nm/V); turn the sign of x or of the voltage"
+        )
+    if slope.value > most:
+        unit = "mm" if slope.value < 1e3 * most else "um"
+        raise UnusableInput(
+            f"{name}: {moves}, {1e9 * slope.value:.4g} nm/V, far beyond any piezo stack (the "
+            f"longest give 1500); x looks in {unit}, not m: write the right unit into the file"
+        )
+    if slope.value < least:
+        raise UnusableInput(
+            f"{name}: {moves}, {1e9 * slope.value:.2g} nm/V, less than one layer of ceramic gives "
+            "(0.2); the voltage looks in mV, not V, or x is too small by its unit: write the right "
+            "unit into the file"
+        )
+
+
+def require_different(records: Sequence[FromRest], fresh: FromRest | None = None) -> None:
+    """Refuse a recording that is given twice, and one that judges what was fitted to it.
+
+    Raises
+    ------
+    UnusableInput
+        If two records have the same samples.
+    """
+    for i, one in enumerate(records):
+        for other in records[:i]:
+            if _same(one, other):
+                raise UnusableInput(
+                    f"{one.name}: is given twice (the samples are those of {other.name}); give "
+                    "each recording once, in the order in which they were taken"
+                )
+        if fresh is not None and _same(one, fresh):
+            raise UnusableInput(
+                f"--validate {fresh.name}: is among the recordings that are fitted (its samples "
+                f"are those of {one.name}); validate with one that no fit sees"
+            )
+
+
+def _same(one: FromRest, other: FromRest) -> bool:
+    return np.array_equal(one.volt, other.volt) and np.array_equal(one.x, other.x)
 
 
 def fit_ramp(record: FromRest, stiffness: Interval) -> RampFit:
@@ -200,7 +311,10 @@ def fit_ramp(record: FromRest, stiffness: Interval) -> RampFit:
     if not stiffness.value > 0.0:
         raise UnusableInput(f"stiffness {stiffness.value:g} N/m must be positive")
     curve = record.largest_rise
-    slopes = loading_slopes(curve)
+    try:
+        slopes = loading_slopes(curve)
+    except UnusableInput as said:
+        raise UnusableInput(f"{record.name}: {said}") from None
     span = float(np.ptp(curve.volt))
     end = curve.volt >= curve.volt.max() - 0.2 * span
     curvature = float(
@@ -209,8 +323,13 @@ def fit_ramp(record: FromRest, stiffness: Interval) -> RampFit:
     last = slopes.last
     error = math.hypot(stiffness.value * last.standard_error, stiffness.error * last.value)
     t = Interval.of(stiffness.value * last.value, error)
-    bend = 2.0 * curvature * 0.1 * span / last.value
-    return RampFit(record.name, slopes, t, record.remanence(), record.noise, bend)
+    bend = 2.0 * curvature * 0.1 * span / last.value if last.value else 0.0
+    slow, begin = USUAL_CREEP
+    creep = slow * math.log10(max(curve.volt.size / record.rate / begin, 1.0))
+    steady = last.samples < STEADY * np.count_nonzero(end)
+    return RampFit(
+        record.name, slopes, t, record.remanence(), record.noise, bend, bool(steady), creep
+    )
 
 
 def mean_of(values: Iterable[Interval]) -> Interval:

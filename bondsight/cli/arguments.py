@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import re
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -11,6 +12,8 @@ from bondgraph.support.errors import UnusableInput
 
 OUT = Path("bondsight-out")
 """Where results go by default."""
+EVEN = "write a file with even time stamps and one column of each quantity"
+"""What helps where every remedy of a reader is an option that a verb does not have."""
 MODEL = "catalogue name, package.module:factory, .json or .py file"
 
 
@@ -38,6 +41,31 @@ def reading_of(options: argparse.Namespace) -> dict[str, Any]:
     """Return what the options of `add_reading` say beside the map, where they were asked."""
     given = {n: getattr(options, n, None) for n in ("fs", "rows", "resample")}
     return {n: v for n, v in given.items() if v not in (None, (None, None))}
+
+
+def fitting(error: UnusableInput, *options: str, unit: str = "m") -> UnusableInput:
+    """Return what the reader of a file says, less remedies by options that a verb does not have.
+
+    Parameters
+    ----------
+    error : UnusableInput
+    *options : str
+        Of reading, such as ``--map``, that the verb has.
+    unit : str
+        For a column without one.
+    """
+    from bondgraph.signals.files.columns import NoUnit
+
+    if isinstance(error, NoUnit) and "--map" not in options:
+        return UnusableInput(
+            f"{error.where}, column {error.column!r}: no unit; write it behind the name, such as "
+            f"'{error.column}[{unit}]'"
+        )
+    what, _, remedies = str(error).rpartition("; ")
+    if set(re.findall(r"--[a-z]+", remedies)) <= set(options):
+        return error
+    kept = [r for r in remedies.split(", or ") if set(re.findall(r"--[a-z]+", r)) <= set(options)]
+    return UnusableInput(f"{what}; {', or '.join(kept) or EVEN}")
 
 
 def positive_number(text: str) -> float:

@@ -58,7 +58,7 @@ def _compensate(options: argparse.Namespace) -> int:
         from bondsight.cli.compensate_stack import compensate_stack
 
         return compensate_stack(options)
-    if options.target or options.station or options.closed:
+    if options.target or options.station or options.closed is not None:
         raise UnusableInput("compensate: --target and --station need an identified stack first")
     from actuators.compensation import study as of
     from bondsight.cli.figures import save_figure

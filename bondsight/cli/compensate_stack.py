@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from bondgraph.support.errors import UnusableInput, real_number
-from bondsight.cli.arguments import OUT
+from bondsight.cli.arguments import OUT, fitting
 from bondsight.cli.output import writable
 from bondsight.cli.target import target_of
 
@@ -38,19 +38,29 @@ def compensate_stack(options: argparse.Namespace) -> int:
     out = options.out or OUT / "voltage.npz"
     if out.suffix not in (".npz", ".csv"):
         raise UnusableInput(f"compensate --out {out}: write the voltage to .npz or .csv")
+    if options.closed is not None:
+        _ticks_a_second(options.closed)
     settings = None
     if options.station is not None:
         from hardware.station import read_settings
 
         settings = read_settings(options.station)
-    elif options.closed:
+    elif options.closed is not None:
         raise UnusableInput("--closed: a loop needs a bench; give --station FILE")
     limits = UNIPOLAR if settings is None else settings.envelope.limits
     stack = _stack_of(options.source)
     rate = real_number("--rate", options.rate)
     target = target_of(options.target, rate, "m")
     made = compensation(stack, target, rate, limits)
-    writable(out.parent)
+    before = stack.response(made.linear, rate, made.history)
+    after = stack.response(made.inverse, rate, made.history)
+    rows = {
+        "model, plain gain": tracking(target, before),
+        "model, inverse": tracking(target, after),
+    }
+    files = [out, *([options.controller] if options.controller is not None else [])]
+    for file in files:
+        writable(file.parent)
     if settings is not None:
         _check_bench(options, settings, out.parent)
     time = np.arange(target.size) / rate
@@ -61,25 +71,19 @@ def compensate_stack(options: argparse.Namespace) -> int:
         f"stack:      {stack.name}, {stack.operator.kind}, held out {1e9 * stack.held_out:.2f} nm; "
         f"{1e6 * stack.stroke(made.history):.3f} um up to {stack.high:g} V"
     )
+    if settings is not None:
+        # a bench may refuse too, and what is refused leaves no file
+        with_bench = _measured(options, settings, made, stack)
+        rows |= {name: tracking(target, x) for name, x in with_bench.items()}
     written = voltage.save(out) if out.suffix == ".npz" else voltage.write_csv(out)
     print(f"voltage:    {written}, {made.inverse.min():.2f} to {made.inverse.max():.2f} V")
     if options.controller is not None:
         from bondgraph.support.whole_file import write_atomically
 
-        writable(options.controller.parent)
         write_atomically(options.controller, controller_text(stack))
         print(f"controller: {options.controller}")
-    before = stack.response(made.linear, rate, made.history)
-    after = stack.response(made.inverse, rate, made.history)
-    rows = {
-        "model, plain gain": tracking(target, before),
-        "model, inverse": tracking(target, after),
-    }
-    if settings is not None:
-        with_bench = _measured(options, settings, made, stack)
-        rows |= {name: tracking(target, x) for name, x in with_bench.items()}
-        if options.closed:
-            rows["bench, PI + inverse"] = tracking(*_closed(options, settings, stack))
+    if settings is not None and options.closed is not None:
+        rows["bench, PI + inverse"] = tracking(*_closed(options, settings, stack))
     print(tracking_table(rows, float(np.ptp(target))))
     return 0
 
@@ -113,7 +117,10 @@ def _stack_of(sources: list[Path]) -> IdentifiedStack:
         if len(sources) > 1:
             raise UnusableInput(f"compensate: {sources[0]} is one stack; leave the others out")
         return IdentifiedStack.open(sources[0])
-    recordings = [Recording.read(f) for f in sources]
+    try:
+        recordings = [Recording.read(f) for f in sources]
+    except UnusableInput as error:
+        raise fitting(error) from None
     # neither k nor T is needed for the voltage
     return identify_stack(recordings, Interval.of(65e6, 0.0), name=sources[0].stem).stack
 
@@ -124,20 +131,25 @@ def _check_bench(options: argparse.Namespace, settings: Any, folder: Path) -> No
     from hardware.station import open_station
     from hardware.storage import new_files
 
-    for name in ("plain-gain", "inverse", *(["closed"] if options.closed else [])):
+    for name in ("plain-gain", "inverse", *(["closed"] if options.closed is not None else [])):
         new_files(folder / f"bench-{name}")
-    if options.closed:
+    if options.closed is not None:
         plan = _loop(options)
         with open_station(settings) as bench:
             check_rate(bench.loop(plan), plan)
 
 
+def _ticks_a_second(asked: float) -> float:
+    rate = real_number("--closed", asked)
+    if rate <= 0.0:
+        raise UnusableInput(f"--closed {rate:g}: give ticks a second above 0")
+    return rate
+
+
 def _loop(options: argparse.Namespace) -> LoopPlan:
     from hardware.regulation import LoopPlan
 
-    rate = real_number("--closed", options.closed)
-    if rate <= 0.0:
-        raise UnusableInput(f"--closed {rate:g}: give ticks a second above 0")
+    rate = _ticks_a_second(options.closed)
     return LoopPlan(
         target_of(options.target, rate, "m"), rate, name="closed", asked={"target": options.target}
     )

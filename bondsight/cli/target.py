@@ -9,6 +9,7 @@ import numpy as np
 from bondgraph.signals.recording import Recording
 from bondgraph.support.arrays import FloatArray
 from bondgraph.support.errors import UnusableInput, real_number
+from bondsight.cli.arguments import fitting
 
 MOST = 2e6
 """Ticks of a run."""
@@ -62,9 +63,18 @@ def _ticks(text: str, seconds: float, rate: float) -> FloatArray:
 
 
 def _from_file(file: Path, rate: float, unit: str) -> FloatArray:
-    recording = Recording.read(file)
+    try:
+        recording = Recording.read(file)
+    except UnusableInput as error:
+        raise fitting(error, unit=unit) from None
     found = [n for n in recording.channels if recording.units[n] == unit]
-    if len(found) != 1:
+    if not found:
+        has = ", ".join(f"{n} in {recording.units[n]}" for n in recording.channels)
+        raise UnusableInput(
+            f"{file.name}: no channel is in {unit} ({has}); a target is one, its header such as "
+            f"x[{unit}]"
+        )
+    if len(found) > 1:
         raise UnusableInput(
             f"{file.name}: has {len(found)} channels in {unit} ({', '.join(found)}); leave one"
         )

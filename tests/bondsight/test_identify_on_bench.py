@@ -230,6 +230,7 @@ def test_what_cannot_be_done_moves_nothing(
     assert len(rig.trigger_edges) == edges
     assert session.server.extremes == now
     assert not list(tmp_path.glob("bench-*"))
+    assert not (tmp_path / "v.npz").exists()
 
 
 def test_words_that_make_no_sense(

@@ -14,7 +14,12 @@ from actuators.compensation import UNIPOLAR
 from actuators.compensation.identified_tracking import compensation
 from actuators.stack.conversions import Lumped, Polarised
 from actuators.stack.excitation import join, loading_ramp, sine
-from actuators.stack.identification import Identification, identify_stack
+from actuators.stack.identification import (
+    Identification,
+    fit_ramps,
+    identify_stack,
+    ramp_table,
+)
 from actuators.stack.identified import IdentifiedStack
 from actuators.stack.inner_curves import charge_curve, dipole_curve, fit_capacitor
 from actuators.stack.lumped import stack_lumped
@@ -163,6 +168,57 @@ def test_validation_knows_what_the_stack_has_seen(
     assert "crept" in str(validate(identified.stack, drifting, records))
     with pytest.raises(UnusableInput, match="--capacitance"):
         validate(replace(identified.stack, capacitance=None), fresh)
+
+
+def test_creep_is_taken_out_of_ramps_or_told() -> None:
+    ramp, _ = session()
+    loops = np.concatenate((REST, sine(2, 2, high=100.0, rate=RATE).volt))
+    volt = np.concatenate((ramp, loops))
+    still = AlJanaideh.stack_2hz().run(volt)[0]
+    creep = KelvinVoigtCreep(1.0, (0.02, 0.02, 0.02), (0.05, 0.5, 5.0))
+    x, _ = creep.run(still, creep.initial_memory(0.0), step=1.0 / RATE)
+    x = x + NOISE * np.random.default_rng(4).standard_normal(volt.size)
+    n, k = ramp.size, Interval.of(65e6, 0.0)
+    truth = fit_ramp(from_rest(recording("still", ramp, still[:n])), k).transducer.value
+    crept = [recording("ramp", ramp, x[:n]), recording("loops", loops, x[n:])]
+    records = [from_rest(r) for r in crept]
+    (alone,) = fit_ramps(records[:1], k)
+    assert alone.transducer.value > 1.03 * truth
+    assert alone.constant.ci95[0] < truth < alone.constant.ci95[1]
+    assert "T is less by what there is of it" in ramp_table([alone])
+    both = fit_ramps(records, k)
+    assert both[0].transducer.value == pytest.approx(truth, rel=0.006)
+    assert both[0].constant == both[0].transducer
+    said = ramp_table(both)
+    assert "told from hysteresis" not in said
+    # a sine slows down where the slope is read: no direction is known
+    assert not both[1].steady
+    assert "loops: the voltage slows down" in said
+    # what identify makes of the ramp alone is no better, and is told
+    found = identify_stack(crept[:1], k, counts=(4,))
+    low, high = found.stack.transducer.ci95
+    assert low < truth < high
+    assert "one record" in str(found)
+
+
+def test_which_way_a_bent_loading_curve_errs() -> None:
+    rise = np.append(REST, np.linspace(0.0, 35.0, 2000))
+    bent = fit_ramp(
+        from_rest(recording("bent", rise, AlJanaideh.stack_2hz().run(rise)[0])),
+        Interval.of(65e6, 0.0),
+    )
+    assert bent.steady
+    assert "T is more than this" in ramp_table([bent])
+
+
+def test_a_held_out_error_of_many_times_the_fit_is_told(identified: Identification) -> None:
+    assert "which is held out, is missed" not in str(identified)
+    stack = replace(
+        identified.stack, held_out=40.0 * identified.choice.best(identified.stack.operator.kind).rms
+    )
+    assert "loops, which is held out, is missed by 40 times" in str(
+        replace(identified, stack=stack)
+    )
 
 
 def test_inner_curves_are_those_of_the_models() -> None:

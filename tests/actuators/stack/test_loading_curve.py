@@ -113,6 +113,7 @@ def test_stiffness_error_widens_the_constant() -> None:
         (np.arange(100.0), np.arange(100.0), 1, "2 or more"),
         (np.arange(100.0), np.arange(100.0), 50, "fewer than 50 segments"),
         (np.arange(100.0), None, 50, "beside the voltage"),
+        (np.repeat([0.0, 1.0], 50), np.arange(100.0), 50, "one value, 0 V, over 50 samples"),
     ],
 )
 def test_refusals(volt: np.ndarray, x: np.ndarray | None, segments: int, match: str) -> None:
