@@ -14,7 +14,7 @@ from bondgraph.signals.drive_limits import DriveLimits
 from bondgraph.signals.recording import Recording
 from bondgraph.support.arrays import FloatArray
 from bondgraph.support.errors import UnusableInput, real_number
-from hardware.envelope import Envelope
+from hardware.envelope import Envelope, allowed_share
 from identification.experiments.design import (
     demagnetise,
     multisine,
@@ -30,6 +30,12 @@ RATE = 10e3
 MOST = 2e7
 """Samples of a signal; ten times what a patient person records."""
 
+COUNTED = ("session", "sine", "triangle", "multisine")
+"""Signals whose length is the number of samples that is asked for."""
+
+HASTE = 1.1
+"""How much faster than asked for a player of a card may run to catch up."""
+
 
 def waveform(
     text: str, rate: float | None, samples: int, envelope: Envelope, seed: int
@@ -43,7 +49,8 @@ def waveform(
     rate : float, optional
         Hz; by default that of a file with a time of its own, else `RATE`.
     samples : int
-        Length; files, demagnetisations, ramps, staircases and reversals have their own.
+        Length; files, demagnetisations, ramps, staircases and reversals have their own. Without
+        LOW:HIGH the others become as small as the steps between samples have to be.
     envelope : Envelope
         Limits.
     seed : int
@@ -59,12 +66,18 @@ def waveform(
     if rate is not None and not (math.isfinite(rate) and rate > 0.0):
         raise UnusableInput(f"--rate {rate:g}: give a positive number of samples a second")
     hz = RATE if rate is None else rate
+    if kind in COUNTED and samples > MOST:
+        raise UnusableInput(f"--samples {samples}: give at most {MOST:g} of --signal {kind}")
     if kind == "session" and not rest:
         return session_signal(hz, samples, limits, seed=seed).values, hz
     if kind in SHAPES:
         wanted, made = SHAPES[kind]
         numbers, low, high = _numbers(text, rest, wanted, limits)
-        return made(_Asked(text, hz, samples, low, high, limits, seed), *numbers), hz
+        asked = _Asked(text, hz, samples, low, high, limits, seed)
+        volts = made(asked, *numbers)
+        if kind in COUNTED and len(rest.split(":")) == len(wanted):
+            volts = _fitted(asked, volts, envelope, 0.5 if kind == "multisine" else 0.0)
+        return volts, hz
     if kind == "demagnetise":
         bias = 0.5 * (envelope.v_min + envelope.v_max)
         bias = real_number("--signal demagnetise", rest) if rest else bias
@@ -76,6 +89,16 @@ def waveform(
         f"--signal {text}: is no signal; give session, {known} (each may end with :LOW:HIGH), "
         "demagnetise:VOLTS, or a file with one channel in V"
     )
+
+
+def _fitted(a: _Asked, volts: FloatArray, envelope: Envelope, place: float) -> FloatArray:
+    """Make a signal of no size of its own so small that its steps are allowed.
+
+    What stays is the voltage at this share of the range: the middle, or the lowest.
+    """
+    share = allowed_share(envelope, volts, a.rate, HASTE)
+    kept = a.low + place * a.span
+    return volts if share == 1.0 else kept + share * (1.0 - 1e-9) * (volts - kept)
 
 
 def erasure(volts: float, rate: float, envelope: Envelope) -> FloatArray:

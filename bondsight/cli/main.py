@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import io
 import os
+import signal
 import sys
 from collections.abc import Sequence
 from importlib import import_module
@@ -97,6 +98,19 @@ def main(arguments: Sequence[str] | None = None) -> int:
         whole = "; ".join([*said, *getattr(error, "__notes__", ())])
         print(f"bondsight: {' '.join(whole.split())}", file=sys.stderr)
         return INTERRUPTED
+    except SystemExit as end:
+        # a signal that ended a drive says where the output stands; others have said all already
+        if notes := getattr(end, "__notes__", ()):
+            whole = "; ".join([f"ended by {_signal(end.code)}", *notes])
+            print(f"bondsight: {' '.join(whole.split())}", file=sys.stderr)
+        raise
+
+
+def _signal(code: object) -> str:
+    """Return the name of the signal behind an exit code."""
+    number = code - 128 if isinstance(code, int) else 0
+    known = [s.name for s in signal.Signals if s == number]
+    return known[0] if known else f"exit {code}"
 
 
 class _OneLine(argparse.ArgumentParser):

@@ -128,6 +128,24 @@ def _within_reach(settings: Any, plan: Any, controller: Any) -> None:
         )
 
 
+def _suits(options: argparse.Namespace, settings: Any, controller: Any) -> None:
+    """Refuse the ultrasonic stage's controller elsewhere, and a start that no command reaches."""
+    from actuators.ultrasonic import StageLoop
+
+    if isinstance(controller, StageLoop) and settings.ultrasonic is None:
+        raise UnusableInput(
+            f"--controller {options.controller}: is made for the ultrasonic stage, but "
+            f"{settings.name} has no [ultrasonic] driver in its station file; choose one for its "
+            "actuator (stack), or describe the driver there"
+        )
+    envelope = settings.envelope
+    if not envelope.v_min <= options.start <= envelope.v_max:
+        raise UnusableInput(
+            f"--start {options.start:g}: lies outside of the envelope's {envelope.v_min:g} .. "
+            f"{envelope.v_max:g} V; give a voltage between them"
+        )
+
+
 def _run(options: argparse.Namespace, settings: Any, plan: Any, controller: Any) -> None:
     import numpy as np
 
@@ -135,6 +153,7 @@ def _run(options: argparse.Namespace, settings: Any, plan: Any, controller: Any)
     from hardware.regulation import record_loop
     from hardware.station import open_station
 
+    _suits(options, settings, controller)
     _within_reach(settings, plan, controller)
     print(f"envelope:   {settings.envelope.describe().splitlines()[0]}")
     print(

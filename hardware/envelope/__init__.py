@@ -19,4 +19,5 @@ from hardware.envelope.state import OutputState as OutputState
 from hardware.envelope.state import OutputStatus as OutputStatus
 from hardware.envelope.watchdog import Fed as Fed
 from hardware.envelope.watchdog import Heartbeat as Heartbeat
+from hardware.envelope.wave import allowed_share as allowed_share
 from hardware.envelope.wave import check_wave as check_wave

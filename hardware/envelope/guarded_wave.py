@@ -247,9 +247,13 @@ class GuardedWave:
         except Exception as second:
             error.add_note(f"the way down failed too: {second}; {self._output.status}")
 
+    @property
+    def _haste(self) -> float:
+        return max(float(getattr(self._raw, "haste", 1.0)), 1.0)
+
     def _check_haste(self, wave: Array, rate: float) -> None:
         """Refuse what leaves the limits when the player hurries after a stall."""
-        haste = float(getattr(self._raw, "haste", 1.0))
+        haste = self._haste
         if haste <= 1.0:
             return
         try:
@@ -269,7 +273,7 @@ class GuardedWave:
         if output.clamp or rounding.all():
             wave = np.clip(wave, low, high)
             wave.setflags(write=False)
-        check_wave(envelope, wave, rate, converter=output.converter)
+        check_wave(envelope, wave, rate, converter=output.converter, haste=self._haste)
         self._check_haste(wave, rate)
         return _Prepared(wave, rate, cut & ~rounding)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -24,6 +25,7 @@ def check_wave(
     *,
     converter: Converter | None = None,
     held: Sequence[float] = (),
+    haste: float = 1.0,
 ) -> None:
     """Refuse a waveform that leaves the envelope anywhere.
 
@@ -41,6 +43,8 @@ def check_wave(
         What the device can produce.
     held : sequence of float
         For every dwell of the envelope, how long it has been exceeded before the start (s).
+    haste : float
+        How much faster the player may run to catch up; only what is advised allows for it.
 
     Raises
     ------
@@ -61,7 +65,7 @@ def check_wave(
     if not rate > 0.0:
         raise LimitViolation(f"wave: a rate of {rate:g} Hz; give a positive one")
     _check_range(envelope, wave, rate, converter)
-    _check_steps(envelope, wave, rate)
+    _check_steps(envelope, wave, rate, haste)
     if start is not None:
         check_join(envelope, finite_number(start, "wave: start"), float(wave[0]), rate, "entry")
     if end is not None:
@@ -120,7 +124,7 @@ def _fitting(low: float, high: float, lowest: float, highest: float) -> str:
     return f"its {highest - lowest:g} V peak to peak must become {high - low:g} V or less"
 
 
-def _check_steps(envelope: Envelope, wave: Array, rate: float) -> None:
+def _check_steps(envelope: Envelope, wave: Array, rate: float, haste: float) -> None:
     """Refuse jumps between samples that are too fast or need too much current."""
     if wave.size < 2:
         return
@@ -134,7 +138,7 @@ def _check_steps(envelope: Envelope, wave: Array, rate: float) -> None:
             f"wave: the step to {_where(k + 1, rate)} is {engineering(float(steps[k]), 'V')} in "
             f"{engineering(duration, 's')}, {engineering(float(steps[k]) / duration, 'V/s')} "
             f"against slew {engineering(envelope.slew, 'V/s')}; "
-            + _advice(wave, rate, allowed / largest, envelope)
+            + _advice(envelope, wave, rate, haste)
         )
     curve, i_max = envelope.curve, envelope.i_max
     if curve is None or i_max is None:
@@ -154,19 +158,69 @@ def _check_steps(envelope: Envelope, wave: Array, rate: float) -> None:
     raise LimitViolation(
         f"wave: the step to {_where(k + 1, rate)} needs {engineering(float(current[first]), 'A')} "
         f"into {engineering(float(worst[first]), 'F')}, allowed are {engineering(i_max, 'A')}; "
-        + _advice(wave, rate, i_max / float(current.max()), envelope)
+        + _advice(envelope, wave, rate, haste)
     )
 
 
-def _advice(wave: Array, rate: float, factor: float, envelope: Envelope) -> str:
-    """Say how large or how slow a waveform may be whose steps are too large by ``1 / factor``."""
-    size = factor * float(wave.max() - wave.min())
+def _advice(envelope: Envelope, wave: Array, rate: float, haste: float) -> str:
+    """Say how large or how slow a waveform may be whose steps are too large."""
+    size = allowed_share(envelope, wave, rate, haste) * float(wave.max() - wave.min())
     frequency = dominant(wave, rate)
     at = "in this form" if frequency is None else f"at {engineering(frequency, 'Hz')}"
-    slower = f"{1.0 / factor:.3g} times slower with more samples"
-    if rate * envelope.update_period > 1.0:
-        slower = f"{1.0 / factor:.3g} times slower"
-    return f"largest allowed {at} is {size:.3g} V peak to peak, or play it {slower}"
+    factor = 1.0 / _steps_share(envelope, wave, rate, haste)
+    slower = f"{_rounded(factor, up=True)} times slower"
+    # beyond the update period a jump is no slower than before: only samples in between help
+    if factor > haste * rate * envelope.update_period * (1.0 + ROUNDING):
+        slower += " with more samples"
+    return f"largest allowed {at} is {_rounded(size, up=False)} V peak to peak, or play it {slower}"
+
+
+def allowed_share(envelope: Envelope, wave: ArrayLike, rate: float, haste: float = 1.0) -> float:
+    """Return by how much a waveform has to be scaled so that its steps are allowed, at most 1.
+
+    Parameters
+    ----------
+    envelope : Envelope
+    wave : array_like
+        (n,), voltages at the actuator (V).
+    rate : float
+        Hz.
+    haste : float
+        How much faster the player may run to catch up.
+    """
+    volts = np.asarray(wave, float)
+    share = _steps_share(envelope, volts, rate, haste)
+    if share == 1.0 or envelope.f_max is None or envelope.f_max >= rate / 2.0:
+        return share
+    content = float(above(volts, rate, envelope.f_max).max())
+    allowed = envelope.f_share * (envelope.v_max - envelope.v_min)
+    return min(share, allowed / content) if content > 0.0 else share
+
+
+def _steps_share(envelope: Envelope, wave: Array, rate: float, haste: float) -> float:
+    steps = np.abs(np.diff(wave))
+    largest = float(steps.max(initial=0.0))
+    if largest == 0.0:
+        return 1.0
+    duration = _duration(envelope, haste * rate)
+    share = min(1.0, envelope.slew * duration / largest)
+    curve, i_max = envelope.curve, envelope.i_max
+    if curve is not None and i_max is not None:
+        suspects = np.flatnonzero(curve.largest * steps > i_max * duration)
+        if suspects.size:
+            worst = curve.worst_of_each(wave[suspects], wave[suspects + 1])
+            share = min(share, float(np.min(i_max * duration / (worst * steps[suspects]))))
+    return share
+
+
+def _rounded(number: float, *, up: bool) -> str:
+    """Return three digits, rounded up or down so that what is advised works."""
+    if not 0.0 < number < math.inf:
+        return f"{number:g}"
+    unit = 10.0 ** (math.floor(math.log10(number)) - 2)
+    # what is a few roundings off counts as the number itself
+    whole = math.ceil(number / unit - 1e-9) if up else math.floor(number / unit + 1e-9)
+    return f"{whole * unit:.4g}"
 
 
 def _check_content(envelope: Envelope, wave: Array, rate: float) -> None:
@@ -184,7 +238,8 @@ def _check_content(envelope: Envelope, wave: Array, rate: float) -> None:
             f"wave: content above {engineering(envelope.f_max, 'Hz')} reaches "
             f"{engineering(float(content[k]), 'V')} at {_where(k, rate)}, allowed are "
             f"{engineering(allowed, 'V')}; {advice}, or give it at most "
-            f"{allowed / float(content[k]) * float(wave.max() - wave.min()):.3g} V peak to peak"
+            f"{_rounded(allowed / float(content[k]) * float(np.ptp(wave)), up=False)} V peak "
+            "to peak"
         )
 
 

@@ -6,6 +6,7 @@ there: sample k of the recording has the voltage that holds from its instant on.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
@@ -19,7 +20,7 @@ from bondgraph.support.errors import UnusableInput
 from hardware.contracts import Flag
 from hardware.optics import Ellipse
 from hardware.recorder.beside import INSTANT, beside
-from hardware.recorder.correcting import corrected
+from hardware.recorder.correcting import HeldCommand, corrected
 from hardware.recorder.marking import of_flags, of_losses, slip, with_jitter_judged
 from hardware.recorder.plan import TakePlan
 from hardware.storage import ClockAlignment, JournalFile, Provenance, StreamData, StreamOrigin
@@ -105,9 +106,11 @@ def assemble(
                 f"{', '.join(journal.streams) or 'none'}"
             )
     drive = journal.read(OUTPUT)
-    improved = corrected(journal.read(sensor), index, length, ellipse)
-    measured = improved.stream
     known = {o.stream: o for o in origins}
+    heard = journal.read(sensor)
+    command = _held(drive, heard, plan, known[sensor].nominal_rate)
+    improved = corrected(heard, index, length, ellipse, command)
+    measured = improved.stream
     if plan.synchronisation == "clock":
         made = _same_clock(drive, measured, plan)
     else:
@@ -120,6 +123,20 @@ def assemble(
     made = without_gaps(replace(made, sentences=(*improved.sentences, *lost, *made.sentences)))
     made = replace(made, sentences=(*made.sentences, *of_flags(made.flags)))
     return replace(made, origins=_counted(known, {OUTPUT: drive, sensor: measured}, made.clocks))
+
+
+def _held(drive: StreamData, heard: StreamData, plan: TakePlan, rate: float) -> HeldCommand | None:
+    """Return the command at the samples of a sensor, before their clocks are compared."""
+    if "V" not in drive.channels or not drive.n:
+        return None
+    if plan.synchronisation == "clock":
+        ratio, late = 1.0, 0.0
+    else:
+        ratio = plan.rate / rate
+        # an amplifier's lag, two clocks side by side, and a sensor that was there before the wave
+        late = 2e-4 + 2e-4 * plan.seconds + (0.02 if plan.synchronisation == "none" else 0.0)
+    at = np.searchsorted(drive.numbers, np.floor(heard.numbers * ratio), side="right") - 1
+    return HeldCommand(drive.channels["V"][at.clip(0, drive.n - 1)], math.ceil(late * rate))
 
 
 def recording_of(

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
+from numpy.typing import NDArray
 
 from bondgraph.support.errors import UnusableInput
 from hardware.contracts import Flag
@@ -18,10 +19,13 @@ from hardware.optics import (
     fit_ellipse,
     quadrature_displacement,
 )
+from hardware.optics.step_filter import HALF, step_estimates
 from hardware.storage import StreamData
 
 SHORTEST = 64
 """Samples below which nothing is looked for."""
+LEAST = 0.25
+"""Share of a fringe from which on a step of the command may look like a lost one."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -40,8 +44,28 @@ class CorrectedStream:
     sentences: tuple[str, ...]
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class HeldCommand:
+    """The voltage that was commanded at every sample of a sensor, as well as it is known.
+
+    Attributes
+    ----------
+    volts : ndarray
+        (n,), V.
+    spare : int
+        Samples by which it may belong to others.
+    """
+
+    volts: NDArray[np.float64]
+    spare: int = 0
+
+
 def corrected(
-    stream: StreamData, index: float, length: str = "x", known: Ellipse | None = None
+    stream: StreamData,
+    index: float,
+    length: str = "x",
+    known: Ellipse | None = None,
+    command: HeldCommand | None = None,
 ) -> CorrectedStream:
     """Correct the periodic error if sine and cosine are there, and look for lost fringes.
 
@@ -55,11 +79,13 @@ def corrected(
         Channel of the displacement.
     known : Ellipse, optional
         Of a calibration; used where the record covers too little of a fringe for a fit.
+    command : HeldCommand, optional
+        Where it steps, a jump of the displacement is no lost fringe.
     """
     if length not in stream.channels or stream.n < SHORTEST:
         return CorrectedStream(stream, ())
     found, said = _without_periodic_error(stream, index, length, known)
-    marked, seen = _with_miscounts(found, index, length)
+    marked, seen = _with_miscounts(found, index, length, command)
     return CorrectedStream(marked, (*said, *seen))
 
 
@@ -96,7 +122,7 @@ def _without_periodic_error(
 
 
 def _with_miscounts(
-    stream: StreamData, index: float, length: str
+    stream: StreamData, index: float, length: str, command: HeldCommand | None
 ) -> tuple[StreamData, tuple[str, ...]]:
     """Flag jumps of whole fringes; nothing is repaired."""
     flags = stream.flags.copy()
@@ -108,9 +134,13 @@ def _with_miscounts(
         if b - a < SHORTEST:
             continue
         try:
-            found = find_miscounts(
-                stream.channels[length][a:b], displacement_per_fringe(HELIUM_NEON, index)
-            )
+            fringe = displacement_per_fringe(HELIUM_NEON, index)
+            x = stream.channels[length][a:b]
+            found = find_miscounts(x, fringe)
+            whole = [j for j in found.jumps if j.whole]
+            stepped = _stepped(x, fringe, command, a, b) if whole else None
+            if stepped is not None and any(stepped[j.sample] for j in whole):
+                found = find_miscounts(x, fringe, stepped)
         except UnusableInput as error:
             said.append(f"lost fringes not looked for: {error}")
             continue
@@ -130,6 +160,21 @@ def _with_miscounts(
             "behind are flagged, nothing was repaired: hardware.optics.repaired removes the jumps"
         )
     return replace(stream, flags=flags), tuple(dict.fromkeys(said))
+
+
+def _stepped(
+    x: NDArray[np.float64], fringe: float, command: HeldCommand | None, a: int, b: int
+) -> NDArray[np.bool_] | None:
+    """Return where the command itself steps so far that a fringe may go by; None if nowhere."""
+    if command is None or not (volts := float(np.ptp(command.volts[a:b]))):
+        return None
+    steps = np.abs(step_estimates(command.volts[a:b])) * (float(np.ptp(x)) / volts)
+    reach = HALF + 2 + command.spare
+    near = np.flatnonzero(steps > LEAST * fringe)
+    marks = np.zeros(x.size + 1, np.int64)
+    np.add.at(marks, np.maximum(near - reach, 0), 1)
+    np.add.at(marks, np.minimum(near + reach + 1, x.size), -1)
+    return np.cumsum(marks)[:-1] > 0
 
 
 def _without(units: Mapping[str, str], names: tuple[str, ...]) -> dict[str, str]:

@@ -5,12 +5,13 @@ from __future__ import annotations
 import contextlib
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict
+from pathlib import Path
 from typing import Any, Protocol
 
 from hardware.contracts import Acquisition, Chunk, Flag
 from hardware.errors import BeamLost, HardwareError, LinkLost, Overrun
 from hardware.recorder.station import GuardedVoltage, Preparation
-from hardware.storage import OUTPUT_ENDS, JournalFailed
+from hardware.storage import OUTPUT_ENDS, JournalFailed, recovery
 
 
 class Notebook(Protocol):
@@ -89,7 +90,7 @@ def chunks_of(partial: object) -> list[Chunk]:
 
 
 @contextlib.contextmanager
-def ended(journal: Notebook, name: str, output: GuardedVoltage) -> Iterator[None]:
+def ended(journal: Notebook, path: Path, output: GuardedVoltage) -> Iterator[None]:
     """Write how the output ended; an error is told where the data are."""
     try:
         yield
@@ -98,7 +99,7 @@ def ended(journal: Notebook, name: str, output: GuardedVoltage) -> Iterator[None
         with contextlib.suppress(JournalFailed):
             journal.note({"output_end": end_of(output)})
         error.add_note(str(output.provenance().get("status", "output unknown")))
-        error.add_note(f"what had arrived is in {name}: bondsight acquire --recover {name}")
+        error.add_note(f"what had arrived is in {path}: {recovery(path)}")
         raise
     journal.note({"output_end": end_of(output)})
 

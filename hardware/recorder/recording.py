@@ -26,6 +26,7 @@ from hardware.storage import (
     journal_header,
     new_files,
     open_journal,
+    recovery,
 )
 from hardware.synchrony import ClockWiring
 
@@ -105,7 +106,7 @@ def record(
         alignment=_stated(plan), command=_command(plan), noise=station.noise,
     )  # fmt: skip
     with Journal.create(path, header) as journal:
-        with ended(journal, path.name, station.output):
+        with ended(journal, path, station.output):
             take(station, plan, journal, watch)
         raw = open_journal(path)
         air = air_of(raw)
@@ -115,9 +116,7 @@ def record(
                 index=1.0 if air is None else air.index, ellipse=station.ellipse,
             )  # fmt: skip
         except UnusableInput as error:
-            raise UnusableInput(
-                f"{error}; what arrived is in {path.name}: see bondsight acquire --recover"
-            ) from error
+            raise UnusableInput(f"{error}; what arrived is in {path}: {recovery(path)}") from error
         made = replace(made, sentences=(*station.remarks, *made.sentences))
         recording, provenance = recording_of(
             made, plan.name, raw, station.noise, output_end=end_of(station.output),

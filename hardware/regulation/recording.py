@@ -96,7 +96,7 @@ def record_loop(
         alignment=_clocks(bench.sensor.rate), command=command, noise=bench.noise,
     )  # fmt: skip
     with Journal.create(path, header) as journal:
-        with ended(journal, path.name, bench.output):
+        with ended(journal, path, bench.output):
             timing = regulate(bench, plan, controller, journal, watch)
         raw = open_journal(path)
         made = _assembled(raw, plan, origins, timing)

@@ -5,6 +5,7 @@ from hardware.storage.finishing import finish as finish
 from hardware.storage.finishing import journal_header as journal_header
 from hardware.storage.finishing import new_files as new_files
 from hardware.storage.finishing import open_raw as open_raw
+from hardware.storage.finishing import recovery as recovery
 from hardware.storage.finishing import with_provenance as with_provenance
 from hardware.storage.flag_runs import FlagRun as FlagRun
 from hardware.storage.flag_runs import flag_runs as flag_runs

@@ -8,6 +8,8 @@ behind may be deleted.
 from __future__ import annotations
 
 import os
+import shlex
+import subprocess
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -51,9 +53,16 @@ def new_files(target: str | os.PathLike[str]) -> tuple[Path, Path]:
     if journal.exists():
         raise UnusableInput(
             f"{journal}: exists without {archive.name}, an acquisition was broken off; make "
-            f"recordings of it with bondsight acquire --recover {journal}, or rename it"
+            f"recordings of it with {recovery(journal)}, or rename it"
         )
     return journal, archive
+
+
+def recovery(journal: Path) -> str:
+    """Return the command that makes recordings of a journal, as it is typed from here."""
+    words = str(journal)
+    typed = shlex.quote(words) if os.name == "posix" else subprocess.list2cmdline([words])
+    return f"bondsight acquire --recover {typed}"
 
 
 def journal_header(

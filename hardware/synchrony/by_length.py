@@ -38,6 +38,8 @@ SEPARABLE = 0.3
 AS_GOOD = 1.5
 MISSED = 2.0
 """Factor on the standard errors for what the plays leave out."""
+MANY = 3.0
+"""Standard errors beyond which two numbers do not tell of the same delay."""
 CREEP = (0.01, 0.1, 1.0, 10.0)
 """Time constants of the creep allowed for (s)."""
 FIRST_LAG = 0.4
@@ -197,7 +199,7 @@ def _by_plays(
     trend = np.ones((t.size, 1))
     held = HeldColumns(drive.filled(command)[:, None], step, wiring.hold, lag)
     plain = AlignmentData(held, t, sensor.channel(length)[usable], trend)
-    far = 16.0 / sensor.rate if wiring.most_delay is None else wiring.most_delay
+    far = _far(sensor, wiring)
     skew = 1e-9 if wiring.shared_clock else wiring.most_skew
     guess = first_guess(plain, held, wiring.delay, far, skew, lag).guess
     start = TimeMap(guess.map.delay) if wiring.shared_clock else wiring.bent(guess.map)
@@ -263,6 +265,12 @@ def _judged(
     ]
     covariance[0, 0] += model**2
     known = True
+    if _contradicts(found.delay, float(covariance[0, 0]), sensor, wiring):
+        notes = [
+            "delay less the actuator's own lag cannot be told from this signal: what the length "
+            "says of it is far beyond what the trigger allows, as creep and hysteresis move it; "
+            "drive with several frequencies or steps (if those say so too, see to the trigger)"
+        ]
     if wiring.delay_error is not None:
         found = replace(found, delay=wiring.delay)
         covariance[0] = covariance[:, 0] = 0.0
@@ -284,6 +292,18 @@ def _judged(
         found, covariance, "length", known, float(sensor.time[-1]), factor, wiring.hold,
         fitted.guess.lag, wiring.lag_error, jitter, error, rms=fitted.rms, notes=tuple(notes),
     )  # fmt: skip
+
+
+def _contradicts(delay: float, variance: float, sensor: Stream, wiring: ClockWiring) -> bool:
+    """Whether a delay is by many of its errors beyond where a known trigger makes one look."""
+    if wiring.delay_error is None:
+        return False
+    error = math.sqrt(variance + wiring.delay_error**2)
+    return abs(delay - wiring.delay) > _far(sensor, wiring) + MANY * error
+
+
+def _far(sensor: Stream, wiring: ClockWiring) -> float:
+    return 16.0 / sensor.rate if wiring.most_delay is None else wiring.most_delay
 
 
 def _modelled(held: HeldColumns, model: Model) -> HeldColumns:

@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -59,6 +60,10 @@ def test_a_simulated_take_ends_with_its_seal(
         (["--simulated", "--signal", "ramp"], "write ramp:SECONDS"),
         (["--simulated", "--signal", "ramp:1:5"], "write ramp:SECONDS"),
         (["--simulated", "--signal", "ramp:1e9"], "1e+13 samples"),
+        *(
+            (["--simulated", "--signal", s, "--samples", "100000000"], "give at most 2e+07")
+            for s in ("session", "sine:1", "triangle:1", "multisine:1:9")
+        ),
         (["--simulated", "--signal", "ramp:1:80:20"], "20 V is not above 80 V"),
         (["--simulated", "--signal", "triangle:0"], "stay below half"),
         (["--simulated", "--signal", "staircase:0:1"], "whole number"),
@@ -142,6 +147,25 @@ def test_signals_keep_to_the_envelope(tmp_path: Path) -> None:
     file.write_text("V[V],x[V]\n1,2\n2,3\n")
     with pytest.raises(BondsightError, match="2 channels in V"):
         waveform(str(file), 10.0, 99, e, 0)
+
+
+@pytest.mark.parametrize(
+    ("text", "rate", "samples"),
+    [("multisine:5:100", 1e3, 1000), ("sine:3000", 1e5, 3000), ("sine:300", 1e3, 1000),
+     ("triangle:900", 1e4, 1000)],
+)  # fmt: skip
+def test_a_signal_without_a_size_is_as_large_as_its_steps_may_be(
+    text: str, rate: float, samples: int
+) -> None:
+    e = P840_1_UNIPOLAR
+    volts, _ = waveform(text, rate, samples, e, 0)
+    check_wave(e, volts, 1.1 * rate)
+    with pytest.raises(BondsightError, match="against slew"):
+        check_wave(replace(e, v_min=-9.0, v_max=109.0), 1.01 * volts, 1.1 * rate)
+    assert volts.min() == pytest.approx(0.0, abs=1e-9) or volts.mean() == pytest.approx(50.0)
+    # a size that was asked for is not changed but refused, where it is played
+    asked, _ = waveform(f"{text}:0:100", rate, samples, e, 0)
+    assert np.ptp(asked) > np.ptp(volts)
 
 
 def turning_points(volts: np.ndarray) -> list[float]:

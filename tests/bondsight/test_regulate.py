@@ -84,6 +84,11 @@ BAD = {
     "no such key": (["--controller", "{odd}"], "proportionl"),
     "no such kind": (["--controller", "{kind}"], "did you mean 'inverse'"),
     "no inverse": (["--controller", "{dahl}"], "has no inverse"),
+    "start above": (["--start", "300"], "--start 300: lies outside of the envelope's 0 .. 100 V"),
+    "start below": (["--start=-1"], "--start -1: lies outside"),
+    "no start": (["--start", "nan"], "start"),
+    "ultrasonic": (["--controller", "m661"], "has no [ultrasonic] driver"),
+    "stage": (["--controller", "{stage}"], "has no [ultrasonic] driver"),
     "no sensor": (["--controller", "lock"], "no reading 'lag'"),
     "out of reach": (["--target", "sine:1:0:9e-6:1"], "the operator reaches"),
     "endless": (["--target", "sine:1:0:1e-6:1e9"], "ticks; give 2 to"),
@@ -98,6 +103,7 @@ def test_bad_input_is_one_line_and_moves_nothing(
         "wild": 'kind = "inverse"\nintegral = 1e5\ngain = 1e-8\n',
         "odd": 'kind = "inverse"\nproportionl = 1\n',
         "kind": 'kind = "inverze"\n',
+        "stage": 'kind = "stage"\ncrossover = 20\n',
         "dahl": 'kind = "inverse"\n[operator]\nkind = "dahl"\nstiffness = 1.0\ncoulomb = 1.0\n',
     }
     for name, text in files.items():

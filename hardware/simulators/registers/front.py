@@ -80,7 +80,10 @@ class CardFront(LoopbackServer):
                 # half of an answer, as by a cable pulled in the middle of it
                 link.sendall(_HEAD.pack(count))
                 return
-            answers = self.registers.batch(accesses)
+            try:
+                answers = self.registers.batch(accesses)
+            finally:
+                self._holder.done(link)
             if self.faults.delay:
                 self._stopped.wait(self.faults.delay)
             link.sendall(struct.pack(f"<H{count}I", count, *answers))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from itertools import pairwise
 from typing import Any
 
@@ -13,6 +14,7 @@ from hypothesis import strategies as st
 
 from hardware.envelope import (
     P840_1,
+    P840_1_UNIPOLAR,
     Capacitance,
     Converter,
     Dwell,
@@ -121,6 +123,48 @@ def test_waveforms_say_what_where_how_much_and_what_to_try() -> None:
     assert "content above 9 kHz reaches 1.28 V" in text
     assert "12 kHz must become lower" in text
     check_wave(P840_1, sine(12e3, 2.3, 1e6, 12000), 1e6)
+
+
+def step(volts: float, n: int = 4000) -> np.ndarray:
+    return np.where(np.arange(n) < n // 2, 0.0, volts)
+
+
+@pytest.mark.parametrize(("volts", "rate"), [(1.8, 5e4), (0.9, 1e5)])
+def test_the_step_that_the_reference_of_the_actuators_tells_is_allowed(
+    volts: float, rate: float
+) -> None:
+    check_wave(P840_1_UNIPOLAR, step(volts), 1.1 * rate)
+    refusal(check_wave, P840_1_UNIPOLAR, step(volts * 1.02), 1.1 * rate)
+
+
+@pytest.mark.parametrize("haste", [1.0, 1.1])
+@pytest.mark.parametrize(
+    ("wave", "rate"),
+    [(step(5.0), 5e4), (step(2.0), 5e4), (step(1.0), 1e5), (step(20.1), 1e3), (step(60.0), 1e3),
+     (0.9 * sine(25.0, 100.0, 5e4, 4000) + step(3.0), 5e4), (sine(40.0, 100.0, 200.0), 200.0),
+     (sine(2000.0, 100.0, 1e5), 1e5)],
+)  # fmt: skip
+def test_what_a_refusal_advises_is_allowed(wave: np.ndarray, rate: float, haste: float) -> None:
+    def judged(volts: np.ndarray, rate: float) -> None:
+        check_wave(P840_1_UNIPOLAR, volts, rate, haste=haste)
+        check_wave(P840_1_UNIPOLAR, volts, haste * rate)  # as a player that may hurry
+
+    try:
+        judged(wave, rate)
+    except LimitViolation as refused:
+        said = str(refused)
+    else:
+        assert (haste, wave.max()) in {(1.0, 2.0), (1.0, 1.0)}, "exactly what is allowed"
+        return
+    size = float(re.findall(r"is ([\d.e+-]+) V peak to peak", said)[0])
+    judged(wave * size / np.ptp(wave), rate)
+    slower = float(re.findall(r"play it ([\d.e+-]+) times slower", said)[0])
+    assert slower > 1.0
+    if "more samples" in said:
+        at = np.arange(0.0, wave.size - 1.0, 1.0 / slower)
+        judged(np.interp(at, np.arange(wave.size), wave), rate)
+    else:
+        judged(wave, rate / slower)
 
 
 def test_a_burst_is_not_hidden_by_a_long_record() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import resource
+import shlex
 import signal
 import subprocess
 import sys
@@ -186,6 +187,8 @@ def test_ctrl_c_brings_the_output_down(program: Callable[..., Program], again: s
     assert code == 130
     assert error.startswith("bondsight: stopped")
     assert error.count("\n") == 1
+    assert f"; what had arrived is in {bench.journal}: bondsight acquire --recover " in error
+    assert shlex.split(error)[-1] == str(bench.journal)
     assert bench.server.rig.volts == 0.0
     # down by the gentle ramp and not by a jump
     assert bench.server.extremes.largest_step < 5.0
@@ -194,6 +197,20 @@ def test_ctrl_c_brings_the_output_down(program: Callable[..., Program], again: s
     assert raw.read("output").n >= int(np.count_nonzero(WAVE <= 40.0)) - REPORT
     assert [n.content.get("kind") for n in raw.notes].count("KeyboardInterrupt") == 1
     assert raw.notes[-1].content["output_end"] == "parked"
+
+
+def test_sigterm_brings_the_output_down_and_says_so(program: Callable[..., Program]) -> None:
+    bench = program()
+    bench.start()
+    bench.when(lambda volts: volts > 40.0, lambda: bench.send(signal.SIGTERM))
+    code, _, error = bench.end()
+    assert code == 128 + signal.SIGTERM
+    assert error.startswith("bondsight: ended by SIGTERM; output parked at 0 V")
+    assert error.count("\n") == 1
+    assert shlex.split(error)[-1] == str(bench.journal)
+    left(bench)
+    assert bench.server.departures[-1].volts == 0.0
+    assert open_journal(bench.journal).notes[-1].content["output_end"] == "parked"
 
 
 @pytest.mark.long

@@ -194,6 +194,30 @@ def test_a_fringe_lost_without_a_word_is_flagged(bench: Make, target: Path) -> N
     assert np.diff(taken.recording["x"])[199] == pytest.approx(316.4e-9, abs=60e-9)
 
 
+STAIRS = np.repeat([0.0, 16.0, 32.0, 48.0, 64.0, 48.0, 32.0, 16.0, 0.0], 100)
+"""Of 16 V each, which on this stack are three whole fringes."""
+
+
+@pytest.mark.parametrize("way", ["clock", "start", "none"])
+def test_a_commanded_step_is_no_lost_fringe(bench: Make, target: Path, way: Any) -> None:
+    _, station = bench()
+    plan = TakePlan(STAIRS, 1e3, "stairs", way)
+    taken = record(station.station(plan), plan, target)
+    assert not (flags_of(taken.recording, "interferometer") & Flag.MISCOUNT).any()
+    assert not any("whole fringes" in s for s in taken.sentences)
+
+
+def test_a_fringe_lost_between_the_steps_of_a_command_is_flagged(bench: Make, target: Path) -> None:
+    server, station = bench()
+    plan = TakePlan(STAIRS, 1e3, "stairs", "clock")
+    server.control.answer("FAULT interferometer beam_loss_at=450 beam_bits=0")
+    taken = record(station.station(plan), plan, target)
+    flags = flags_of(taken.recording, "interferometer")
+    assert (flags[450:] & Flag.MISCOUNT).all()
+    assert not (flags[:450] & Flag.MISCOUNT).any()
+    assert any("(+1 at sample 450)" in s or "(-1 at sample 450)" in s for s in taken.sentences)
+
+
 def test_a_decay_before_the_take_makes_it_begin_at_the_same_length(
     bench: Make, target: Path
 ) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -30,6 +31,7 @@ from hardware.storage import (
     new_files,
     open_journal,
     open_raw,
+    recovery,
 )
 from hardware.storage.flag_runs import expanded
 from tests.hardware.storage.samples import chunk
@@ -218,3 +220,16 @@ def test_places_are_checked_before_anything_is_driven(tmp_path: Path) -> None:
     Journal.create(tmp_path / "run.journal", {}).close()
     with pytest.raises(UnusableInput, match="--recover"):
         new_files(tmp_path / "run")
+
+
+def test_the_command_that_recovers_is_typed_as_it_is_printed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("bondsight out").mkdir()
+    journal, _ = new_files(Path("bondsight out") / "run")
+    journal.touch()
+    assert Path(shlex.split(recovery(journal))[-1]).exists()
+    assert recovery(Path("out/run.journal")) == "bondsight acquire --recover out/run.journal"
+    with pytest.raises(UnusableInput, match=r"--recover 'bondsight out/run\.journal', or rename"):
+        new_files(Path("bondsight out") / "run")

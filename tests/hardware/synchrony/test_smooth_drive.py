@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 from scipy.integrate import quad
@@ -36,6 +38,10 @@ def kinked(knots: tuple[float, ...], ratio: tuple[float, ...], delay: float = 0.
 
 def cosine(t: Array, f: float) -> Array:
     return np.asarray(50 - 50 * np.cos(2 * np.pi * f * np.maximum(t, 0.0)))
+
+
+def triangle(t: Array) -> Array:
+    return np.asarray(100.0 - 100.0 * np.abs(1.0 - np.maximum(t, 0.0) % 2.0))
 
 
 def lagging(volt: Array, step: float, tau: float) -> Array:
@@ -229,3 +235,23 @@ def test_what_is_refused() -> None:
     few = Stream.of(RATE, x=sensor.channels["x"][:100])
     with pytest.raises(UnusableInput, match="too few"):
         align(drive, few, SMOOTH)
+
+
+@pytest.mark.parametrize(("volt", "delay", "told"), [(triangle, 0.0, False), (many, 3e-3, True)])
+def test_a_delay_far_beyond_what_the_trigger_allows_is_not_printed(
+    volt: Callable[[Array], Array], delay: float, told: bool
+) -> None:
+    time = np.arange(8192) / RATE
+    clock = TimeMap(delay, 20e-6)
+    fine = np.linspace(-0.1, float(time[-1]) + 0.1, 12 * time.size)
+    answer = STACK.run(volt(np.maximum(fine, 0.0)))[0]
+    x = np.interp(clock.to_drive(time), fine, answer)
+    x = x + 2e-9 * np.random.default_rng(0).standard_normal(x.size)
+    wiring = ClockWiring(delay_error=1.0 / (RATE * 3.0**0.5))
+    found = align(Stream.of(RATE, V=volt(time)), Stream.of(RATE, x=x), wiring)
+    said = " ".join(found.notes)
+    assert ("cannot be told from this signal" in said) is not told
+    assert ("own lag is" in said) is told
+    # what the trigger says of it stays
+    assert found.delay_known
+    assert found.map.delay == 0.0
