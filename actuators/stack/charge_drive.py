@@ -29,7 +29,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from bondgraph import BondGraph, C, One, R, Sf, Zero
-from bondgraph.graph.composing.renaming import declared_parameters
+from bondgraph.graph.composing.renaming import declared_parameters, set_numbers
 from bondgraph.graph.elements import Element
 from bondgraph.support.arrays import FloatArray
 from bondgraph.support.errors import GraphError, UnusableInput
@@ -94,7 +94,9 @@ def current_driven(
     for bond in graph.bonds:
         if source not in (bond.tail, bond.head) and bond.head not in moved:
             new.bond(new[bond.tail], new[bond.head])
-    return new.with_parameters(declared_parameters(graph))
+    known = new.parameters
+    kept = (p for p in set_numbers(graph) if p.name in known)
+    return new.with_parameters((*declared_parameters(graph), *kept))
 
 
 def _leaking(

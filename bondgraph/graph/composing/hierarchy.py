@@ -24,10 +24,11 @@ from bondgraph.graph.composing.binding import Binding, bound, external_signals
 from bondgraph.graph.composing.renaming import (
     Renaming,
     apart,
-    assemble,
     called,
     declared_parameters,
     own_parameters,
+    rebuilt,
+    set_numbers,
 )
 from bondgraph.graph.elements import Element, Junction, One, Zero
 from bondgraph.support.errors import GraphError, nearest, unknown_name
@@ -175,7 +176,7 @@ def use(graph: BondGraph, name: str, /, **bindings: Binding) -> Instance:
         outer.add(e)
     for b in part.bonds:
         outer.bond(outer[b.tail], outer[b.head])
-    for p in declared_parameters(part):
+    for p in (*declared_parameters(part), *set_numbers(part)):
         outer.parameter(**{f.name: getattr(p, f.name) for f in fields(p)})
     elements = {n: part[f"{name}_{n}"] for n in graph.elements}
     return Instance(name, {n: elements[n] for n in ports}, elements)
@@ -225,7 +226,8 @@ def _instantiate(
     kept = [replace(p, name=new) for p in declared if isinstance(new := values[p.name], str)]
     _refuse_collisions(outer, name, [*elements.values(), *(p.name for p in kept)])
     bonds = [(elements[b.tail], elements[b.head]) for b in sub.bonds]
-    return assemble(name, made, bonds, kept), tuple(ports)
+    part = rebuilt(sub, made, bonds, kept, names=values)
+    return part.copy(name), tuple(ports)
 
 
 def _junction_of(sub: BondGraph, port: Port) -> type[Junction]:

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Container, Iterable, Iterator, Mapping
 from dataclasses import dataclass, fields, replace
+from types import MappingProxyType
 from typing import Any, TypeAlias
 
 import sympy as sp
@@ -56,6 +57,33 @@ def assemble(
     return graph.with_parameters(parameters)
 
 
+def rebuilt(
+    graph: BondGraph,
+    elements: Iterable[Element],
+    bonds: Iterable[tuple[str, str]],
+    parameters: Iterable[Parameter],
+    *,
+    without: Container[str] = (),
+    names: Mapping[str, Replacement] = MappingProxyType({}),
+) -> BondGraph:
+    """Return what `assemble` does, with the numbers of laws as they were set in `graph`.
+
+    Parameters
+    ----------
+    without : container of str
+        Parameters whose numbers are those of the new elements.
+    names : mapping
+        Old to new names of parameters.
+    """
+    made = assemble(graph.name, elements, bonds, parameters)
+    known = made.parameters
+    kept = [
+        replace(p, name=new) for p in set_numbers(graph)
+        if p.name not in without and isinstance(new := names.get(p.name, p.name), str)
+    ]  # fmt: skip
+    return made.with_parameters(p for p in kept if p.name in known)
+
+
 def own_parameters(element: Element) -> tuple[Parameter, ...]:
     """Return the parameters an element brings along: its value, its laws."""
     alone = BondGraph("alone")
@@ -75,6 +103,12 @@ def declared_parameters(graph: BondGraph) -> tuple[Parameter, ...]:
     shared = graph.declared_parameters
     own = {n for n, e in found.items() if n not in shared or n not in mentioned_names(e)}
     return tuple(p for n, p in graph.parameters.items() if n not in own)
+
+
+def set_numbers(graph: BondGraph) -> tuple[Parameter, ...]:
+    """Return the numbers of laws that `with_values` changed: kept beside the elements."""
+    declared = {p.name for p in declared_parameters(graph)}
+    return tuple(p for n, p in graph.declared_parameters.items() if n not in declared)
 
 
 def mentioned_names(element: Element) -> frozenset[str]:

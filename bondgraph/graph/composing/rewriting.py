@@ -13,12 +13,12 @@ from bondgraph.graph.composing.renaming import (
     Renaming,
     Replacement,
     apart,
-    assemble,
     called,
     declared_parameters,
     mentioned_names,
     own_parameters,
     reading_other_bond,
+    rebuilt,
 )
 from bondgraph.graph.composing.simplification import (
     bridged,
@@ -67,7 +67,8 @@ def replace(graph: BondGraph, name: str, element: Element) -> BondGraph:
             element if e.name == name else renaming.element(e) for e in graph.elements.values()
         ]
         bonds = [(_put(b.tail, name, new), _put(b.head, name, new)) for b in graph.bonds]
-        result = assemble(graph.name, elements, bonds, declared_parameters(graph))
+        own = {p.name for p in own_parameters(old)}
+        result = rebuilt(graph, elements, bonds, declared_parameters(graph), without=own)
     _refuse_lost_signals(result, element)
     return _no_worse(graph, result, f"{name} ({old.kind}) cannot become a {element.kind}")
 
@@ -116,7 +117,7 @@ def insert(graph: BondGraph, place: Place, chain: Element | Iterable[Element]) -
         first = names[0] if forward else names[-1]
         old = [reading_other_bond(e, bond.name, f"{bond.tail}>{first}") for e in old]
     elements = [*old, *items]
-    result = assemble(graph.name, elements, pairs, declared_parameters(graph))
+    result = rebuilt(graph, elements, pairs, declared_parameters(graph))
     return _no_worse(graph, result, f"{', '.join(names)} cannot be inserted at {where}")
 
 
@@ -154,7 +155,7 @@ def remove(
     else:
         kept = [e for e in graph.elements.values() if e.name != name]
         pairs = [(b.tail, b.head) for b in graph.bonds if b not in bonds]
-        result = assemble(graph.name, kept, pairs, declared_parameters(graph))
+        result = rebuilt(graph, kept, pairs, declared_parameters(graph))
     if drop_parameters:
         before = {p.name for p in unused_parameters(graph)}
         gone = {p.name for p in unused_parameters(result)} - before
@@ -191,14 +192,14 @@ def rename(graph: BondGraph, name: str, new: str) -> BondGraph:
         made = [renaming.element(e) for e in graph.elements.values()]
         parameters = [changed(p, name=new) if p.name == name else p for p in declared]
         pairs = [(elements.get(b.tail, b.tail), elements.get(b.head, b.head)) for b in graph.bonds]
-        return assemble(graph.name, made, pairs, parameters)
+        return rebuilt(graph, made, pairs, parameters, names=values)
 
 
 # -- pieces -----------------------------------------------------------------------------------
 def _only(graph: BondGraph, names: set[str]) -> BondGraph:
     kept = [p for p in declared_parameters(graph) if p.name in names]
     pairs = [(b.tail, b.head) for b in graph.bonds]
-    return assemble(graph.name, graph.elements.values(), pairs, kept)
+    return rebuilt(graph, graph.elements.values(), pairs, kept)
 
 
 def _put(end: str, name: str, new: str) -> str:

@@ -8,9 +8,9 @@ from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.composing.renaming import (
     Renaming,
     apart,
-    assemble,
     declared_parameters,
     mentioned_names,
+    rebuilt,
 )
 from bondgraph.graph.elements import Element, One, Parameter, Sensor, Zero, symbol
 from bondgraph.support.errors import GraphError
@@ -45,7 +45,7 @@ def merge_junctions(graph: BondGraph) -> BondGraph:
         elements = [renaming.element(e) for n, e in graph.elements.items() if n not in into]
         ends = [(into.get(b.tail, b.tail), into.get(b.head, b.head)) for b in graph.bonds]
         pairs = [(tail, head) for tail, head in ends if tail != head]
-        return assemble(graph.name, elements, pairs, declared_parameters(graph))
+        return rebuilt(graph, elements, pairs, declared_parameters(graph))
 
 
 def collapse_junctions(graph: BondGraph, among: Iterable[str] | None = None) -> BondGraph:
@@ -86,16 +86,15 @@ def bridged(graph: BondGraph, name: str) -> BondGraph:
     before = [b for b in graph.bonds[: graph.bonds.index(bonds[0])] if b not in bonds]
     pairs.insert(len(before), (tails[0], heads[0]))
     kept = [e for n, e in graph.elements.items() if n != name]
-    return assemble(graph.name, kept, pairs, declared_parameters(graph))
+    return rebuilt(graph, kept, pairs, declared_parameters(graph))
 
 
 def drop_unused_parameters(graph: BondGraph) -> BondGraph:
     """Return the graph without declared parameters that no element mentions."""
     gone = {p.name for p in unused_parameters(graph)}
     kept = [p for p in declared_parameters(graph) if p.name not in gone]
-    return assemble(
-        graph.name, graph.elements.values(), [(b.tail, b.head) for b in graph.bonds], kept
-    )
+    pairs = [(b.tail, b.head) for b in graph.bonds]
+    return rebuilt(graph, graph.elements.values(), pairs, kept)
 
 
 def unused_parameters(graph: BondGraph) -> tuple[Parameter, ...]:

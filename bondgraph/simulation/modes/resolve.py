@@ -13,7 +13,7 @@ from collections.abc import Iterator, Mapping
 from itertools import product
 
 from bondgraph.graph.bond_graph import BondGraph
-from bondgraph.graph.composing.renaming import apart, assemble, declared_parameters
+from bondgraph.graph.composing.renaming import apart, declared_parameters, rebuilt
 from bondgraph.graph.elements import X0, Element, MSe, MSf, One, Switched, Zero
 from bondgraph.support.errors import GraphError, unknown_name
 
@@ -73,7 +73,7 @@ def in_mode(graph: BondGraph, mode: Mapping[str, bool] | None = None) -> BondGra
             zeros.append(MSe(source) if isinstance(graph[name], X0) else MSf(source))
         pairs = [(b.tail, b.head) for b in graph.bonds]
         pairs += [(off_source(n), n) for n, on in state.items() if not on]
-        return assemble(graph.name, [*elements, *zeros], pairs, declared_parameters(graph))
+        return rebuilt(graph, [*elements, *zeros], pairs, declared_parameters(graph))
 
 
 def modes(graph: BondGraph) -> Iterator[tuple[dict[str, bool], BondGraph]]:
