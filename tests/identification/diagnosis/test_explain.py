@@ -205,6 +205,15 @@ def test_without_advice_it_says_what_the_kind_means() -> None:
         assert len(tail.split()) > 3
 
 
+def test_a_repair_that_leaves_a_misfit_is_not_the_end() -> None:
+    v = verdict() | {"advice": []}
+    rest = {"over_noise": 1.2, "place": [], "kind": "", "regions": []}
+    assert "Use the repaired model" in said(v | {"remaining": {"x": rest}})
+    text = " ".join(said(v | {"remaining": {"x": rest | {"over_noise": 7.26}}}).split())
+    assert "Use the repaired model" not in text
+    assert "it leaves 7.26 times the noise. Record another amplitude" in text
+
+
 def test_an_effect_of_the_user_and_an_absent_number() -> None:
     f = finding("squeaking_hinge", parameters=[
         {"name": "c", "value": None, "unit": "N", "ci95": [None, None]}
