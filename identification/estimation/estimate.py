@@ -39,6 +39,8 @@ ROUNDS = 8
 FAR_OFF, PATIENT = 10.0, 1e-6
 ROUGH = 1e-3
 """Tolerance while noise and sub-steps are not settled."""
+DOUBLINGS = 6
+"""Of the sub-steps, where the run at the start values is not finite."""
 USUAL = "linear"
 """Behaviour of the commands between samples that is fitted first."""
 
@@ -247,6 +249,8 @@ def _settled(
     if method.hears_noise:
         rough = options
     setting, stack, solution = _solve(study, method, rough, setting, point)
+    if solution.status is FitStatus.BROKEN and (finer := _steps_that_run(study, setting, point)):
+        setting, stack, solution = _solve(study, method, rough, finer, point)
     if not method.hears_noise and solution.trace[-1] > FAR_OFF and _going(solution):
         # far from the noise a slow valley is no end: noise taken from there would flatten it
         trace = solution.trace
@@ -270,6 +274,25 @@ def _settled(
         setting, stack, solution = made
         solution = replace(solution, trace=(*trace, *solution.trace[1:]))
     return setting, stack, solution
+
+
+def _steps_that_run(
+    study: Study, setting: SettledSetting, point: JointPoint | None
+) -> SettledSetting | None:
+    """Return the fewest sub-steps with which a run that breaks off arrives, if there are such.
+
+    Steps that are too long for a law run away where the model itself does not.
+    """
+    if study.n_sub is not None:
+        return None
+    for _ in range(DOUBLINGS):
+        steps = tuple(2 * n for n in setting.n_sub)
+        setting = replace(setting, n_sub=steps, n_fine=steps)
+        stack = study.stack(setting)
+        begin = stack.start() if point is None or point.theta.size != stack.n else point
+        if all(np.isfinite(e.residual).all() for e in stack.evaluate(begin, derivatives=False)):
+            return setting
+    return None
 
 
 def _fitting(study: Study, setting: SettledSetting) -> SettledSetting:
