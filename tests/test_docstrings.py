@@ -27,28 +27,29 @@ def test_there_are_examples() -> None:
 
 
 @cache
-def begun(blocks: int) -> dict[str, Any]:
-    """Return what the examples of the reference begin with: the first blocks of their page."""
+def begun(blocks: tuple[int, ...]) -> dict[str, Any]:
+    """Return what the examples of the reference begin with: some blocks of their page."""
     page = (ROOT / "docs/reference/examples.md").read_text(encoding="utf-8")
+    found = re.findall(r"^```python\n(.*?)^```", page, re.M | re.S)
     names: dict[str, Any] = {}
-    for block in re.findall(r"^```python\n(.*?)^```", page, re.M | re.S)[:blocks]:
-        exec(block, names)
+    for number in blocks:
+        exec(found[number], names)
     return names
 
 
-def blocks_for(text: str) -> int:
-    """Return how many blocks the examples of a module need; a diagnosis takes its time."""
+def blocks_for(text: str) -> tuple[int, ...]:
+    """Return which blocks the examples of a module need; a diagnosis takes its time."""
     lines = "\n".join(re.findall(r"(?:>>>|\.\.\.) .*", text))
-    last = ("virtual_bench|STATION", r"\(found[,)]|found\.findings", r"\b(?:fit|study)\b")
-    return next((4 - i for i, words in enumerate(last) if re.search(words, lines)), 1)
+    words = (r"\b(?:fit|study)\b", r"\(found[,)]|found\.findings", "virtual_bench|STATION")
+    return (0, *(i for i, w in enumerate(words, 1) if re.search(w, lines)))
 
 
 @pytest.mark.parametrize("module", MODULES)
 def test_examples_run(module: str) -> None:
     made = import_module(module)
-    count = blocks_for(Path(str(made.__file__)).read_text(encoding="utf-8"))
-    if count == 4 and shutil.which("gcc") is None:
+    blocks = blocks_for(Path(str(made.__file__)).read_text(encoding="utf-8"))
+    if 3 in blocks and shutil.which("gcc") is None:
         pytest.skip("the stub of the interferometer's library is C code")
-    more = {n: v for n, v in begun(count).items() if n not in vars(made)}
+    more = {n: v for n, v in begun(blocks).items() if n not in vars(made)}
     result = doctest.testmod(made, extraglobs=more, optionflags=doctest.ELLIPSIS)
     assert (result.failed, result.attempted > 0) == (0, True)

@@ -130,7 +130,7 @@ def test_free_static_displacement() -> None:
     assert x[-200:].mean() == pytest.approx(10.0 * p.T * p.C_q, rel=1e-4)
 
 
-@pytest.mark.parametrize(("name", "place"), PAIRS)
+@pytest.mark.parametrize(("name", "place"), slowest_are_long(PAIRS))
 def test_recording_is_finite_and_inside_the_range(name: Any, place: Any) -> None:
     """All channels are finite, the command keeps to 0..100 V and starts at the bias."""
     r = record(truth(name, place), SEED, n_samples=512)
