@@ -227,7 +227,9 @@ def settle(
     BondsightError
         If `loud`: they are not finite.
     """
-    n_sub = 1 if hold != "band-limited" else 2
+    # where laws remember, one sub-step and two may miss the same turning points, and agree
+    remembers = any(port.law.n_memory for port in compiled.laws)
+    n_sub = 2 if remembers or hold == "band-limited" else 1
     run = run_record(compiled, p, u, step, x0, n_sub=n_sub, hold=hold, memory=memory)
     if compiled.n_w == 0 and hold != "band-limited":
         return n_sub, run

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from actuators import stack_bond_graph
+from actuators.models.catalogue import MODELS
 from actuators.models.textbook import resonator
 from bondgraph import (
     BondGraph,
@@ -25,7 +26,7 @@ from bondgraph import (
 )
 from bondgraph.hysteresis import MaxwellResistiveCapacitor, play_record
 from bondgraph.laws import Coulomb, Hysteretic, StopSum
-from bondgraph.simulation.exact_run import run_record
+from bondgraph.simulation.exact_run import relative_change, run_record
 from bondgraph.simulation.lure import compile_model
 
 SLIPS = (2e-8, 5e-8, 1.2e-7, 3e-7)  # C m, of the dipole
@@ -257,3 +258,14 @@ def test_rest_under_a_flow_that_only_charges() -> None:
     run = simulate(g, t, {"i": np.full(t.size, 1e-3)}, x0="rest")
     assert run["q"][0] == pytest.approx(0.0, abs=1e-12)
     assert run["q"][-1] == pytest.approx(1e-3 * t[-1], rel=1e-9)
+
+
+def test_a_memory_is_as_accurate_as_asked_for() -> None:
+    """One sub-step and two agree by accident, both further off than what was asked for."""
+    volt = 50 - 50 * np.cos(2 * np.pi * 5e-3 * np.arange(201))
+    volt = volt + 15 * np.sin(2 * np.pi * 33e-3 * np.arange(201))
+    graph, time = MODELS["stack_lumped_maxwell"](), 1e-4 * np.arange(201)
+    exact = simulate(graph, time, {"V_in": volt}, x0="rest", hold="linear", accuracy=1e-7)
+    for accuracy in (1e-3, 1e-4, 1e-5):
+        found = simulate(graph, time, {"V_in": volt}, x0="rest", hold="linear", accuracy=accuracy)
+        assert relative_change(found["x"][:, None], exact["x"][:, None]) < accuracy
