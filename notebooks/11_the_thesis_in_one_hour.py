@@ -184,7 +184,7 @@ axes[0].set(xlabel="voltage (V)", ylabel="length (um)", title="the record that n
 for (name, x), colour in zip(paths.items(), ("C1", "C0", "C2"), strict=True):
     axes[1].plot(1e6 * wanted, 1e9 * (x - wanted), lw=0.7, color=colour, label=name)
 axes[1].set(xlabel="wanted (um)", ylabel="measured less wanted (nm)", title="before and after")
-axes[1].legend()
+axes[1].legend(loc="center", bbox_to_anchor=(0.64, 0.72))
 plt.show()
 
 # %% [markdown]
