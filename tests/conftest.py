@@ -6,6 +6,7 @@ import gc
 import os
 import signal
 import threading
+from collections import Counter
 from collections.abc import Callable, Iterator
 from types import FrameType
 from typing import Any
@@ -50,8 +51,19 @@ def usual_signals() -> Iterator[None]:
         signal.signal(number, signal.SIG_DFL if act is None else act)
 
 
+@pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Begin with the files that hold slow tests, lest one of them be left alone at the end."""
+    """Sample large families, and begin with the files that hold slow tests.
+
+    A slow test at the end would be left alone there.
+    """
+    seen: Counter[str] = Counter()
+    for item in items:
+        family = item.nodeid.partition("[")[0]
+        mark = item.get_closest_marker("sampled")
+        if mark and seen[family] % mark.kwargs["every"]:
+            item.add_marker(pytest.mark.long)
+        seen[family] += 1
     slow = {item.path for item in items if item.get_closest_marker("slow")}
     items.sort(key=lambda item: item.path not in slow)
 

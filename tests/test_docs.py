@@ -79,16 +79,26 @@ def test_the_commands_of_the_pages_exist() -> None:
     assert used <= set(verbs.choices)
 
 
-# what furo adds to each page is its own; the pages are the same with the basic theme
-@pytest.mark.slow
-@pytest.mark.parametrize("theme", ["basic", pytest.param("furo", marks=pytest.mark.long)])
-def test_the_pages_build_without_a_warning(theme: str, tmp_path: Path) -> None:
+def _built(builder: str, folder: Path) -> Path:
     pytest.importorskip("sphinx", reason="the extra 'docs' is not installed")
     made = subprocess.run(
-        [sys.executable, "-m", "sphinx", "-q", "-W", "--keep-going", "-b", "html",
-         "-D", f"html_theme={theme}", ROOT / "docs", tmp_path / "html"],
-        capture_output=True, text=True, check=False, cwd=tmp_path,
+        [sys.executable, "-m", "sphinx", "-q", "-W", "--keep-going", "-b", builder,
+         ROOT / "docs", folder / builder],
+        capture_output=True, text=True, check=False, cwd=folder,
     )  # fmt: skip
     assert made.returncode == 0, made.stderr[-3000:]
-    assert (tmp_path / "html/reference/effects/backlash.html").is_file()
-    assert "bondsight.diagnose" in (tmp_path / "html/reference/api/bondsight.html").read_text()
+    return folder / builder
+
+
+@pytest.mark.slow
+def test_the_pages_are_read_and_linked_without_a_warning(tmp_path: Path) -> None:
+    trees = _built("dummy", tmp_path) / ".doctrees/reference"
+    assert (trees / "effects/backlash.doctree").is_file()
+    assert b"bondsight.diagnose" in (trees / "api/bondsight.doctree").read_bytes()
+
+
+@pytest.mark.long
+def test_the_pages_build_without_a_warning(tmp_path: Path) -> None:
+    pages = _built("html", tmp_path) / "reference"
+    assert (pages / "effects/backlash.html").is_file()
+    assert "bondsight.diagnose" in (pages / "api/bondsight.html").read_text(encoding="utf-8")

@@ -35,6 +35,7 @@ def test_the_stack_with_operators_is_found() -> None:
     assert made.cost == pytest.approx(1.0, abs=0.1)
 
 
+@pytest.mark.long
 def test_lines_name_the_machine_the_limits_and_what_is_missing() -> None:
     lines: list[str] = []
     bench_fit(lines.append, samples=1024, operators=2, peer_samples=120, largest=1e-6, repeats=1)

@@ -66,7 +66,7 @@ def rational_ranks(g: BondGraph, seed: int) -> tuple[int, int, int]:
     return up.rank(), down.rank(), n
 
 
-@pytest.mark.parametrize("loops", [False, True])
+@pytest.mark.parametrize("loops", [pytest.param(False, marks=pytest.mark.long), True])
 def test_random_graphs_have_the_exact_ranks(loops: bool) -> None:
     """Causality alone gives the rank of [A B] and [A; C], and with paths the Kalman verdict."""
     told = {(q, v): 0 for q in ("controllability", "observability") for v in (True, False)}

@@ -142,6 +142,7 @@ def test_chain_has_sixty_elements() -> None:
     assert len(chain(15).elements) >= 60
 
 
+@pytest.mark.sampled(every=3)
 @pytest.mark.parametrize("graph", GRAPHS, ids=lambda g: g.name)
 @pytest.mark.parametrize("marks", [False, True])
 def test_no_labels_overlap(graph: BondGraph, marks: bool) -> None:
@@ -153,6 +154,7 @@ def test_no_labels_overlap(graph: BondGraph, marks: bool) -> None:
     assert set(plan.wires) == set(graph.bonds)
 
 
+@pytest.mark.sampled(every=3)
 @pytest.mark.parametrize("graph", GRAPHS, ids=lambda g: g.name)
 def test_no_bond_crosses_a_foreign_label(graph: BondGraph) -> None:
     plan = layout(graph)
@@ -164,6 +166,7 @@ def test_no_bond_crosses_a_foreign_label(graph: BondGraph) -> None:
                 assert not crosses(a, b, (r.x0, r.y0, r.x1, r.y1)), (bond.name, n)
 
 
+@pytest.mark.sampled(every=3)
 @pytest.mark.parametrize("graph", GRAPHS, ids=lambda g: g.name)
 def test_bonds_are_long_enough_to_be_seen(graph: BondGraph) -> None:
     for points in layout(graph).wires.values():
@@ -173,6 +176,7 @@ def test_bonds_are_long_enough_to_be_seen(graph: BondGraph) -> None:
         assert length > 20.0
 
 
+@pytest.mark.sampled(every=3)
 @pytest.mark.parametrize("graph", GRAPHS, ids=lambda g: g.name)
 def test_svg_is_well_formed_and_deterministic(graph: BondGraph) -> None:
     text = svg(graph)

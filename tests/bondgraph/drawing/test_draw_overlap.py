@@ -183,6 +183,7 @@ def lines_of(root: ET.Element) -> list[list[Point]]:
 NAMES: list[str | int] = [*MODELS, *range(40)]
 
 
+@pytest.mark.sampled(every=4)
 @pytest.mark.parametrize("name", NAMES)
 def test_nothing_hides_a_label_in_the_svg(name: str | int) -> None:
     graph, _, text = drawn(name)

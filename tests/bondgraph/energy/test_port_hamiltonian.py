@@ -276,6 +276,7 @@ def test_gyrators_and_an_autonomous_graph() -> None:
     assert "ports" in str(form)
 
 
+@pytest.mark.sampled(every=3)
 @pytest.mark.parametrize("seed", range(40))
 def test_random_graphs(seed: int) -> None:
     g = random_graph(seed)

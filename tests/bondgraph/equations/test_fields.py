@@ -55,6 +55,7 @@ def two_port(field: Any, first: str, second: str) -> BondGraph:
     return g
 
 
+@pytest.mark.sampled(every=3)
 @pytest.mark.parametrize("energy", [LINEAR, CURVED], ids=["linear", "curved"])
 @pytest.mark.parametrize("first", "ef")
 @pytest.mark.parametrize("second", "efmr")

@@ -173,6 +173,7 @@ def assert_same_numbers(p: Program, scale: dict[str, float] | None = None, times
     assert not p.memory or np.any(memory != np.array(p.virgin))
 
 
+@pytest.mark.sampled(every=3)
 @pytest.mark.parametrize("name", MODELS)
 def test_models_of_the_catalogue(name: str) -> None:
     if name == "stack_lumped_maxwell":
@@ -208,6 +209,7 @@ def test_laws_without_memory(name: str) -> None:
     assert_same_numbers(p)
 
 
+@pytest.mark.sampled(every=4)
 @pytest.mark.parametrize("name", EXAMPLES)
 def test_operators_with_memory(name: str) -> None:
     with BondGraph("operators") as g:

@@ -89,6 +89,7 @@ def same(found: Any, expected: Any) -> None:
     )
 
 
+@pytest.mark.sampled(every=3)
 @pytest.mark.parametrize("name", LAWS)
 def test_printed_python_is_casadi_to_the_last_bit(name: str) -> None:
     law = LAWS[name]
@@ -129,6 +130,7 @@ def library(tmp_path_factory: pytest.TempPathFactory) -> Any:
     return ctypes.CDLL(str(folder / "laws.so"))
 
 
+@pytest.mark.sampled(every=3)
 @pytest.mark.parametrize("name", LAWS)
 def test_printed_c_is_casadi(name: str, library: Any) -> None:
     law = LAWS[name]

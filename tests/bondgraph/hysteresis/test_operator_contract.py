@@ -46,6 +46,7 @@ def test_every_kind_has_an_example() -> None:
     assert {operator.kind for operator in EXAMPLES.values()} == set(OPERATORS)
 
 
+@pytest.mark.sampled(every=2)
 @every
 @quick
 @given(seed=seeds)
@@ -146,6 +147,7 @@ def test_casadi_agrees(operator: Any, matrix: Any) -> None:
         )  # fmt: skip
 
 
+@pytest.mark.sampled(every=3)
 @any_of_all
 def test_sympy_agrees(operator: Any) -> None:
     """At one memory: building the nested minima of an inverse is what takes its time."""

@@ -194,6 +194,7 @@ def oscillator(name: str) -> Compiled:
     return compile_model(spring(1.3, 0.4, 3.0, spring_law, friction, speed="v"))
 
 
+@pytest.mark.sampled(every=3)
 @pytest.mark.parametrize("name", [n for n in LAWS if n != "short bristle"])
 def test_derivatives_against_central_differences(name: str) -> None:
     model = oscillator(name)

@@ -49,6 +49,7 @@ def inputs(model: Compiled) -> Any:
     return u
 
 
+@pytest.mark.sampled(every=5)
 @pytest.mark.parametrize("place", PLACES)
 @pytest.mark.parametrize("name", EXAMPLES)
 def test_the_law_in_the_graph_is_the_operator(name: str, place: str) -> None:

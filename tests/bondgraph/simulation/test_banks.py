@@ -100,6 +100,7 @@ LAWS: dict[str, tuple[Law | None, ...]] = {  # of spring, friction, drive, readi
 WITH_PARAMETERS = ("free weights and widths", "free springs", "free zones before plays")
 
 
+@pytest.mark.sampled(every=3)
 @pytest.mark.parametrize("name", LAWS)
 def test_the_loop_gives_what_closed_code_gives(name: str, path: Callable[[bool], None]) -> None:
     model = oscillator(*LAWS[name])

@@ -98,6 +98,7 @@ def point(model: Compiled) -> Any:
     return p
 
 
+@pytest.mark.sampled(every=2)
 @pytest.mark.parametrize("name", MODELS)
 def test_derivatives_against_central_differences(name: str) -> None:
     model = MODELS[name]()

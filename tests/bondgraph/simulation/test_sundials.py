@@ -97,6 +97,7 @@ def test_memory_inside_an_algebraic_loop(integrator: str) -> None:
     assert differs(found, exact) < 2e-6
 
 
+@pytest.mark.sampled(every=4)
 @BOTH
 @pytest.mark.parametrize("place", ["F", "k", "x"])
 def test_memory_beside_one_state(place: str, integrator: str) -> None:

@@ -74,6 +74,7 @@ def slowest_are_long(pairs: Any) -> list[Any]:
     return [p if p[0] != "hysteresis" else pytest.param(*p, marks=pytest.mark.long) for p in pairs]
 
 
+@pytest.mark.sampled(every=3)
 @pytest.mark.parametrize(("name", "place"), slowest_are_long(PAIRS))
 def test_halving_the_step_changes_less_than_the_noise_by_orders(name: Any, place: Any) -> None:
     """Error of the default step is far below the noise floor for every law."""
@@ -130,6 +131,7 @@ def test_free_static_displacement() -> None:
     assert x[-200:].mean() == pytest.approx(10.0 * p.T * p.C_q, rel=1e-4)
 
 
+@pytest.mark.sampled(every=3)
 @pytest.mark.parametrize(("name", "place"), slowest_are_long(PAIRS))
 def test_recording_is_finite_and_inside_the_range(name: Any, place: Any) -> None:
     """All channels are finite, the command keeps to 0..100 V and starts at the bias."""
@@ -142,6 +144,7 @@ def test_recording_is_finite_and_inside_the_range(name: Any, place: Any) -> None
     assert r.V[0] == 50.0
 
 
+@pytest.mark.sampled(every=4)
 @pytest.mark.parametrize(("name", "place"), SIZED)
 def test_mark_is_in_the_promised_class(name: Any, place: Any) -> None:
     """Deviation from the twin over noise lies in the range of the class.
@@ -158,11 +161,13 @@ def test_mark_is_in_the_promised_class(name: Any, place: Any) -> None:
         assert 0.95 < shows(t, SEED) < 1.5
 
 
+@pytest.mark.sampled(every=4)
 @pytest.mark.parametrize(("name", "place"), SIZED)
 def test_what_is_concealed_shows(name: Any, place: Any) -> None:
     assert shows(truth(name, place), SEED) > 0.95
 
 
+@pytest.mark.sampled(every=2)
 @pytest.mark.parametrize("seed", [3, 2094261339])
 def test_other_parameters_do_not_imitate_what_is_concealed(seed: Any) -> None:
     """The weakest creep is a softer spring but for a part of the noise, so it is made larger."""

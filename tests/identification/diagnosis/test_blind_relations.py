@@ -51,6 +51,7 @@ from tests.identification.diagnosis.three_masses import (
 from tests.settled import simulate
 
 
+@pytest.mark.sampled(every=2)
 @pytest.mark.parametrize(
     ("effect", "port"),
     [({"cubic_k2": 5e4}, "k2"), ({"friction_b1": 0.5}, "b1"), ({"cubic_x2": 5.0}, "x2")],

@@ -152,6 +152,7 @@ def test_a_calibration_within_its_bounds_is_none() -> None:
     assert stated(1.015).kind in ("explained", "parameters_only")
 
 
+@pytest.mark.long
 def test_a_gain_that_is_driven_to_its_bound_is_not_blamed() -> None:
     """What is missing is the spring's: it hardens."""
     d = stated(1.01, Polynomial(orders=(3,), size=1.0), 2e6)

@@ -123,6 +123,7 @@ def test_a_law_that_the_catalogue_does_not_have_gets_no_exact_name() -> None:
     assert v["remaining"]["x"]["over_noise"] > 10
 
 
+@pytest.mark.sampled(every=3)
 @pytest.mark.parametrize("size", [0.01, 0.1, 1.0])
 def test_a_force_from_outside_is_never_called_explained(size: float) -> None:
     """It leaves two, eighteen and a hundred and eighty times the noise that is known."""

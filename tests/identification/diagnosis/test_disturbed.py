@@ -49,6 +49,7 @@ def found(cubic: float = 0.0, *, told: bool = True) -> Diagnosis:
     return diagnose(asked, options=OPTIONS)
 
 
+@pytest.mark.long
 def test_random_forces_are_no_physics_where_the_study_knows_of_them() -> None:
     assert found(told=False).kind == "unknown_physics"  # free runs wander off
     d = found()

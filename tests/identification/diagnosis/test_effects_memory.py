@@ -139,6 +139,7 @@ def weak(b: Bench, name: str, element: str, which: int) -> tuple[Signature, Arra
     return signature, weights, inserted
 
 
+@pytest.mark.sampled(every=3)
 @pytest.mark.parametrize(("name", "element", "which", "allowed"), CASES)
 def test_insertion_and_its_first_order(
     bench: Bench, name: str, element: str, which: int, allowed: float

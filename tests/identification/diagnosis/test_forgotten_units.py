@@ -88,6 +88,7 @@ def two_bodies(m: float, k: float, b: float) -> BondGraph:
     return g
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_beside_a_like_sensor_that_is_right() -> None:
     """Values declared a third off bring the ratio of the sizes away from the conversion."""

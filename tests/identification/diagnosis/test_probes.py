@@ -116,6 +116,7 @@ CASES = [(name, port) for name in NOMINAL if name != "behind a buffer" for port 
 CASES += [("behind a buffer", port) for port in ("R_s", "R_d", "R_2", "C_2")]
 
 
+@pytest.mark.sampled(every=3)
 @pytest.mark.parametrize(("name", "port"), CASES)
 def test_response_is_the_derivative_by_a_weak_law(name: str, port: str) -> None:
     base, seen, probe = prepared(name)

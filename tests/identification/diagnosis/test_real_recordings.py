@@ -101,6 +101,7 @@ def test_mr_damper_yields_before_it_slides(tmp_path: Path) -> None:
     assert found["findings"][0]["location"]["element"] == "c"
 
 
+@pytest.mark.long
 def test_hair_dryer_has_nothing_but_dead_time(hair_dryer: Found) -> None:
     _, v = hair_dryer
     for finding in v["findings"]:

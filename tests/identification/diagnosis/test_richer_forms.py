@@ -110,7 +110,7 @@ def silent(text: str, part: float) -> None:
 @pytest.mark.parametrize(
     ("true", "law"),
     [
-        (creeping, "hysteresis_with_creep"),
+        pytest.param(creeping, "hysteresis_with_creep", marks=pytest.mark.long),
         (saturating, "stops_in_a_potential"),
         (widening, "rate_dependent_prandtl_ishlinskii"),
     ],

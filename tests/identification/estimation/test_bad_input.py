@@ -103,7 +103,7 @@ def test_constant_force_only_gives_what_it_can() -> None:
     assert found.values["k"] == pytest.approx(200.0, rel=0.03)
 
 
-@pytest.mark.parametrize("factor", [1000.0, 1e-3])
+@pytest.mark.parametrize("factor", [pytest.param(1000.0, marks=pytest.mark.long), 1e-3])
 def test_unit_off_by_a_thousand_scales_all_parameters(factor: float) -> None:
     """From far off many starts or multiple shooting; the wrong unit shows as a thousandth."""
     x = np.array(record(600)["x"]) * factor
@@ -257,7 +257,8 @@ def test_a_bent_step_finds_the_way_from_an_unstable_start() -> None:
     assert estimate(made).rmse()["x"] < 1.2 * NOISE
 
 
-@pytest.mark.parametrize("slope", [pytest.param(-2000.0, marks=pytest.mark.long), -4000.0])
+@pytest.mark.long
+@pytest.mark.parametrize("slope", [-2000.0, -4000.0])
 def test_unstable_start_is_said_and_multiple_shooting_finds_the_way(slope: float) -> None:
     """From these starts the mass would be gone in a tenth of a second; the record lasts four."""
     made = Study(falling(slope), caught(400), hold="hold", nuisances=NO_NUISANCES)
@@ -268,6 +269,7 @@ def test_unstable_start_is_said_and_multiple_shooting_finds_the_way(slope: float
     assert max(misses(found, {"m": 0.5, "d": 1.0, "t_0_k": 20.0}).values()) < 4.0
 
 
+@pytest.mark.long
 def test_at_the_edge_a_fit_arrives_or_says_that_it_did_not() -> None:
     """Whether bent steps come back from here hangs on the last bits."""
     made = Study(falling(-1000.0), caught(400), hold="hold", nuisances=NO_NUISANCES)

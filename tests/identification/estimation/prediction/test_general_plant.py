@@ -81,6 +81,7 @@ def test_it_tends_to_the_exact_filter_of_a_linear_model() -> None:
     assert off[0] / off[1] == pytest.approx(8.0, rel=0.2)
 
 
+@pytest.mark.sampled(every=2)
 @pytest.mark.parametrize(
     "name",
     # the tangents of every model are held against differences where the kernel is tested
@@ -153,6 +154,7 @@ def swings() -> list[Recording]:
     ]
 
 
+@pytest.mark.long
 def test_a_pendulum_with_process_noise(swings: list[Recording]) -> None:
     inside, levels = [], []
     for record in swings:

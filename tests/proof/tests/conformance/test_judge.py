@@ -41,6 +41,7 @@ def test_one_wrong_sign_is_wrong(c: Case) -> None:
             assert judge(c, wrong).verdict == WRONG, name
 
 
+@pytest.mark.sampled(every=3)
 @pytest.mark.parametrize("c", WITH_EQUATIONS, ids=lambda c: c.identity)
 def test_the_bond_equations_alone_reject_a_wrong_rate(c: Case) -> None:
     right = published(c)
