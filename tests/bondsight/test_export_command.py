@@ -55,6 +55,7 @@ def test_every_format_names_its_files_and_leaves_nothing_else(
     assert printed[0].parts[0] == first
 
 
+@pytest.mark.sampled(every=3)
 @pytest.mark.parametrize("name", ALL)
 def test_existing_files_are_replaced_whole_or_kept(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch

@@ -247,6 +247,7 @@ def material_symbols(form: Any) -> tuple[Uniaxial, Layers]:
     return Uniaxial(form, *found[:3]), Layers(*found[3:6])
 
 
+@pytest.mark.sampled(every=3)
 @pytest.mark.parametrize("form", FORMS)
 @pytest.mark.parametrize("resistance", [None, 5.0])
 def test_stack_lumped_coincides(form: Any, resistance: float | None) -> None:
@@ -259,6 +260,7 @@ def test_stack_lumped_coincides(form: Any, resistance: float | None) -> None:
         assert same(ours.transfer_function(source, "x"), expected)
 
 
+@pytest.mark.sampled(every=3)
 @pytest.mark.parametrize("form", FORMS)
 def test_stack_bond_graph_coincides(form: Any) -> None:
     sensors = ("x", "i")
@@ -322,6 +324,7 @@ def test_the_curved_stack_rests_where_its_energy_says() -> None:
     assert charge / (100.0 * linear.free_capacitance) == pytest.approx(0.93, abs=0.01)
 
 
+@pytest.mark.sampled(every=3)
 @pytest.mark.parametrize(
     "model",
     [

@@ -68,6 +68,7 @@ def test_friction_takes_only_energy() -> None:
     assert taken == pytest.approx(slid, rel=5e-3)
 
 
+@pytest.mark.sampled(every=3)
 @pytest.mark.parametrize("seed", [0, 1, 2])
 def test_slow_motion_gets_stuck_and_fast_motion_arrives(seed: int) -> None:
     slow, fast = (us.constant_voltage(v, seed=seed) for v in (3.0, 10.0))

@@ -98,6 +98,7 @@ def test_prime_field_ranks_are_rational_ranks(seed: int) -> None:
     assert kalman_ranks(g) == rational_ranks(g, seed)
 
 
+@pytest.mark.sampled(every=4)
 @pytest.mark.parametrize("seed", range(40))
 def test_what_is_tied_is_constant_or_unseen(seed: int) -> None:
     """At other values, in floating point: the directions without effect span the states named."""

@@ -88,6 +88,7 @@ def test_a_dependent_inertia_holds_its_share() -> None:
     close(a["m_2"].stored, 0.5 * 1.5 * (3.0 * speed) ** 2, atol=1e-12)
 
 
+@pytest.mark.sampled(every=2)
 @pytest.mark.parametrize("dependent", [True, False])
 def test_a_crank_from_another_integrator(dependent: bool) -> None:
     g = crank(dependent)
@@ -330,6 +331,7 @@ def test_a_reaction_dissipates_and_is_not_called_conservative() -> None:
     assert sp.expand(proof.remainder.subs(r, 2) - expected) == 0
 
 
+@pytest.mark.sampled(every=3)
 @pytest.mark.parametrize("seed", range(12))
 def test_random_graphs_close(seed: int) -> None:
     g = random_graph(seed)

@@ -113,6 +113,7 @@ def test_value_does_not_depend_on_where_steps_are_accepted(operator: Any, seed: 
     assert float(operator.value(NUMPY, x1, after)) == pytest.approx(float(direct), abs=1e-13)
 
 
+@pytest.mark.sampled(every=3)
 @any_of_all
 def test_array_input_is_many_trial_points(operator: Any) -> None:
     memory, _ = wandered_memory(operator, 3)
@@ -124,6 +125,7 @@ def test_array_input_is_many_trial_points(operator: Any) -> None:
     np.testing.assert_allclose(together, single, rtol=bound, atol=bound)
 
 
+@pytest.mark.sampled(every=3)
 @any_of_all
 @pytest.mark.parametrize("matrix", [ca.SX, ca.MX])
 def test_casadi_agrees(operator: Any, matrix: Any) -> None:
@@ -286,6 +288,7 @@ def work(operator: Any, x: Any, memory: Any) -> float:
     return float(np.sum(0.5 * (y[1:] + y[:-1]) * np.diff(x)))
 
 
+@pytest.mark.sampled(every=2)
 @each
 @quick
 @given(seed=seeds)
@@ -324,6 +327,7 @@ def test_closed_cycles_of_a_passive_operator_cost_work(operator: Any) -> None:
         assert spent >= -1e-5 * np.ptp(cycle) * np.ptp(operator.run(cycle, memory)[0])
 
 
+@pytest.mark.sampled(every=2)
 @every
 @quick
 @given(seed=seeds)

@@ -25,6 +25,7 @@ every = pytest.mark.parametrize("operator", WITH_INVERSES.values(), ids=WITH_INV
 each_invertible = pytest.mark.parametrize("operator", INVERTIBLE.values(), ids=INVERTIBLE.keys())
 
 
+@pytest.mark.sampled(every=3)
 @every
 def test_run_equals_steps(operator: Any) -> None:
     for seed in range(5):

@@ -98,6 +98,7 @@ FREE = {
 }
 
 
+@pytest.mark.sampled(every=3)
 @pytest.mark.parametrize("name", FREE)
 def test_free_numbers_at_their_values_change_nothing(name: str) -> None:
     operator = EXAMPLES[name]

@@ -155,6 +155,7 @@ def difference(run: Callable[[float], Array], h: float = 1e-6) -> Array:
     return np.asarray((run(h) - run(-h)) / (2 * h))
 
 
+@pytest.mark.sampled(every=3)
 @pytest.mark.parametrize("name", MODELS)
 def test_values_are_those_of_the_integrator(name: str) -> None:
     made = model(name)

@@ -122,6 +122,7 @@ def test_derivatives_against_central_differences(name: str) -> None:
         assert error < 2e-6 * size, (d, error, size)
 
 
+@pytest.mark.sampled(every=3)
 @pytest.mark.parametrize("name", MODELS)
 def test_without_a_compiler(name: str, monkeypatch: Any) -> None:
     model = MODELS[name]()

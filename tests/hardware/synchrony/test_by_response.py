@@ -40,6 +40,7 @@ def streams(
     return Stream.of(RATE, V=volts), Stream.of(FINE, x=rig.seen(instants).x + noise)
 
 
+@pytest.mark.sampled(every=3)
 @pytest.mark.parametrize(
     ("effect", "ppm", "within"),
     [

@@ -195,6 +195,7 @@ def test_frequencies_tell_delay_from_hysteresis_only_without_rate() -> None:
         delay_from_lags([2.0, 2.0], [1.0, 1.0])
 
 
+@pytest.mark.sampled(every=3)
 @pytest.mark.parametrize(
     "clock",
     [
@@ -237,6 +238,7 @@ def test_what_is_refused() -> None:
         align(drive, few, SMOOTH)
 
 
+@pytest.mark.sampled(every=2)
 @pytest.mark.parametrize(("volt", "delay", "told"), [(triangle, 0.0, False), (many, 3e-3, True)])
 def test_a_delay_far_beyond_what_the_trigger_allows_is_not_printed(
     volt: Callable[[Array], Array], delay: float, told: bool

@@ -81,6 +81,7 @@ def test_two_equally_wrong_predictions_differ_as_a_standard_normal_number(
     assert np.mean(np.abs(z) > 3.0) < 0.015
 
 
+@pytest.mark.sampled(every=3)
 @pytest.mark.parametrize("pole", [0.0, 0.9, 0.98])
 def test_a_column_that_means_nothing_does_not_lead(pole: float) -> None:
     one = np.ones(N)

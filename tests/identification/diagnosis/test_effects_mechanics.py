@@ -145,6 +145,7 @@ def chosen(case: Case) -> Signature:
     return next(f for f in found if case.pick(f))
 
 
+@pytest.mark.sampled(every=3)
 @pytest.mark.parametrize("case", CASES, ids=label)
 def test_weak_effect_does_what_its_signature_says(case: Case) -> None:
     s = scene(case.plant)

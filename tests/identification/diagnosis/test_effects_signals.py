@@ -131,6 +131,7 @@ def test_words(effect: Effect) -> None:
     assert effect.name not in (*effect.confused_with, *effect.simpler)
 
 
+@pytest.mark.sampled(every=2)
 @pytest.mark.parametrize("effect", EFFECTS, ids=lambda e: e.name)
 def test_zero_strength_is_the_nominal_model(effect: Effect, scene: FittedModel) -> None:
     quiet = readings(scene.graph, scene, {})
@@ -218,6 +219,7 @@ def refitted(made: BondGraph, values: Mapping[str, float], effect: Effect, place
     return min(fits, key=lambda f: f.cost)
 
 
+@pytest.mark.sampled(every=2)
 @pytest.mark.parametrize(
     ("effect", "place", "values"),
     [

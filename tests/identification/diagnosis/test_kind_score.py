@@ -91,6 +91,7 @@ def at(truth: str, element: str, *kinds: str) -> KindScore:
 SPRING, DAMPER = ("restoring", "surface"), ("dissipative", "memory", "surface")
 
 
+@pytest.mark.sampled(every=2)
 @pytest.mark.parametrize(
     ("truth", "along_truth", "place", "kinds"),
     [

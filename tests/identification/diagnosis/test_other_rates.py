@@ -66,6 +66,7 @@ def test_a_command_is_followed_between_the_samples_that_are_taken(
     assert np.abs(away).max() < (1e-3 if law else 1e-9)
 
 
+@pytest.mark.sampled(every=3)
 @pytest.mark.slow
 @pytest.mark.parametrize("rates", [(1e-3, 2e-3), (2e-3, 1e-3), (1e-3, 1.25e-3), (1.5e-3, 1e-3)])
 def test_commands_held_at_two_rates(rates: tuple[float, float]) -> None:

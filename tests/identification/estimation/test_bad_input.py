@@ -130,6 +130,7 @@ def test_prior_that_excludes_the_truth_shows() -> None:
     assert any("coloured" in n for n in estimate(study(free=free)).notes)
 
 
+@pytest.mark.sampled(every=3)
 @pytest.mark.parametrize("n", [2, 3, 4, 5, 8, 12, 20, 40])
 @pytest.mark.parametrize("noise", ["white", "coloured"])
 def test_tiny_records_never_pretend(n: int, noise: str) -> None:
@@ -144,6 +145,7 @@ def test_one_sample_is_refused() -> None:
         study(Recording.from_arrays("one", {"F[N]": [1.0], "x[m]": [0.0]}, fs=100.0))
 
 
+@pytest.mark.sampled(every=3)
 @pytest.mark.parametrize("n", [3, 8, 20])
 def test_tiny_records_end_with_multiple_shooting_too(n: int) -> None:
     found = estimate(study(record(n)), "multiple_shooting")

@@ -72,6 +72,7 @@ def test_stage_inputs_follow_the_declared_behaviour() -> None:
     assert smooth[1, 80:120] == pytest.approx(np.sin(2 * np.pi * 20.0 * at), abs=5e-3)
 
 
+@pytest.mark.sampled(every=3)
 @pytest.mark.parametrize(
     "options",
     [

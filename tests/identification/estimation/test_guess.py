@@ -147,6 +147,7 @@ def landed(name: str, seed: int, close: float) -> Guess:
     return found
 
 
+@pytest.mark.sampled(every=3)
 @pytest.mark.parametrize("name", ["resonator", "thermal_lag", "mass", "stack"])
 def test_lands_in_the_right_basin(name: str) -> None:
     """Factors 1e-2 to 1e2 in every parameter."""
@@ -155,6 +156,7 @@ def test_lands_in_the_right_basin(name: str) -> None:
         assert found.cost_after < 2.0
 
 
+@pytest.mark.sampled(every=2)
 @pytest.mark.parametrize(
     ("name", "close"), [("noisy ringing", 0.2), ("one step", 0.1), ("two masses", 0.2)]
 )

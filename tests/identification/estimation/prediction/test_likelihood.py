@@ -277,6 +277,7 @@ def hysteretic() -> BondGraph:
     return spring().with_element("k", law=StopSum((0.005, 0.02), 40.0, 40.0, unit="N/m"))
 
 
+@pytest.mark.sampled(every=2)
 @pytest.mark.parametrize(
     ("graph", "n_sub"), [(duffing, 2), (rubbing, 1), (hysteretic, 1), (dragged, 1)]
 )

@@ -72,6 +72,7 @@ def test_samples_alone_would_miss_the_peak() -> None:
     assert np.abs(s.values - 2.0).max() < 0.999 * max(extremes(s)[1] - 2.0, 2.0 - extremes(s)[0])
 
 
+@pytest.mark.sampled(every=3)
 @pytest.mark.parametrize("name", NAMES)
 @pytest.mark.parametrize("by", ["amplitude", "frequency"])
 def test_what_is_fitted_is_within(name: str, by: str) -> None:
