@@ -97,6 +97,8 @@ class Diagnosis:
         Where in the recording it leaves it.
     asked : Asked or None
         The statement that was diagnosed.
+    mistakes : tuple of Mixup
+        What looks wrong with the recording itself, the likeliest first; no physics was tried then.
 
     Examples
     --------
@@ -131,6 +133,7 @@ class Diagnosis:
     left: Remaining | None = None
     regions_left: tuple[Region, ...] = ()
     asked: Asked | None = None
+    mistakes: tuple[Mixup, ...] = ()
 
     @property
     def decision(self) -> Decision | None:
@@ -467,7 +470,8 @@ def _mistaken(result: Diagnosis, mistakes: tuple[Mixup, ...]) -> Diagnosis:
     wrong = "recording, or the model's sensor," if mistakes[0].kind == "quantity" else "recording"
     return replace(
         result, kind="unknown_physics", scene=scene(result.nominal), steps=(step,),
-        regions=regions(result.nominal), notes=(*result.recording.notes, *reasons),
+        mistakes=mistakes, regions=regions(result.nominal),
+        notes=(*result.recording.notes, *reasons),
         advice=(f"{either}: correct the {wrong} and diagnose again",),
     )  # fmt: skip
 

@@ -24,7 +24,9 @@ from identification.diagnosis.search.base import declared_fit
 from identification.diagnosis.search.nominal import nominal_fit
 from identification.estimation.levenberg_marquardt import FitStatus
 from identification.estimation.single_record import Fit, fit
+from identification.estimation.threads import calm
 from identification.study.problem import Data, Problem
+from identification.study.residual import evaluate, start_point
 
 Fitter = Callable[[BondGraph, Data], Fit]
 Commands = Mapping[str, Array]
@@ -55,11 +57,14 @@ SEVERAL = 3
 """Parameters moved so far that together they tell of a unit rather than of their values."""
 DEAF = 0.1
 """Correlation with the model below which a sensor shows nothing of it."""
+NEAR = 3.0
+"""Factor within which a size that is no conversion is fitted."""
 SPREAD, CLOSE = 2.0, 1.2
 """Ratio of the largest to the smallest factor that are one, and how near it is to a conversion."""
 FACTORS = (1e2, 1e3, 1e6, 1e9, 180.0 / np.pi, 30.0 / np.pi, 9.80665, 1e3 / 25.4, 1e5, 6e4)
 """What a forgotten conversion multiplies by: percent, milli, micro, nano, degrees, turns a minute,
 kilogram-force, inches, bar, litres a minute."""
+KNOWN = frozenset(f**s for f in FACTORS for s in (1, -1))
 ANGLES, LENGTHS = FACTORS[4:6], FACTORS[6:8]
 """Those of what has no length in its unit, and of what has one (g for m/s^2 among them)."""
 
@@ -101,16 +106,29 @@ class Mixup:
         if self.kind == "quantity":
             return f"{first} looks like {QUANTITIES[self.sensor]} (read by {self.sensor})"
         many, size = max(self.factor, 1 / self.factor), "large" if self.factor > 1 else "small"
-        return f"{first} looks about {many:.3g} times too {size} (its unit?)"
+        # what is no conversion is known as well as the declared values only
+        digits, why = (3, "its unit?") if self.factor in KNOWN else (2, "its unit, or counts?")
+        return f"{first} looks about {_plainly(many, digits)} times too {size} ({why})"
 
     @property
     def sentence(self) -> str:
         """The mistake with its evidence."""
+        return f"{self.claim}: {self.undoing}"
+
+    @property
+    def undoing(self) -> str:
+        """What is gained where it is undone."""
         how = "without it" if self.kind == "dead" else "with that undone"
         return (
-            f"{self.claim}: {how} the held-out misfit falls from {self.before:.3g} to "
-            f"{self.after:.3g} times the floor"
+            f"{how} the held-out misfit falls from {self.before:.3g} to {self.after:.3g} times "
+            "the floor"
         )
+
+
+def _plainly(many: float, digits: int) -> str:
+    """Few digits, without an exponent where that is short."""
+    text = f"{many:.{digits}g}"
+    return f"{float(text):.0f}" if "e" in text and many < 1e6 else text
 
 
 QUANTITIES = {"Dq": "a displacement", "Df": "a velocity or a flow", "Da": "an acceleration"}
@@ -131,6 +149,16 @@ def gross(fit: Fit) -> bool:
     """Whether the fitted model misses a reading by so much that the recording is in question."""
     errors = [e for e in relative_errors(fit).values() if np.isfinite(e)]
     return fit.chi2("test") > NOISE and max(errors, default=0.0) > GROSS
+
+
+def _bent(graph: BondGraph, fit: Fit) -> bool:
+    """Whether parameters were carried to a bound or absurdly far and still leave more than noise.
+
+    A reading that drifts has a spread beside which such an error is small.
+    """
+    if fit.chi2("test") <= NOISE:
+        return False
+    return any(e.at_bound for e in fit.estimates) or bool(moved(fit, graph.parameters))
 
 
 def stuck(data: Data) -> tuple[str, ...]:
@@ -183,7 +211,7 @@ def moved_together(last: Fit, declared: Mapping[str, Parameter]) -> tuple[str, .
     if len(ratios) < 2 or min(ratios) <= 0 or max(ratios) > SPREAD * min(ratios):
         return ()
     many = float(np.exp(np.mean(np.log(ratios))))
-    if not (near := _conversions(many)) or not 1 / CLOSE < many / near[0] < CLOSE:
+    if not _is_one(many, _conversions(many)[:1]):
         return ()
     most = max(many, 1 / many)
     names = ", ".join((*last.problem.data.commands, *last.problem.data.names))
@@ -197,7 +225,8 @@ def forgotten(sensor: str, factor: float) -> Mixup | None:
     """Return the mistake that a factor of a reading looks like: a sign, a unit; None for others."""
     if 1 / CLOSE < -factor < CLOSE:
         return Mixup("sign", (sensor,))
-    if factor > 0 and (near := _conversions(factor)) and 1 / CLOSE < factor / near[0] < CLOSE:
+    near = _conversions(factor)[:1] if factor > 0 else []
+    if _is_one(factor, near):
         return Mixup("scale", (sensor,), near[0])
     return None
 
@@ -224,13 +253,29 @@ def undone(data: Data, mixup: Mixup) -> Data:
 
 
 def as_read(graph: BondGraph, mixup: Mixup) -> BondGraph:
-    """Return the model with the sensor that reads what a channel seems to hold."""
+    """Return the model with the sensor that reads what a channel seems to hold.
+
+    Of a factor that is no conversion only the size is known: it is fitted.
+    """
+    if mixup.kind == "scale" and mixup.factor not in KNOWN:
+        return _scaled(graph, mixup.channels[0])
     if mixup.kind != "quantity":
         return graph
     (name,) = mixup.channels
     # without its unit: what it reads is another quantity now
     kept = {f: getattr(graph[name], f) for f in Sensor.channel}
     return graph.replace(name, SENSORS[mixup.sensor](name, **kept))
+
+
+def _scaled(graph: BondGraph, sensor: str) -> BondGraph:
+    if getattr(graph[sensor], "gain", None) is not None:
+        return graph
+    made = graph.with_element(sensor, gain=(name := _scale_of(sensor)))
+    return made.with_parameters([Parameter(name, 1.0, spread=NEAR)])
+
+
+def _scale_of(sensor: str) -> str:
+    return f"scale_{sensor}"
 
 
 def _commanded(data: Data, changed: Callable[[Commands], Commands]) -> Data:
@@ -260,7 +305,8 @@ def mixups(
     """Return the mistakes in the recording that explain the misfit of `nominal`, the best first.
 
     Several are returned where these data cannot tell them apart (the sign of the only sensor, or
-    of the only command). Nothing is looked for where the misfit is not `gross`.
+    of the only command). Nothing is looked for where the misfit is not `gross` and no
+    parameter was carried to a bound or absurdly far to make up for it.
 
     Parameters
     ----------
@@ -273,7 +319,7 @@ def mixups(
     jobs : int
         Processes that share the fits.
     """
-    if not gross(nominal):
+    if not (gross(nominal) or _bent(graph, nominal)):
         return ()
     data, fitted = nominal.problem.data, fitter or _fitted
     brief, share = _brief(data), Parallel(n_jobs=jobs)
@@ -304,7 +350,12 @@ def mixups(
     if not found:
         return ()
     least = min(m.after for m in found)
-    return tuple(sorted((m for m in found if m.after <= ALIKE * least), key=lambda m: m.after))
+    alike = sorted((m for m in found if m.after <= ALIKE * least), key=lambda m: m.after)
+    known = {m.channels for m in alike if m.kind == "scale" and m.factor in KNOWN}
+    return tuple(
+        m for m in alike
+        if m.kind != "scale" or m.factor in KNOWN or m.channels not in known
+    )  # fmt: skip
 
 
 def _in_windows(graph: BondGraph, data: Data) -> float:
@@ -341,17 +392,36 @@ def _candidates(graph: BondGraph, nominal: Fit) -> Iterator[Mixup]:
 
 def _scales(graph: BondGraph, nominal: Fit, commands: list[str]) -> Iterator[Mixup]:
     """Forgotten conversions, from the sizes of the readings against the declared model's."""
-    problem = replace(nominal.problem, graph=graph, built=None)
-    simulated = declared_fit(problem, nominal).simulated
-    expected = simulated.std(axis=0)
-    ratio = problem.data.readings.std(axis=0) / np.maximum(expected, 1e-300)
-    if not np.isfinite(ratio).all() or not (ratio > 0).all():
-        return
-    for n, r in zip(problem.data.names, ratio, strict=True):
-        yield from (Mixup("scale", (n,), f) for f in _conversions(float(r), graph[n]))
-    together = float(np.exp(np.mean(np.log(ratio))))
-    for n in commands:
-        yield from (Mixup("scale", (n,), f) for f in _conversions(1.0 / together, graph[n]))
+    found: dict[tuple[str, float], Mixup] = {}
+    for ratio in _sizes(graph, nominal):
+        together = float(np.exp(np.mean(np.log(ratio))))
+        sizes = {n: float(r) for n, r in zip(nominal.problem.data.names, ratio, strict=True)}
+        for n, size in (sizes | dict.fromkeys(commands, 1.0 / together)).items():
+            near = _conversions(size, graph[n])
+            if n in sizes and not 1 / MOVED < size < MOVED:
+                near.append(size)  # counts of an encoder are no conversion
+            found |= {(n, f): Mixup("scale", (n,), f) for f in near}
+    yield from found.values()
+
+
+def _sizes(graph: BondGraph, nominal: Fit) -> Iterator[Array]:
+    """Yield readings over those of the declared model, from rest and from the state that suits.
+
+    A state that is fitted to readings of another unit is as far off as they are.
+    """
+    problem = replace(
+        nominal.problem, graph=graph, built=None, starts={}, known_states={}, known_offsets=()
+    )
+    with calm():
+        at_rest = evaluate(problem, start_point(problem), derivatives=False).y
+    for simulated in (at_rest, declared_fit(problem, nominal).simulated):
+        ratio = problem.data.readings.std(axis=0) / np.maximum(simulated.std(axis=0), 1e-300)
+        if np.isfinite(ratio).all() and (ratio > 0).all():
+            yield ratio
+
+
+def _is_one(ratio: float, near: list[float]) -> bool:
+    return any(1 / CLOSE < ratio / f < CLOSE for f in near)
 
 
 def _conversions(ratio: float, channel: Element | None = None) -> list[float]:
@@ -420,4 +490,5 @@ def _judged(fitter: Fitter, graph: BondGraph, nominal: Fit, mixup: Mixup) -> Mix
     ]
     if found.status is FitStatus.BROKEN or not _explains(before, after) or max(errors) > LEFT:
         return None
-    return replace(mixup, before=before, after=after)
+    factor = mixup.factor * found.values.get(_scale_of(mixup.channels[0]), 1.0)
+    return replace(mixup, factor=factor, before=before, after=after)

@@ -59,13 +59,20 @@ def verdict(d: Diagnosis) -> dict[str, Any]:
             "repaired": _errors(d.repaired),
         },
         "remaining": _remaining(d),
-        "parameters": [_estimate(e) for e in last.estimates] if last else [],
+        # those that were bent to a wrong recording mean nothing
+        "parameters": [_estimate(e) for e in last.estimates] if last and not d.mistakes else [],
         "nuisances": [_nuisance(e) for e in last.nuisances] if last else [],
         "advice": list(d.advice),
         "notes": list(d.notes),
         "seconds": round(d.seconds, 3),
         "seed": d.seed,
-    } | ({} if d.limits == Thresholds() else {"limits": asdict(d.limits)})
+    } | _where_any(d)
+
+
+def _where_any(d: Diagnosis) -> dict[str, Any]:
+    """Return what most verdicts do not have: mistakes of the recording, limits of the user's."""
+    suspects = {"suspects": [m.claim for m in d.mistakes]} if d.mistakes else {}
+    return suspects | ({} if d.limits == Thresholds() else {"limits": asdict(d.limits)})
 
 
 def parts_of(recording: Recording) -> list[dict[str, Any]]:

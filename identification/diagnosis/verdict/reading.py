@@ -118,6 +118,7 @@ class _Verdict:
     notes: tuple[str, ...] = ()
     parameters: tuple[_Estimate, ...] = ()
     remaining: Mapping[str, _Left] = field(default_factory=dict)
+    suspects: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         """Refuse findings where the verdict has none, and none where it has some."""

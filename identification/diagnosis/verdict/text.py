@@ -53,6 +53,8 @@ _ANSWERS = {
 
 def sentence(d: Diagnosis) -> str:
     """Return the answer in one sentence."""
+    if d.mistakes:
+        return _mistaken(d)
     if d.kind == "insufficient_data":
         return f"There is too little to go on: {d.notes[0] if d.notes else 'no excitation'}."
     if d.kind == "explained":
@@ -89,6 +91,16 @@ def sentence(d: Diagnosis) -> str:
             f"{100 * before[n]:.3g} % to {100 * after[n]:.3g} %."
         )
     return _without_name(d)
+
+
+def _mistaken(d: Diagnosis) -> str:
+    """Say what looks wrong with the recording, and that no physics was looked for."""
+    first, name = d.mistakes[0], d.recording.name
+    claims = " or ".join(m.claim for m in d.mistakes)
+    return (
+        f"{name} rather than {d.model} looks wrong: {claims}; {first.undoing}. No physics was "
+        "looked for."
+    )
 
 
 def _without_name(d: Diagnosis) -> str:
@@ -278,6 +290,12 @@ def _paragraph(title: str, sentences: Iterable[str]) -> str:
 
 
 def _answer(v: Data) -> str:
+    if v.get("suspects"):
+        return (
+            f"{v['recording']['name'] or 'the recording'} rather than "
+            f"{v['model'] or 'the model'} looks wrong: {' or '.join(v['suspects'])}. No physics "
+            "was looked for."
+        )
     named = [f"{_effect(f)} at {f['location']['element']}" for f in v["findings"]]
     count = {1: "one effect", 2: "two effects", 3: "three effects"}.get(len(named))
     return _ANSWERS[v["verdict"]].format(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from typing import Any
 
 import numpy as np
@@ -14,6 +15,9 @@ from bondgraph.signals.recording import Recording
 from identification.diagnosis.diagnose import Diagnosis, diagnose
 from identification.diagnosis.screening.mixups import _conversions, forgotten
 from identification.diagnosis.search.candidates import DiagnosisOptions
+from identification.diagnosis.verdict.document import verdict
+from identification.diagnosis.verdict.reading import parse_verdict
+from identification.diagnosis.verdict.text import in_words, retold
 from tests.settled import simulate
 from tests.spring import spring
 
@@ -70,6 +74,50 @@ def test_beside_another_sensor_the_channel_is_named(
     d = found(wrong, factor, *read)
     assert d.kind not in ("explained", "parameters_only")
     assert d.advice[0].startswith(says)
+
+
+def turning(value: float, damping: float, stiffness: float | None = None) -> BondGraph:
+    """A shaft whose inertia is known within 30 %, with its angle read."""
+    with BondGraph("rotor") as g:
+        shaft = One("shaft")
+        Se("T", unit="N*m") >> shaft >> I("J", value, unit="kg*m^2", spread=1.3)
+        shaft >> R("d", damping, unit="N*m*s/rad")
+        if stiffness is not None:
+            shaft >> C("k", stiffness=stiffness, unit="N*m/rad")
+        shaft >> Dq("th", unit="rad")
+    return g
+
+
+@pytest.mark.parametrize(
+    ("stiffness", "factor", "says"),
+    [
+        # it drifts so far that an error of a fifth of its spread is never reached
+        (None, 180 / np.pi, "th looks about 57.3 times too large (its unit?)"),
+        (None, 2048 / np.pi, "times too large (its unit, or counts?)"),
+        # a state that is fitted to degrees hides that they are
+        (0.5, 180 / np.pi, "th looks about 57.3 times too large (its unit?)"),
+    ],
+)
+def test_alone_it_is_told_where_a_parameter_is_bounded(
+    stiffness: float | None, factor: float, says: str
+) -> None:
+    rng = np.random.default_rng(8)
+    t = np.asarray(2e-3 * np.arange(1500), np.float64)
+    torque = 0.05 * np.repeat(rng.standard_normal(75), 20)
+    angle = np.asarray(simulate(turning(0.01, 0.02, stiffness), t, {"T": torque})["th"])
+    seen = factor * (angle + 1e-4 * angle.std() * rng.standard_normal(t.size))
+    record = Recording("turns", t, {"T": torque, "th": seen}, {"T": "N*m", "th": "rad"})
+    declared = turning(0.011, 0.03, None if stiffness is None else 0.4)
+    d = diagnose(declared, record, options=DiagnosisOptions(jobs=1))
+    assert any(says in m.claim for m in d.mistakes)
+    assert not any("exchanged" in m.claim or "sign" in m.claim for m in d.mistakes)
+    first, said = in_words(d).splitlines()[0], retold(v := verdict(d))
+    assert first.startswith("turns rather than rotor looks wrong: ")
+    assert first.endswith("No physics was looked for.")
+    assert v["suspects"] == [m.claim for m in d.mistakes]
+    assert v["parameters"] == []
+    assert parse_verdict(json.dumps(v)) == v
+    assert "turns rather than rotor looks wrong: " in " ".join(said.split())
 
 
 def two_bodies(m: float, k: float, b: float) -> BondGraph:
