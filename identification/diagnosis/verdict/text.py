@@ -242,7 +242,7 @@ def _reasons(d: Diagnosis) -> list[str]:
     lines = []
     for number, step in enumerate(d.steps, start=1):
         word = "because" if number == 1 else f"step {number}"
-        lines += [f"{word}: {r}" for r in step.reasons]
+        lines += [f"{word}: {r}" for r in step.reasons if r not in d.notes]
         if number > 1 and step.kind == "unknown_physics":
             lines.append(f"step {number}: something more is missing that may not be named")
     return lines
@@ -254,7 +254,8 @@ def retold(v: Data) -> str:
     Control characters of the file never reach the terminal.
     """
     v = _clean(v)
-    findings = v["findings"]
+    # of a recording that looks wrong itself nothing was found
+    findings = [] if v.get("suspects") else v["findings"]
     parts = [
         _paragraph("What was found", [_answer(v), *(_meaning(f) for f in findings)]),
         _paragraph("Where", [_place(f) for f in findings]),
@@ -382,6 +383,8 @@ def _certainty(f: Data) -> str:
 
 
 def _silence(v: Data) -> list[str]:
+    if v.get("suspects"):
+        return ["With that undone the model explains nearly all that it had missed."]
     if v["verdict"] == "insufficient_data":
         return ["No statement is made: nothing was fitted, or nothing could be."]
     return [
