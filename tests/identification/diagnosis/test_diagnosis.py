@@ -15,6 +15,7 @@ from bondgraph.signals.recording import Recording
 from bondgraph.signals.split import interleaved, kept_back
 from identification.diagnosis.catalogue import CATALOGUE
 from identification.diagnosis.diagnose import Diagnosis, diagnose
+from identification.diagnosis.explanation.advice import advice
 from identification.diagnosis.search.candidates import DiagnosisOptions
 from identification.diagnosis.verdict import verdict
 from tests.settled import simulate
@@ -152,6 +153,15 @@ def test_what_is_gained_shows_on_samples_that_no_choice_has_seen() -> None:
     np.testing.assert_array_equal(shown, d.data.mask("test"))
     np.testing.assert_array_equal(shown | others[0], d.data.mask("held-out"))
     assert d.repaired.chi2("test") < 0.1 * d.nominal.chi2("test")
+
+
+def test_what_remains_above_the_noise_is_not_left_without_advice() -> None:
+    d = rubbing()
+    assert d.left is not None
+    usual, limit = advice(d, np.array([1.0])), d.limits.noise
+    assert not any("not complete" in a for a in usual)
+    more = replace(d.left, over_noise={"x": 2.0 * limit}, measured=True)
+    assert "leaves 3 times the noise" in advice(replace(d, left=more), np.array([1.0]))[-1]
 
 
 def test_what_shows_where_no_choice_looks_is_no_explanation() -> None:
