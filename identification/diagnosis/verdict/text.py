@@ -20,6 +20,7 @@ from identification.diagnosis.evidence.kinds_told import EXACT, open_kinds
 from identification.diagnosis.localisation.element_kind import element_kind
 from identification.diagnosis.localisation.recording.region import multiple
 from identification.diagnosis.localisation.regions import summary
+from identification.diagnosis.screening.mixups import moved, moved_together
 from identification.diagnosis.search.candidates import Candidate
 from identification.diagnosis.verdict.document import (
     effect_parameters,
@@ -63,9 +64,10 @@ def sentence(d: Diagnosis) -> str:
             "nothing missing shows."
         )
     if d.kind == "parameters_only":
+        far = "; but ".join(("", *_far_off(d)))
         return (
             f"With other parameter values the model {d.model} explains {d.recording.name} as far "
-            "as its noise allows; nothing missing shows."
+            f"as its noise allows; nothing missing shows{far}."
         )
     if d.kind == "missing_physics" and d.nominal is not None and d.repaired is not None:
         parts = []
@@ -91,6 +93,13 @@ def sentence(d: Diagnosis) -> str:
             f"{100 * before[n]:.3g} % to {100 * after[n]:.3g} %."
         )
     return _without_name(d)
+
+
+def _far_off(d: Diagnosis) -> tuple[str, ...]:
+    if d.nominal is None:
+        return ()
+    declared = d.graph.parameters
+    return (*moved(d.nominal, declared), *moved_together(d.nominal, declared))
 
 
 def _mistaken(d: Diagnosis) -> str:

@@ -5,8 +5,16 @@ from __future__ import annotations
 from types import SimpleNamespace
 from typing import Any
 
+import numpy as np
+
+from bondgraph import BondGraph, C, De, R, Sf, Zero
 from bondgraph.graph.elements import Parameter
+from bondgraph.signals.recording import Recording
+from identification.diagnosis.diagnose import diagnose
 from identification.diagnosis.screening.mixups import moved
+from identification.diagnosis.search.candidates import DiagnosisOptions
+from identification.diagnosis.verdict.text import sentence
+from tests.settled import simulate
 from tests.spring import spring
 
 DECLARED = spring().parameters
@@ -39,3 +47,26 @@ def test_values_near_what_is_declared_are_no_word_worth() -> None:
 
 def test_what_a_law_is_sized_by_was_declared_by_nobody() -> None:
     assert moved(fitted(m=1.3, c_d=1e6), DECLARED) == ()
+
+
+def charged(farad: float, ohm: float) -> BondGraph:
+    with BondGraph("charge") as g:
+        node = Zero("node")
+        Sf("I", unit="A") >> node >> C("C", farad, unit="F")
+        node >> R("R", ohm, unit="Ohm")
+        node >> De("v", unit="V")
+    return g
+
+
+def test_values_that_make_up_for_a_unit_are_said_in_the_answer() -> None:
+    rng = np.random.default_rng(0)
+    t = np.asarray(1e-3 * np.arange(600), np.float64)
+    current = np.repeat(rng.standard_normal(30), 20)
+    v = np.asarray(simulate(charged(1e-3, 20.0), t, {"I": current}, hold="hold")["v"])
+    v = v + 1e-3 * v.std() * rng.standard_normal(t.size)
+    kilo = Recording("run", t, {"I": 1e-3 * current, "v": v}, {"I": "A", "v": "V"})
+    options = DiagnosisOptions(jobs=1, keep=2, more=1, effects=1)
+    d = diagnose(charged(8e-4, 25.0), kilo, hold="hold", options=options)
+    assert d.kind == "parameters_only"
+    assert "nothing missing shows; but C is declared as 0.0008" in sentence(d)
+    assert "units of all channels; but R is declared as 25" in sentence(d)
