@@ -41,7 +41,7 @@ def legend(shaded: bool, marked: bool, also: bool) -> list[LegendEntry]:
     """Entries for the colour, the solid and the dashed ring."""
     if not shaded:
         return []
-    found = [LegendEntry("confidence of the place, 0 to 100 %", paint.FAINT, _scale)]
+    found = [LegendEntry("plausibility of the place, 0 to 100 %", paint.FAINT, _scale)]
     if marked:
         found.append(LegendEntry("found here", paint.ACCENT, partial(_ring, colour=paint.ACCENT)))
     if also:

@@ -43,7 +43,7 @@ def answer(d: Diagnosis) -> str:
     rate = quantity(1 / r.dt, "Hz", 3) if r.n > 1 else ""
     hashes = dict.fromkeys([p["sha256"] for p in parts_of(r)] or [r.sha256])
     pairs = [
-        ("confidence", ", ".join(percent(round(s.confidence, 3)) for s in named)),
+        ("probability", ", ".join(percent(round(s.confidence, 3)) for s in named)),
         ("of the misfit explained", ", ".join(percent(s.share) for s in named)),
         ("model", d.model),
         ("recording", r.name),
@@ -161,7 +161,7 @@ def _about(trial: Candidate) -> str:
 
 
 def graph(d: Diagnosis) -> str:
-    """Draw the model as a bond graph, its elements shaded by the confidence of the place.
+    """Draw the model as a bond graph, its elements shaded by the plausibility of the place.
 
     Empty if it cannot be drawn.
     """

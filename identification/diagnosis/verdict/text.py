@@ -240,7 +240,7 @@ def _parameter_lines(d: Diagnosis) -> list[str]:
         if step.chosen is None:
             continue
         if len(d.findings) > 1:
-            lines.append(f"{step.chosen.label} (confidence {step.confidence:.2f}):")
+            lines.append(f"{step.chosen.label} (probability {step.confidence:.2f}):")
         for e in effect_parameters(step.chosen, d):
             lines.append(f"  {e.name} = {e.value:.4g} {e.unit}  [{e.ci95[0]:.4g}, {e.ci95[1]:.4g}]")
     return lines

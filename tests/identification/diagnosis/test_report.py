@@ -204,8 +204,8 @@ def test_places_carry_their_confidence(found: Diagnosis) -> None:
     assert sum(weights.values()) == pytest.approx(1.0)
     drawn = sections.graph(d)
     assert fill(weights[d.decision.chosen.element]) in drawn
-    assert "confidence of the place" in drawn
-    assert "confidence of the place" not in sections.graph(as_kind(found, "explained"))
+    assert "plausibility of the place" in drawn
+    assert "plausibility of the place" not in sections.graph(as_kind(found, "explained"))
 
 
 def test_two_effects_with_relations_traits_and_experiments(found: Diagnosis) -> None:

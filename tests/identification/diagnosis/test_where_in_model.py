@@ -92,8 +92,8 @@ def test_the_drawing_is_shaded() -> None:
     assert f'fill="{shading.fill(0.8)}"' in drawn
     assert "creep, 80 %" in drawn
     assert ">20 %<" in drawn
-    assert "confidence of the place" in drawn
+    assert "plausibility of the place" in drawn
     assert "cannot be told apart" in drawn
-    assert "confidence" not in svg(graph(), marked={"k": "creep"})
+    assert "plausibility" not in svg(graph(), marked={"k": "creep"})
     with pytest.raises(BondsightError, match="kk"):
         svg(graph(), shades={"kk": 0.5})
