@@ -132,8 +132,8 @@ static int stages(work_t* q, const double* x, const double* v, double* merit) {
 
 #if HELD
 /* Sizes of the variables, in q->size, by what the forces v of held laws would make of them within
-   the step: what sticks never moves, so that nothing else tells what is rounding. Each is reached once,
-   on the shortest way, for a size that went round a stiff loop would grow. */
+   the step: what sticks never moves, so that nothing else tells what is rounding. Each is reached
+   once, on the shortest way, for a size that went round a stiff loop would grow. */
 static void sizes(work_t* q, const double* v) {
   int i, k, found = 1;
   double *size = q->size, *next = q->size + N;
