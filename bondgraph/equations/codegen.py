@@ -87,14 +87,20 @@ def law_functions(law: Law, n_q: int) -> tuple[ca.Function, ca.Function]:
 class Evaluation:
     """CasADi values of every signal of a system, in one pass over its relations.
 
-    Laws are not called where their `deviations` are given, one a law.
+    Laws are not called where their `deviations` are given, one a law. Those at the positions `held`
+    are not called either: their deviations are further unknowns, see `held_residual`.
     """
 
-    def __init__(self, model: System, deviations: Sequence[ca.SX] | None = None) -> None:
-        self.model, self.deviations = model, deviations
+    def __init__(
+        self,
+        model: System,
+        deviations: Sequence[ca.SX] | None = None,
+        held: tuple[int, ...] = (),
+    ) -> None:
+        self.model, self.deviations, self.held = model, deviations, held
         self.names = {
             "x": model.states,
-            "z": tuple(a.name for a in model.algebraic),
+            "z": (*(a.name for a in model.algebraic), *(held_name(model, i) for i in held)),
             "u": (*model.inputs, *model.input_rates),
             "p": tuple(model.parameters),
         }
@@ -113,6 +119,7 @@ class Evaluation:
         for r in model.relations:
             self.value[r.target] = self.of(r)
         self.residuals = [self.of(a.residual) for a in model.algebraic]
+        self.residuals += [self._held_residual(i) for i in held]
 
     @cached_property
     def _table(self) -> dict[sp.Symbol, Any]:
@@ -176,9 +183,47 @@ class Evaluation:
         if r.expression is not None:
             total = total + to_casadi(r.expression, {**self._table, **reads})
         if r.law is not None:
-            given = self.deviations
-            total = total + (self.law(r.law, "value") if given is None else given[r.law])
+            total = total + self._deviation(r.law)
         return total
+
+    def _deviation(self, position: int) -> Any:
+        if position in self.held:
+            return self.value[held_name(self.model, position)]
+        return self.law(position, "value") if self.deviations is None else self.deviations[position]
+
+    def gain(self, position: int) -> Any:
+        """Return what a deviation that is held adds to its own argument within the time `h`.
+
+        Only its size matters: by first order, and by the other unknowns only where all goes there.
+        """
+        n = len(self.model.algebraic)
+        x, z = self.columns["x"], self.columns["z"]
+        w, others = self.value[held_name(self.model, position)], z[:n]
+        s = ca.SX(self.value[self.model.laws[position].argument])
+        rates = ca.vertcat(ca.SX(0, 1), *(self.value[q.rate] for q in self.model.stored))
+        both = ca.vertcat(s, rates)
+        slope = ca.jacobian(both, w)
+        by_x = ca.jacobian(s, x)
+        gain = slope[0] + self.h * (by_x @ slope[1:])
+        if n and not gain.nnz():
+            rest = ca.vertcat(*self.residuals[:n])
+            moved = -ca.solve(ca.jacobian(rest, others), ca.densify(ca.jacobian(rest, w)))
+            slope = slope + ca.jacobian(both, others) @ moved
+            gain = slope[0] + self.h * (by_x @ slope[1:])
+        return gain
+
+    def _held_residual(self, position: int) -> Any:
+        """Return what vanishes where a deviation solves its law, whatever the (negative) gain.
+
+        A deviation ``w`` at an argument ``s`` belongs to the law if the law closed over any gain
+        ``g``, at ``s - g w`` without it, gives ``w`` again: at rest anything up to its level.
+        """
+        call, use = self.calls[position], self.model.laws[position]
+        w, s = self.value[held_name(self.model, position)], self.value[use.argument]
+        gain, memory = self.gain(position), split(self.m[call.memory])
+        q = [self.parameter[n] for n in call.parameters]
+        given = (*q, self.h) if use.law.timed else tuple(q)
+        return w - use.law.solve(s - gain * w, gain, memory, given, w)
 
     def law(self, position: int, what: str) -> Any:
         """Return the ``value`` of a law, or what its memory becomes."""
@@ -197,9 +242,18 @@ class Evaluation:
         )
 
 
-def program_of(model: System) -> Program:
-    """Return the executable form of a system."""
-    made = Evaluation(model)
+def held_name(model: System, position: int) -> str:
+    """Return the name of a deviation as an unknown."""
+    return f"w_{model.laws[position].element}"
+
+
+def program_of(model: System, held: tuple[int, ...] = ()) -> Program:
+    """Return the executable form of a system.
+
+    The deviations of the laws at the positions `held` become unknowns: a step then finds the force
+    of a contact that sticks, which no value of the law tells.
+    """
+    made = Evaluation(model, held=held)
     ins, labels = made.arguments
     rates = ca.vertcat(*[made.value[s.rate] for s in model.stored])
     readings = ca.vertcat(*[made.value[s] for _, s, _ in model.readings])
@@ -218,7 +272,7 @@ def program_of(model: System) -> Program:
     units |= {n: unit for n, _, unit in model.readings}
     memory = [f"{c.element}_m{i}" for c in made.calls for i in range(c.law.n_memory)]
     virgin = [v for c in made.calls for v in c.law.initial_memory(0.0)]
-    readable = _Readable(model, made.calls)
+    readable = _Readable(model, made.calls, held)
     return Program(
         name=model.name,
         states=model.states,
@@ -232,7 +286,7 @@ def program_of(model: System) -> Program:
         units=units,
         nominal=tuple(q.value for q in model.parameters.values()),
         start=(0.0,) * model.order,
-        guess=(0.0,) * len(model.algebraic),
+        guess=(0.0,) * len(made.names["z"]),
         virgin=tuple(virgin),
         steps=readable.steps,
         laws=made.calls,
@@ -243,15 +297,19 @@ def program_of(model: System) -> Program:
         residual=ca.Function("residual", ins, columns[2:3], labels, ["g"]),
         advance=ca.Function("advance", ins, columns[3:], labels, ["m_next"]),
         model=model,
+        held=held,
     )
 
 
-def signal_function(model: System, names: tuple[str, ...]) -> ca.Function:
-    """Return ``(t, x, z, u, p, m, h) -> signals`` for any signals of a system."""
-    made = Evaluation(model)
+def signal_function(
+    model: System, names: tuple[str, ...], held: tuple[int, ...] = ()
+) -> ca.Function:
+    """Return ``(t, x, z, u, p, m, h) -> signals`` for any signals of a system; see `program_of`."""
+    made = Evaluation(model, held=held)
+    own = {held_name(model, i) for i in held}
     found = []
     for n in names:
-        found.append(made.value[model.called(n)])
+        found.append(made.value[n if n in own else model.called(n)])
     ins, labels = made.arguments
     column = ca.vertcat(*found)
     return ca.Function("signals", ins, [ca.densify(ca.SX(column))], labels, ["s"])
@@ -261,7 +319,7 @@ def with_signals(program: Program, model: System, names: tuple[str, ...]) -> Pro
     """Return the program of a system with more outputs: any of its signals."""
     if not names:
         return program
-    signals = signal_function(model, names)
+    signals = signal_function(model, names, program.held)
     ins, labels = signals.sx_in(), signals.name_in()
     rates, readings = program.rhs(*ins)
     columns = [rates, ca.vertcat(readings, signals(*ins))]
@@ -276,14 +334,16 @@ def with_signals(program: Program, model: System, names: tuple[str, ...]) -> Pro
 class _Readable:
     """The steps of a program as SymPy assignments, each law called just before it is needed."""
 
-    def __init__(self, model: System, calls: tuple[LawCall, ...]) -> None:
-        self.model, self.calls = model, calls
+    def __init__(
+        self, model: System, calls: tuple[LawCall, ...], held: tuple[int, ...] = ()
+    ) -> None:
+        self.model, self.calls, self.held = model, calls, held
         self.steps = _Late(lambda: self._made[0])
         self.residuals = _Late(lambda: self._made[1])
 
     @cached_property
     def _made(self) -> tuple[tuple[ProgramStep, ...], tuple[sp.Expr, ...]]:
-        called: set[int] = set()
+        called: set[int] = set(self.held)
         steps: list[ProgramStep] = []
 
         def call(r: Relation) -> None:

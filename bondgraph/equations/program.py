@@ -134,6 +134,8 @@ class Program(FunctionNames):
         `bondgraph.signals.recorded_rates`.
     model : System or None
         What it was made of, unless it was changed since; further outputs are signals of that.
+    held : tuple of int
+        Laws whose deviations are the last of `algebraic`; `residuals` are those of the others.
     """
 
     steps: Sequence[ProgramStep]
@@ -146,6 +148,7 @@ class Program(FunctionNames):
     advance: ca.Function
     recorded: tuple[str, ...] = ()
     model: System | None = None
+    held: tuple[int, ...] = ()
 
     @property
     def has_memory(self) -> bool:

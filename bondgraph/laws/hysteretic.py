@@ -30,9 +30,10 @@ class Hysteretic(Law):
         Its numbers are constants of the model, unless they are named in `free`.
     free : str or sequence of str
         Numbers that are parameters of the model: ``"beta"``, ``"weights"`` (all of them),
-        ``"weights[3]"``, of an operator inside ``"play.weights"``. They are called ``beta_NAME``,
-        ``weights_3_NAME`` and ``play_weights_3_NAME`` after the element, a number of one letter
-        ``al_janaideh_q_NAME``.
+        ``"weights[3]"``, of an operator inside by the names of the fields on the way,
+        ``"play.weights"``, ``"hysteresis.weights"`` of a `HysteresisWithCreep`. They are called
+        ``beta_NAME``, ``weights_3_NAME`` and ``play_weights_3_NAME`` after the element, a number of
+        one letter ``al_janaideh_q_NAME``.
 
     Raises
     ------

@@ -7,11 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bondgraph.equations.codegen import program_of, with_signals
+from bondgraph.equations.codegen import with_signals
 from bondgraph.equations.derivation import equations
 from bondgraph.equations.program import Program
 from bondgraph.equations.relation import FINE
 from bondgraph.graph.bond_graph import BondGraph
+from bondgraph.simulation.radau.jumping import stepping_program
 from bondgraph.simulation.radau.start import inputs_of, rest, unknowns_at
 from bondgraph.simulation.start import begun_with, checked_commands, initial_state, state_by_name
 from bondgraph.support.arrays import Array
@@ -68,6 +69,21 @@ class Posed:
         """Return the outputs that are wanted by name."""
         return {n: y[:, i] for i, n in enumerate(self.program.outputs) if n in self.wanted}
 
+    def laws(self, y: Array) -> dict[str, tuple[Array, Array]]:
+        """Return argument and deviation of the laws that are held, by element."""
+        column = self.program.outputs.index
+        return {
+            element: (y[:, column(s)], y[:, column(w)])
+            for element, s, w in held_signals(self.program)
+        }
+
+
+def held_signals(program: Program) -> tuple[tuple[str, str, str], ...]:
+    """Return element, argument and deviation of the laws that are held."""
+    calls = [program.laws[i] for i in program.held]
+    unknowns = program.algebraic[len(program.algebraic) - len(calls) :]
+    return tuple((c.element, str(c.argument), w) for c, w in zip(calls, unknowns, strict=True))
+
 
 def pose(
     graph: BondGraph,
@@ -78,11 +94,12 @@ def pose(
 ) -> Posed:
     """Derive `graph` and put a record on an even grid `time` to it."""
     model = equations(graph)
-    program = program_of(model)
+    program = stepping_program(model)
     fine = {n: f"{FINE}{n}" for n in model.output_names if f"{FINE}{n}" in model.index}
     watched = tuple(fine.get(n, n) for n in model.output_names) or program.states
     more = tuple(n for n in watched if n not in model.output_names)
-    program = with_signals(program, model, (*more, *observed))
+    held = (name for _, *pair in held_signals(program) for name in pair)
+    program = with_signals(program, model, (*more, *observed, *held))
     return Posed(
         program,
         frozenset((*model.output_names, *observed)),

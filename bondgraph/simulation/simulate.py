@@ -240,6 +240,7 @@ def simulate_general(
         No rest, no convergence, or the outputs do not settle within 256 sub-steps.
     """
     from bondgraph.simulation.posing import pose
+    from bondgraph.simulation.radau.jumping import jumping
     from bondgraph.simulation.radau.native import PreparedGeneral, run_general
 
     time = even_grid(graph.name, time)
@@ -259,14 +260,14 @@ def simulate_general(
             change = relative_change(last.y[:, asked.columns], made.y[:, asked.columns])
         if change < accuracy:
             return Trajectory(
-                graph.name, time, asked.outputs(made.y), {}, n_sub, made.x, made.memory,
-                program.states, hold=hold,
+                graph.name, time, asked.outputs(made.y), asked.laws(made.y), n_sub, made.x,
+                made.memory, program.states, hold=hold,
             )  # fmt: skip
         last, n_sub = made, 2 * n_sub
     what = "the outputs do not settle"
     if last is not None and not last.settled:
         what = f"Newton's method does not converge near {at + last.reached * step:.6g} s"
-    if jumps := [c.element for c in program.laws if c.law.set_valued]:
+    if jumps := jumping(program):
         what += f" ({', '.join(jumps)} has a law that jumps, which a smooth step cannot follow)"
     raise BondsightError(
         f"{graph.name}: {what} within {LARGEST} sub-steps a sample; sample faster, start closer "

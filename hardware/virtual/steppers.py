@@ -47,11 +47,11 @@ def march_of(
     graph: BondGraph, source: str, parameters: Mapping[str, float], step: float, substeps: int
 ) -> March:
     """Return the way that fits the model."""
-    from bondgraph.equations.codegen import program_of
+    from bondgraph.simulation.radau.jumping import stepping_program
 
     if (compiled := exact_form(graph)) is not None:
         return ExactMarch(compiled, source, parameters, step, substeps)
-    return GeneralMarch(program_of(equations(graph)), source, parameters, step, substeps)
+    return GeneralMarch(stepping_program(equations(graph)), source, parameters, step, substeps)
 
 
 def _refuse_rates(name: str, rates: Sequence[str]) -> None:

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from bondgraph.graph.bond_graph import BondGraph
+from bondgraph.graph.composing.binding import external_signals
 from bondgraph.graph.elements import Modulated, Sensor, Source
 from bondgraph.signals.files.checks import means_time
 from bondgraph.signals.files.columns import OTHERS, NoUnit
@@ -36,8 +37,9 @@ def open_recording(
                 f"--map {name}={mapping[name]}: {name} has no channel, the model {graph.name} "
                 f"gives its value; map one of {', '.join(recorded)}"
             )
-        if name not in recorded and not means_time(name):
-            raise unknown_name("source or sensor", name, graph.name, recorded)
+        known = (*recorded, *external_signals(graph))
+        if name not in known and not means_time(name):
+            raise unknown_name("source or sensor", name, graph.name, known)
     split = None
     if text and (Path(text).exists() or Path(text).suffix):
         try:

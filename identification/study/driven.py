@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from bondgraph.graph.bond_graph import BondGraph
+from bondgraph.graph.composing.binding import external_signals
 from bondgraph.graph.elements import Sensor
 from bondgraph.signals.recording import Recording
 from bondgraph.support.arrays import Array
@@ -32,7 +33,9 @@ def require_driven(graph: BondGraph, recordings: Sequence[Recording]) -> tuple[s
     sensors = [e.name for e in graph.of_type(Sensor)]
     moved = [n for n in sensors if any(n in r.channels and _moves(r[n]) for r in recordings)]
     many = sum(r.n for r in recordings)
-    if names and len(still) == len(names) and not any(still.values()) and moved:
+    outside = [n for n in external_signals(graph) if any(np.ptp(r[n]) > 0 for r in recordings
+               if n in r.channels)]  # fmt: skip
+    if names and len(still) == len(names) and not (any(still.values()) or outside) and moved:
         raise UnusableInput(
             f"{recordings[0].name}: input {', '.join(still)} is 0 in all {many} samples while "
             f"{', '.join(moved)} moves: check the channel (--map); if the motion is free on "

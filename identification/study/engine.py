@@ -353,7 +353,7 @@ def engine_of(model: Model) -> Engine:
         return ExactEngine(model)
     if (compiled := exact_form(model)) is not None:
         return ExactEngine(compiled)
-    from bondgraph.equations.codegen import program_of
     from bondgraph.equations.derivation import equations
+    from bondgraph.simulation.radau.jumping import stepping_program
 
-    return GeneralEngine(program_of(equations(model)), model.parameters)
+    return GeneralEngine(stepping_program(equations(model)), model.parameters)

@@ -11,6 +11,7 @@ from functools import cached_property
 import numpy as np
 
 from bondgraph.graph.bond_graph import BondGraph
+from bondgraph.graph.composing.binding import external_signals
 from bondgraph.graph.elements import Modulated, Parameter, Sensor, Source
 from bondgraph.signals.recording import Recording, Split
 from bondgraph.signals.split import stretches
@@ -221,11 +222,14 @@ def data_for(
     floor: Mapping[str, float],
     hold: str = "linear",
 ) -> Data:
-    """Match the channels of `recording` to the sources and sensors of `graph` by name."""
-    sources = [s.name for s in drives(graph)]
+    """Match the channels of `recording` to the inputs and sensors of `graph` by name."""
+    outside = external_signals(graph)
+    sources = [*(s.name for s in drives(graph)), *outside]
     sensors = [s.name for s in graph.of_type(Sensor)]
-    for kind, wanted in (("input", drives(graph)), ("sensor", graph.of_type(Sensor))):
-        for n, unit in ((s.name, s.unit) for s in wanted):
+    inputs = [*((s.name, s.unit) for s in drives(graph)), *((n, "") for n in outside)]
+    readings_of = [(s.name, s.unit) for s in graph.of_type(Sensor)]
+    for kind, wanted in (("input", inputs), ("sensor", readings_of)):
+        for n, unit in wanted:
             if n not in recording.channels:
                 same = rivals_for(unit, graph, recording)
                 if len(same) > 1:

@@ -10,6 +10,7 @@ from html import escape
 import numpy as np
 
 from bondgraph.graph.bond_graph import BondGraph
+from bondgraph.graph.composing.binding import external_signals
 from bondgraph.graph.elements import Parameter, Sensor, Source
 from bondgraph.signals.recording import Recording, Split, default_split
 from bondgraph.simulation.start import HOLDS
@@ -219,7 +220,7 @@ class Study:
                 if name not in sensors:
                     raise unknown_name("sensor", name, self.graph.name, sensors)
                 admit_noise(name, levels, [r.n for r in self.records])
-        sources = [s.name for s in self.graph.of_type(Source)]
+        sources = [*(s.name for s in self.graph.of_type(Source)), *external_signals(self.graph)]
         for name in self.silent:
             if name not in sources:
                 raise unknown_name("source", name, self.graph.name, sources)
@@ -308,23 +309,24 @@ class Study:
                 f"of each: map={{{sensors[0]!r}: column}}, on the command line --map "
                 f"{sensors[0]}=column"
             )
-        for s in drives(graph):
-            if s.name not in recording.channels and s.name not in self.silent:
+        for name in (*(s.name for s in drives(graph)), *external_signals(graph)):
+            if name not in recording.channels and name not in self.silent:
                 known = recording.channels
-                error = unknown_name("channel for input", s.name, recording.name, known)
-                raise UnusableInput(f"{error}; select(...) renames it, silent=({s.name!r},) is 0")
+                error = unknown_name("channel for input", name, recording.name, known)
+                raise UnusableInput(f"{error}; select(...) renames it, silent=({name!r},) is 0")
         for n in sensors:
             if n not in here:
                 graph = graph.remove(n)
         return graph
 
     def with_silence(self, recording: Recording) -> Recording:
-        """Return the recording with zeros for the silent sources it has no channel for."""
-        missing = [s for s in drives(self.graph) if s.name not in recording.channels]
-        if not missing:
+        """Return the recording with zeros for the silent inputs it has no channel for."""
+        units = {s.name: s.unit or "1" for s in drives(self.graph)}
+        units |= dict.fromkeys(external_signals(self.graph), "1")
+        units = {n: unit for n, unit in units.items() if n not in recording.channels}
+        if not units:
             return recording
-        zeros = {s.name: np.zeros(recording.n) for s in missing}
-        units = {s.name: s.unit or "1" for s in missing}
+        zeros = {n: np.zeros(recording.n) for n in units}
         return replace(
             recording,
             channels={**recording.channels, **zeros},

@@ -11,11 +11,13 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 
-from bondgraph.simulation.radau.native_source import GeneralFunctions
+from bondgraph.simulation.radau.native_source import SHARED, GeneralFunctions
 from bondgraph.support.arrays import Array
 
 NEWTON = 8
 CONVERGED = 1e-8
+STILL = 1e-12
+"""Part of what forces of held laws would move within a step that is none, as in the loop in C."""
 CHUNK = 128
 NODES = (1 / 3, 1.0)
 INVERSE = ((1.5, 0.5), (-4.5, 2.5))
@@ -53,6 +55,8 @@ def machine_step(functions: GeneralFunctions, n_x: int, n_d: int) -> ca.Function
     picked = ca.MX.sym("P", n_p, n_d)
     change = ca.diag(ca.vertcat(ca.DM.ones(n_x), ca.DM.zeros(n_v - n_x))) / h
     sign = ca.diag(ca.vertcat(-ca.DM.ones(n_x), ca.DM.ones(n_v - n_x)))
+    held = functions.held
+    shared = SHARED * ca.diag(ca.vertcat(ca.DM.zeros(n_v - held), ca.DM.ones(held)))
 
     def at(i: int, stage: ca.MX) -> tuple[ca.MX, ...]:
         return (t + NODES[i] * h, stage, u0 + NODES[i] * (u1 - u0), p, m, NODES[i] * h)
@@ -69,7 +73,7 @@ def machine_step(functions: GeneralFunctions, n_x: int, n_d: int) -> ca.Function
             moved = INVERSE[i][0] * (stages[0] - v) + INVERSE[i][1] * (stages[1] - v)
             rows.append(change @ moved + sign @ value)
             parts = [INVERSE[i][0] * change, INVERSE[i][1] * change]
-            parts[i] = parts[i] + sign @ slope
+            parts[i] = parts[i] + sign @ slope + shared
             blocks.append(ca.horzcat(*parts))
         matrix = ca.densify(ca.vertcat(*blocks))
         correction = ca.solve(matrix, ca.vertcat(*rows), "csparse")
@@ -82,7 +86,10 @@ def machine_step(functions: GeneralFunctions, n_x: int, n_d: int) -> ca.Function
             seed = by_p @ picked + (by_m @ tm if n_m else 0)
             rows.append(sum(INVERSE[i]) * (change @ tv) - sign @ seed)
         tangent = ca.solve(matrix, ca.vertcat(*rows), "csparse")[n_v:, :]
-    end = (t + h, stages[1], u1, p, m, h)
+    last = stages[1]
+    if held:
+        last, tangent = _rested(n_x, (v, tv), stages, tangent, h * slope, held)
+    end = (t + h, last, u1, p, m, h)
 
     def moved_along(function: ca.Function) -> ca.MX:
         by_v, by_p, by_m = function(*end)
@@ -95,8 +102,33 @@ def machine_step(functions: GeneralFunctions, n_x: int, n_d: int) -> ca.Function
     next_tm = moved_along(functions.moving) if n_d and n_m else tm
     dy = moved_along(functions.slope) if n_d else ca.MX(functions.reading.numel_out(0), 0)
     arguments = [*begun, u0, u1, t, h, p, picked]
-    results = [stages[1], next_m, tangent, next_tm, correction, functions.reading(*end), dy]
+    results = [last, next_m, tangent, next_tm, correction, functions.reading(*end), dy]
     return _packed(ca.Function("step", arguments, results), n_v, n_m, n_d)
+
+
+def _rested(
+    n: int,
+    begun: tuple[ca.MX, ca.MX],
+    stages: list[ca.MX],
+    tangent: ca.MX,
+    slope: ca.MX,
+    held: int,
+) -> tuple[ca.MX, ca.MX]:
+    """Return the end of a step; a motion that is held, and what follows it, do not move at all."""
+    (v, tv), end = begun, stages[1]
+    force = sum((ca.fabs(w[-held:]) for w in (v, *stages)), ca.MX(0))
+    size = ca.fabs(slope[:n, -held:]) @ force
+    least = STILL * (size + ca.fabs(slope[:n, :n]) @ size)
+    moves = ca.fabs(end[:n]) > least
+    same = ca.logic_and(moves, ca.fabs(end[:n] - v[:n]) <= least)
+    goes = ca.logic_and(moves, ca.logic_not(same))
+
+    def kept(ends: ca.MX, begins: ca.MX) -> ca.MX:
+        wide = (1, ends.size2())
+        first = ca.repmat(goes, *wide) * ends[:n, :] + ca.repmat(same, *wide) * begins[:n, :]
+        return ca.vertcat(first, ends[n:, :])
+
+    return kept(end, v), kept(tangent, tv) if tangent.size2() else tangent
 
 
 Columns = tuple[ca.MX, ca.MX, ca.MX, ca.MX]
@@ -147,8 +179,11 @@ def machine_record(
     u: Array,
     p: Array,
     picked: Array,
+    held: int = 0,
 ) -> tuple[Array, Carried, int]:
     """Run over sub-steps `u`, shape (n, 2, n_u).
+
+    The `held` last unknowns need not stand still: contacts may share one force in many ways.
 
     Returns
     -------
@@ -181,6 +216,7 @@ def machine_record(
         path = np.abs(np.hstack([carried.v[:, None], *columns]))
         size = np.tile(path.max(axis=1, initial=0.0), 2)[:, None] + 1e-150
         left = np.hstack(corrections)
+        left.reshape(2, n_v, -1)[:, n_v - held :] = 0.0
         bad = ~(np.isfinite(path[:, 1:]).all(axis=0) & (left <= CONVERGED * size).all(axis=0))
         if bad.any():
             done = int(np.argmax(bad)) // n_sub

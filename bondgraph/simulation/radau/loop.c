@@ -8,6 +8,9 @@
 #define K (2 * N)
 #define TRIES 12
 #define TOLERANCE 1e-9
+/* of the sizes that forces of held laws tell: motions, and how contacts share a force */
+#define STILL 1e-12
+#define SHARE 1e-6
 #define ROUNDING (64 * 2.220446049250313e-16)
 /* a variable's largest value is forgotten by and by, so that a wild start does not blunt the test */
 #define FORGET 0.999
@@ -15,7 +18,7 @@
 typedef struct {
   double t, h;
   const double* p;
-  double *m, *scale, *a, *weight, *r, *step, *v, *best, *f, *j, *us, *values, *b, *w;
+  double *m, *scale, *size, *a, *weight, *r, *step, *v, *best, *f, *j, *us, *values, *b, *w;
   casadi_int *order, *iw, nd, ndp;
   const casadi_int* dirs;
   const double** arg;
@@ -117,6 +120,7 @@ static int stages(work_t* q, const double* x, const double* v, double* merit) {
         size += (fabs(v[i]) + fabs(x[i])) / q->h;
       } else {
         sum = q->f[i];
+        if (i >= N - HELD) row[s * N + i] += SHARED;
       }
       q->r[s * N + i] = sum;
       if (!(fabs(sum) <= ROUNDING * size)) quiet = 0;
@@ -126,22 +130,72 @@ static int stages(work_t* q, const double* x, const double* v, double* merit) {
   return quiet;
 }
 
+#if HELD
+/* Sizes of the variables, in q->size, by what the forces v of held laws would make of them within
+   the step: what sticks never moves, so that nothing else tells what is rounding. Each is reached
+   once, on the shortest way, for a size that went round a stiff loop would grow. */
+static void sizes(work_t* q, const double* v) {
+  int i, k, found = 1;
+  double *size = q->size, *next = q->size + N;
+  for (i = 0; i < N; ++i) size[i] = next[i] = i < N - HELD ? 0.0 : LARGER(q->scale[i], fabs(v[i]));
+  while (found) {
+    for (found = i = 0; i < N - HELD; ++i) {
+      double own = i < NX ? 1.0 / q->h : fabs(q->j[i * N + i]), sum = 0.0;
+      if (size[i] > 0.0 || !(own > 0.0)) continue;
+      for (k = 0; k < N; ++k) if (k != i) sum += fabs(q->j[k * N + i]) * size[k];
+      next[i] = sum / own;
+      if (sum > 0.0) found = 1;
+    }
+    for (i = 0; i < N; ++i) size[i] = next[i];
+  }
+  for (i = N - HELD; i < N; ++i) /* and what others make of the motion that a law is to hold */
+    for (k = 0; k < N - HELD; ++k) size[i] += fabs(q->j[k * N + i]) * next[k];
+}
+
+/* Whether a step of Newton's method is none. Contacts may share a force in many ways, which needs
+   to settle no further than they are told; that their laws hold is read off the residual. */
+static int small(const work_t* q, int i, double step) {
+  const double least = q->size[i % N];
+  if (i % N >= N - HELD) return fabs(step) <= SHARE * least && fabs(q->r[i]) <= STILL * least;
+  return fabs(step) <= LARGER(STILL * least, TOLERANCE * LARGER(q->scale[i % N], fabs(q->v[i])));
+}
+
+/* A motion that is held, and what follows it, stand still to the last digit, whatever moves. */
+static void rested(const work_t* q, const double* x, double* end, const double* tx, double* tend) {
+  int i;
+  casadi_int d;
+  for (i = 0; i < NX; ++i) {
+    const double least = STILL * q->size[i];
+    const int none = fabs(end[i]) <= least;
+    if (!none && !(fabs(end[i] - x[i]) <= least)) continue;
+    end[i] = none ? 0.0 : x[i];
+    for (d = i * q->nd; d < (i + 1) * q->nd; ++d) tend[d] = none ? 0.0 : tx[d];
+  }
+}
+#else
+#define sizes(q, v)
+#define small(q, i, step) \
+  (fabs(step) <= TOLERANCE * LARGER((q)->scale[(i) % N], fabs((q)->v[i])))
+#define rested(q, x, end, tx, tend)
+#endif
+
 /* Newton's method from the stages in q->v; damped halves a step that does not reduce r. */
 static int newton(work_t* q, const double* x, int damped) {
   int tries, i;
   double merit, *step = q->step;
   int quiet = stages(q, x, q->v, &merit);
   for (tries = 0; tries < (damped ? 4 : 1) * TRIES; ++tries) {
-    int small = 1;
+    int done = 1;
     if (!factor(q->a, q->order, q->weight, q->weight + K, K)) return 0;
     backsolve(q->a, q->order, q->r, step, K, 1);
+    sizes(q, q->v + N);
     for (i = 0; i < K; ++i) {
       q->best[i] = q->v[i];
       q->v[i] -= step[i];
-      if (!(fabs(step[i]) <= TOLERANCE * LARGER(q->scale[i % N], fabs(q->v[i])))) small = 0;
+      if (!small(q, i, step[i])) done = 0;
       if (!(fabs(q->v[i]) < 1e300)) return 0;
     }
-    if (small || quiet) return 1;
+    if (done || quiet) return 1;
     double before = merit, share = 1.0;
     quiet = stages(q, x, q->v, &merit);
     while (damped && !quiet && !(merit < before) && share > 1e-3) {
@@ -303,6 +357,7 @@ casadi_int bondsight_record(const double* numbers, const casadi_int* sizes, cons
   q->p = p; q->m = m; q->nd = nd; q->ndp = sizes[3]; q->dirs = dirs; q->order = order;
   q->iw = iw; q->w = w; q->arg = arg; q->res = res;
   q->scale = work; work += N;
+  q->size = work; work += K;
   q->a = work; work += K * K;
   q->weight = work; work += 2 * K;
   q->r = work; work += K;
@@ -350,17 +405,18 @@ casadi_int bondsight_record(const double* numbers, const casadi_int* sizes, cons
       }
       if (!step(q, x, past)) return k + 1;
       end = q->v + N;
+      if (nd) {
+        seeds(q, tv, tm);
+        backsolve(q->a, order, q->b, tk, K, nd);
+      }
+      rested(q, x, end, tv, tk + N * nd);
       for (i = 0; i < N; ++i) {
         past[i] = x[i];
         past[N + i] = q->v[i];
         x[i] = end[i];
         q->scale[i] = LARGER(FORGET * q->scale[i], fabs(x[i]));
       }
-      if (nd) {
-        seeds(q, tv, tm);
-        backsolve(q->a, order, q->b, tk, K, nd);
-        for (i = 0; i < N * nd; ++i) tv[i] = tk[N * nd + i];
-      }
+      for (i = 0; i < N * nd; ++i) tv[i] = tk[N * nd + i];
       double late = q->h, t = q->t + q->h;
       lines(q, 1, t, x, u + NU, late);
       moved_lines(q, 1, tm);

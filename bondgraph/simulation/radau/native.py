@@ -16,17 +16,17 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import lru_cache
 
 import numpy as np
 
-from bondgraph.equations.program import LawCall, Program
+from bondgraph.equations.program import Program
 from bondgraph.signals.recorded_rates import with_rates
 from bondgraph.simulation.exact_run import KernelRun, Memories
 from bondgraph.simulation.radau.interpreted import Carried
+from bondgraph.simulation.radau.jumping import jumping
 from bondgraph.simulation.radau.memory import relaxed_memory
 from bondgraph.simulation.radau.native_source import GeneralFunctions
-from bondgraph.simulation.radau.recorder import Key, Order, functions_of, recorder
+from bondgraph.simulation.radau.recorder import Order, functions_of, recorder
 from bondgraph.simulation.start import fine_inputs, initial_state
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import UnusableInput
@@ -103,8 +103,8 @@ def prepare_general(
     Raises
     ------
     UnusableInput
-        A law jumps (dry friction), so that Newton's method has nothing to go by; or sizes are
-        wrong.
+        A law jumps and is not held (`bondgraph.simulation.radau.jumping`), so that Newton's method
+        has nothing to go by; or sizes are wrong.
     """
     p = np.array(p, float)
     if p.shape != (len(program.parameters),) or not np.isfinite(p).all():
@@ -128,26 +128,6 @@ def prepare_general(
     return PreparedGeneral(
         program, p, float(step), int(n_sub), wanted, state_directions, memory_directions
     )
-
-
-def jumping(program: Program) -> tuple[str, ...]:
-    """Return the elements whose laws jump: Newton's method has nothing to go by."""
-    return _jumping(Key(program))
-
-
-@lru_cache(maxsize=64)
-def _jumping(key: Key) -> tuple[str, ...]:
-    return tuple(c.element for c in key.program.laws if _jumps(c, key.program))
-
-
-def _jumps(call: LawCall, program: Program) -> bool:
-    """Whether the deviation is set-valued, or plainly jumps where the argument changes sign."""
-    if call.law.set_valued:
-        return True
-    q = [program.nominal[program.parameters.index(n)] or 1.0 for n in call.parameters]
-    memory = program.virgin[call.memory]
-    ahead, back = (float(call.value(s, memory, q, 0.0)) for s in (1e-60, -1e-60))
-    return abs(ahead - back) > 1e-20
 
 
 def run_general(

@@ -15,6 +15,9 @@ from bondgraph.equations.program import Program
 from bondgraph.simulation.banks import PlacedBank, bank_source
 
 PARTS = ("algebra", "loop")
+SHARED = 1e-8
+"""Contacts that hold the same motion share its force by this: the least that changes it. It stands
+in the matrix of Newton's method alone, so that a solution is exact."""
 LANES = 4
 """Tangents of a play that one instruction serves; a row is a whole number of them."""
 ROWS = "typedef double row_block __attribute__((vector_size(8 * LANES), aligned(8), may_alias));"
@@ -42,6 +45,8 @@ class GeneralFunctions:
         How many of v are states.
     jumps : bool
         Whether the memory follows inputs at once, so that it must follow where they jump.
+    held : int
+        How many of the last of v are deviations of laws that jump.
     """
 
     stage: ca.Function
@@ -52,6 +57,7 @@ class GeneralFunctions:
     moving: ca.Function
     n_x: int
     jumps: bool
+    held: int
 
     @property
     def all(self) -> tuple[ca.Function, ...]:
@@ -93,6 +99,7 @@ def general_functions(program: Program) -> GeneralFunctions:
         made("moving", *by(later, v, p, m)),
         n_x,
         bool(ca.depends_on(later, ca.vertcat(v[n_x:], u))) if later.numel() else False,
+        len(program.held),
     )
 
 
@@ -121,6 +128,7 @@ def general_source(
     lines += _patterns("moving", functions.moving, "vpm")
     lines += [f"#define NBANKS {len(banks)}", "#define SLOPES 1"]
     lines.append(f"#define JUMPS {int(functions.jumps)}")
+    lines += [f"#define HELD {functions.held}", f"#define SHARED {SHARED}"]
     for what, values in (
         ("slot", [b.slot for b in banks]), ("stops", [int(b.bank.stops) for b in banks])
     ):  # fmt: skip

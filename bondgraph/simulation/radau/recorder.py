@@ -116,7 +116,7 @@ def without_banks(program: Program) -> tuple[Program, TakenOut]:
     uses = zip(model.laws, taken.laws, strict=True)
     left = replace(model, laws=tuple(replace(use, law=law) for use, law in uses))
     own = len(model.output_names)
-    return with_signals(program_of(left), left, program.outputs[own:]), taken
+    return with_signals(program_of(left, program.held), left, program.outputs[own:]), taken
 
 
 def _reordered(run: Recorder, taken: TakenOut) -> Recorder:
@@ -153,7 +153,7 @@ def _native_recorder(
         n, n_m, n_d = begin.v.size, n_left, begin.tv.shape[1]
         k, n_u = 2 * n, order.first.size
         lanes = LANES * (n_d // LANES + 1)
-        size = k * k + 8 * k + n * n + 2 * n_u + functions.largest + 2 * k * n_d
+        size = k * k + 9 * k + n * n + 2 * n_u + functions.largest + 2 * k * n_d
         work = np.zeros(size + n_m * (1 + n_d) + 4 * n + 64 + 3 * lanes)
         memory = begin.m[:n_m], begin.tv.ravel(), begin.tm[:n_m].ravel()
         state = np.concatenate([begin.v, *memory, [0.0]])
@@ -197,8 +197,9 @@ def _machine_recorder(functions: GeneralFunctions) -> Recorder:
             return begin, 0
         begin, first = started, _first(functions, order, started)
         rest, end, done = machine_record(
-            step(n_d), begin, order.time, order.h, order.n_sub, order.u, order.p, picked
-        )
+            step(n_d), begin, order.time, order.h, order.n_sub, order.u, order.p, picked,
+            functions.held,
+        )  # fmt: skip
         found = np.concatenate([first[None], rest])
         n_y = found.shape[1]
         out[:, :n_y] = found[:, :, 0]

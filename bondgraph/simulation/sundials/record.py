@@ -37,11 +37,11 @@ from bondgraph.simulation.exact_run import LARGEST, Memories, relative_change
 from bondgraph.simulation.flowing import flowing
 from bondgraph.simulation.posing import Posed, pose
 from bondgraph.simulation.radau.interpreted import Carried
+from bondgraph.simulation.radau.jumping import jumping_laws
 from bondgraph.simulation.radau.memory import relaxed_memory
 from bondgraph.simulation.radau.native import (
     PreparedGeneral,
     inputs_between,
-    jumping,
     run_general,
 )
 from bondgraph.simulation.radau.recorder import Order
@@ -144,7 +144,7 @@ def _require_smooth(graph: BondGraph, program: Program, integrator: str) -> None
             f"{graph.name}: {', '.join(switches)} can switch, across which {integrator} cannot "
             "integrate; use simulate_modes, or simulate one mode, in_mode(graph, ...)"
         )
-    if jumps := jumping(program):
+    if jumps := [program.laws[i].element for i in jumping_laws(program)]:
         raise UnusableInput(
             f"{graph.name}: {', '.join(jumps)} has a law that jumps, across which "
             f"{integrator} cannot integrate; leave integrator out, or, where it is friction that "

@@ -22,8 +22,9 @@ from bondgraph.graph.elements import Df, Sensor, Source
 from bondgraph.simulation.first_order_hold import blocks
 from bondgraph.simulation.lure import exact_form
 from bondgraph.support.arrays import Array
-from bondgraph.support.errors import BondsightError
+from bondgraph.support.errors import BondsightError, UnusableInput
 from identification.diagnosis.screening.latent_input import probed_graph
+from identification.study.engine import engine_of
 
 PARALLEL = 1e-6
 
@@ -98,7 +99,12 @@ def linear_part(graph: BondGraph) -> tuple[Array, Array, Array, Array, list[str]
         parts = blocks(compiled, compiled.block(compiled.nominal()))
         return parts.a, parts.b, parts.cy, parts.dy, list(compiled.inputs)
     model = equations(graph)
-    about = model.linearise()
+    try:
+        about = model.linearise()
+    except UnusableInput:  # a law with memory or a jump: its linear slope counts, by numbers
+        engine = engine_of(graph)
+        near = engine.small_signal(engine.vector({}), np.zeros(len(engine.input_names)))
+        return near.a, near.b, near.c, near.d, list(engine.input_names)
     values = {p.symbol: p.value for p in model.parameters.values()}
     matrices = [
         np.array(m.subs(values).tolist(), float).reshape(m.shape)

@@ -376,7 +376,8 @@ def _explains(before: float, after: float) -> bool:
 
 def _candidates(graph: BondGraph, nominal: Fit) -> Iterator[Mixup]:
     data = nominal.problem.data
-    commands = [n for n, u in data.commands.items() if np.ptp(u) > 0]
+    # a signal from outside that no source makes has no unit and no usual sign to be mistaken
+    commands = [n for n, u in data.commands.items() if np.ptp(u) > 0 and n in graph.elements]
     for group in (commands, list(data.names)):
         yield from (Mixup("sign", (n,)) for n in group)
         # of other quantities too: it is the columns that are exchanged, or their names

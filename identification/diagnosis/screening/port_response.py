@@ -100,7 +100,7 @@ class Probes:
         """Where each source sits in the inputs, found by moving it."""
         data = self.problem.data
         names = [*self._sources, *(s.name for s in drives(self.problem.graph))]
-        short = {n: np.zeros(4) for n in names}
+        short = {n: np.zeros(4) for n in (*names, *data.commands)}
         still = self.engine.inputs(short, data.time[:4])
         found = {}
         for n in names:

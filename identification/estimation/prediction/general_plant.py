@@ -9,10 +9,12 @@ import numpy as np
 
 from bondgraph.equations.program import Program
 from bondgraph.laws.law import Law
+from bondgraph.simulation.radau.jumping import jumping_laws
 from bondgraph.simulation.radau.native import inputs_between, prepare_general, run_general
 from bondgraph.simulation.radau.recorder import Key
 from bondgraph.simulation.radau.start import unknowns_at
 from bondgraph.support.arrays import Array
+from bondgraph.support.errors import UnusableInput
 from identification.estimation.prediction.general_steps import (
     GeneralPlaces,
     evaluation,
@@ -25,6 +27,12 @@ class GeneralPlant(FilterPlant):
     """The step of `bondgraph.simulation.radau` with a covariance."""
 
     def __init__(self, program: Program) -> None:
+        if jumps := [program.laws[i].element for i in jumping_laws(program)]:
+            raise UnusableInput(
+                f"{program.name}: {', '.join(jumps)} has a law that jumps, about which the filter "
+                "has no line beside products of signals; use LuGre, Sliding or a smooth law there, "
+                "or another method"
+            )
         self.program = program
         self.places = GeneralPlaces.of(program)
 

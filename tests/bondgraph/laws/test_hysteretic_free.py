@@ -19,7 +19,7 @@ from bondgraph.simulation.lure import compile_model
 from bondgraph.support.errors import UnknownName, UnusableInput
 from bondgraph.support.ops import NUMPY
 from identification.estimation import NO_NUISANCES, Study, Vary, estimate
-from tests.bondgraph.hysteresis.examples import EXAMPLES, PI
+from tests.bondgraph.hysteresis.examples import EXAMPLES, MODEL, PI
 from tests.settled import simulate
 
 STEP, N = 0.02, 300
@@ -95,6 +95,13 @@ FREE = {
     "al_janaideh": ("q", "sigma", "alpha", "beta"),
     "ang": ("play.weights", "play.thresholds[1]", "dead_zone.weights", "dead_zone.thresholds[1]"),
     "preisach": ("densities[1]", "slope"),
+    "hysteresis_with_creep": (
+        "hysteresis.weights",
+        "hysteresis.thresholds[1]",
+        "creep.weights",
+        "creep.eigenvalues[1]",
+    ),
+    "cascade of all": ("first.hysteresis.weights[1]", "first.creep.weights", "second.weights"),
 }
 
 
@@ -117,6 +124,8 @@ def test_numbers_that_may_not_move_are_refused() -> None:
         Hysteretic(Ang.stack_2hz(), free=("dead_zone.thresholds",))
     with pytest.raises(UnknownName, match=r"'play\.weights'"):
         Hysteretic(Ang.stack_2hz(), free=("weights",))
+    with pytest.raises(UnknownName, match=r"no number 'weights'.*hysteresis\.weights"):
+        Hysteretic(MODEL, free=("weights",))
 
 
 BOUC = next(o for o in EXAMPLES.values() if isinstance(o, BoucWen))
@@ -124,8 +133,13 @@ BOUC = next(o for o in EXAMPLES.values() if isinstance(o, BoucWen))
 
 @pytest.mark.parametrize(
     ("operator", "free"),
-    [(PI, ("weights",)), (BOUC, numbers_of(BOUC)), (PI, ("thresholds[2]", "weights[1]"))],
-    ids=["weights", "bouc_wen", "threshold"],
+    [
+        (PI, ("weights",)),
+        (BOUC, numbers_of(BOUC)),
+        (PI, ("thresholds[2]", "weights[1]")),
+        (MODEL, FREE["hysteresis_with_creep"]),
+    ],
+    ids=["weights", "bouc_wen", "threshold", "beside creep"],
 )
 def test_derivatives_by_the_numbers_match_differences(
     operator: Operator, free: tuple[str, ...]
@@ -164,6 +178,24 @@ def test_weights_are_found_in_their_intervals() -> None:
         error = (e.ci95[1] - e.ci95[0]) / (2 * 1.96)
         assert abs(e.value - w) < 3.5 * error, e
         assert e.value == pytest.approx(w, abs=0.02)
+
+
+def test_numbers_beside_creep_are_found_in_their_intervals() -> None:
+    """A weight and a threshold of the hysteresis, and a weight of the creep, in one study."""
+    numbers = ("hysteresis.weights[1]", "hysteresis.thresholds[1]", "creep.weights[1]")
+    true = positioner(MODEL, numbers)
+    u = command(1500) * np.linspace(0.3, 3.0, 1500)
+    t = STEP * np.arange(1500)
+    x = np.asarray(simulate(true, t, {"F": u}, accuracy=1e-6)["x"])
+    x = x + 1e-3 * np.random.default_rng(4).standard_normal(x.size)
+    made = Recording.from_arrays("loops", {"F[N]": u, "x[m]": x}, fs=1 / STEP)
+    values = {p.name: p.value for p in Hysteretic(MODEL, free=numbers).parameters("k")}
+    free = tuple(Vary(n, start=1.15 * v) for n, v in values.items())
+    found = estimate(Study(true, made, free=("m", *free), nuisances=NO_NUISANCES, initial="rest"))
+    for n, v in values.items():
+        low, high = found.estimate_of(n).ci95
+        assert abs(found.values[n] - v) < 3.5 * (high - low) / (2 * 1.96), n
+        assert found.values[n] == pytest.approx(v, rel=0.03), n
 
 
 @pytest.mark.parametrize(
