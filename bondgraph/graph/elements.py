@@ -215,7 +215,7 @@ class Sf(Source):
 
     Examples
     --------
-    >>> Sf("base", unit="m/s", given="rate").given  # its acceleration is recorded
+    >>> Sf("base", unit="m/s^2", given="rate").given  # its acceleration is recorded
     'rate'
     """
 
