@@ -8,7 +8,7 @@ from bondgraph.laws import Law
 
 def spring(
     m: float = 0.5,
-    d: float = 2.0,
+    d: float | None = 2.0,
     k: float | None = 200.0,
     law: Law | None = None,
     friction: Law | None = None,
@@ -16,7 +16,9 @@ def spring(
     name: str = "spring",
     speed: str = "",
 ) -> BondGraph:
-    """Laws bend spring and damper; `speed` names a second sensor."""
+    """Laws bend spring and damper, or replace them; `speed` names a second sensor."""
+    d = None if friction is not None and friction.slope is not None else d
+    k = None if law is not None and law.slope is not None else k
     with BondGraph(name) as g:
         v = One("body" if speed == "v" else "v")  # names are addresses
         Se("F", unit="N") >> v >> I("m", m, unit="kg")

@@ -75,9 +75,8 @@ def stack_bond_graph(
         Se("V_in", unit="V") >> loop
         loop >> R("R_e", resistance, unit="ohm", spread=3.0, source=SOURCE)
         loop >> TF("T_1", ratio=ell) >> polarisation
-        polarisation >> C(
-            "C_nl", capacitance * length**2, unit="C*m/(V/m)", spread=3.0, law=law, source=SOURCE
-        )
+        linear = None if law is not None and law.slope is not None else capacitance * length**2
+        polarisation >> C("C_nl", linear, unit="C*m/(V/m)", spread=3.0, law=law, source=SOURCE)
         body >> force >> TF("T_2", ratio=ell / t) >> polarisation
         force >> C("k", stiffness=stiffness, unit="N/m", spread=2.0, source=SOURCE)
         if external_force:

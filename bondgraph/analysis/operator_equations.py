@@ -289,12 +289,11 @@ class _Equations:
             argument = flow if e.law else ""
             self.put(e.name, "law", [(1, effort), (-r * inward, flow)], argument=argument)
             return
-        slope = self.graph.coefficient(e)
+        slope = self.graph.slope(e)
         if isinstance(e, C):
             stored, output, sign, rate = f"q_{e.name}", effort, 1, (-inward, flow)
         else:
             stored, output, sign, rate = f"p_{e.name}", flow, inward, (-1, effort)
-            slope = 1 / slope
         argument = stored if e.law else ""
         self.put(e.name, "law", [(sign, output), (-slope, stored)], argument=argument)
         self.put(e.name, "rate", [(LAPLACE, stored), rate])

@@ -82,7 +82,7 @@ def _store(graph: BondGraph, e: C | I, run: SignalPath, memory: Memories) -> Hel
         return HeldEnergy(_closed(graph, e, run), _zeros(run))
     (name,) = stored_variables(graph, e.name)
     s = run.signals[name]
-    slope = graph.coefficient(e) if isinstance(e, C) else 1 / graph.coefficient(e)
+    slope = graph.slope(e)
     linear = 0.5 * float(_number(run, slope)) * s**2
     p = [run.parameters[q.name] for q in e.law.parameters(e.name)]
     if not e.law.n_memory:

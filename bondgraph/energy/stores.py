@@ -94,7 +94,7 @@ def store_energy(graph: BondGraph, element: str) -> sp.Expr:
         return _field_energy(graph, e)
     assert isinstance(e, C | I)
     (variable,) = map(symbol, stored_variables(graph, element))
-    slope = graph.coefficient(e) if isinstance(e, C) else 1 / graph.coefficient(e)
+    slope = graph.slope(e)
     energy: sp.Expr = slope * variable**2 / 2
     if e.law is not None:
         if e.law.n_memory:

@@ -30,16 +30,20 @@ class Closing:
     parameters : mapping of str to Parameter
     whole : bool
         Laws stand as functions named after their element, not as their deviations.
+    beside : bool
+        Laws that stand as functions have the signal that they watch as a second argument.
     """
 
     relations: Mapping[str, Relation]
     laws: Sequence[LawUse]
     parameters: Mapping[str, Parameter]
     whole: bool = False
+    beside: bool = False
 
     def __post_init__(self) -> None:
         """Start with nothing closed."""
         self.done: dict[str, sp.Expr] = {}
+        self._watched: set[str] = set()
 
     def __call__(self, name: str) -> sp.Expr:
         """Return the closed form of a signal; of a leaf its symbol."""
@@ -75,12 +79,25 @@ class Closing:
             parts.append(r.expression.xreplace(reads))
         if use is not None:
             argument = self.done.get(use.argument, symbol(use.argument))
+            seen = self._seen(use)
             parts.append(
-                law_function(r, use)(argument)
+                law_function(r, use)(argument, *seen)
                 if self.whole
-                else law_expression(use, self.parameters, argument)
+                else law_expression(use, self.parameters, argument, seen)
             )
         return sp.Add(*parts)
+
+    def _seen(self, use: LawUse) -> tuple[sp.Expr, ...]:
+        """Return the signal that a law watches in closed form; none where it watches none."""
+        name = use.law.watched
+        if not (self.beside and name):
+            return ()
+        if name in self._watched:
+            return (symbol(name),)  # what is watched follows from the law in turn
+        self._watched.add(name)
+        seen = self(name)
+        self._watched.discard(name)
+        return (seen,)
 
 
 def rest_terms(r: Relation, use: LawUse | None) -> tuple[tuple[Any, str], ...]:
@@ -98,13 +115,34 @@ def law_function(r: Relation, use: LawUse) -> Any:
     return sp.Function(f"{use.element}{ending}")
 
 
-def law_expression(use: LawUse, parameters: Mapping[str, Parameter], argument: sp.Expr) -> sp.Expr:
+def law_expression(
+    use: LawUse,
+    parameters: Mapping[str, Parameter],
+    argument: sp.Expr,
+    seen: tuple[sp.Expr, ...] = (),
+) -> sp.Expr:
     """Return the deviation of a law as SymPy; one with memory or a jump as a named function."""
     law = use.law
-    if not law.n_memory and not law.set_valued and not law.timed:
-        try:
-            p = tuple(parameters[n].symbol for n in use.parameters)
-            return sp.sympify(law.deviation(SYMPY, argument, (), p))
-        except (TypeError, AttributeError, BondsightError):
-            pass  # a law in numbers only (a table): named below
-    return sp.Function(f"{use.element}_deviation")(argument)
+    if not law.n_memory and not law.set_valued:
+        found = deviation_formula(use, parameters, argument)
+        if found is not None:
+            return found
+    return sp.Function(f"{use.element}_deviation")(argument, *seen)
+
+
+def deviation_formula(
+    use: LawUse, parameters: Mapping[str, Parameter], argument: sp.Expr
+) -> sp.Expr | None:
+    """Return the deviation of a law as SymPy, a watched signal by its name.
+
+    None for a law with memory of its own or of time, or in numbers only.
+    """
+    law = use.law
+    watched = (symbol(law.watched),) * 2 if law.watched else ()  # as it was and as it is: at rest
+    if law.timed or law.n_memory != len(watched):
+        return None
+    try:
+        p = tuple(parameters[n].symbol for n in use.parameters)
+        return sp.sympify(law.deviation(SYMPY, argument, watched, p))
+    except (TypeError, AttributeError, BondsightError):
+        return None  # a law in numbers only (a table)

@@ -81,7 +81,7 @@ class _Displacing:
         relation = self.made.found[d.stored]
         q, flow, effort = symbol(d.stored), symbol(d.rate), relation.terms[-1][1]
         inertia = isinstance(e, I)
-        slope = 1 / self.made.graph.coefficient(e) if inertia else self.made.graph.coefficient(e)
+        slope = self.made.graph.slope(e)
         closed, lost = self._closed(), self._needing(d.rate)
         moved_by = {f"w_{u.element}" for u in self.made.laws if u.argument in lost} | {d.rate}
         imposed = closed.get(symbol(effort))

@@ -368,7 +368,7 @@ class _Builder:
 
     def _storage(self, e: C | I, letter: str, output: str, rate: str, *, integral: bool) -> None:
         state = f"{letter}_{e.name}"
-        slope = self.graph.coefficient(e) if isinstance(e, C) else 1 / self.graph.coefficient(e)
+        slope = self.graph.slope(e)
         law = None
         if e.law is not None:
             law = self.law_use(e, "storage", e.law, state, slope)

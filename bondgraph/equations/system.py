@@ -15,7 +15,12 @@ from typing import TYPE_CHECKING, Any
 import sympy as sp
 
 from bondgraph.causality.assignment import Causality
-from bondgraph.equations.closed_forms import Closing, law_function, rest_terms
+from bondgraph.equations.closed_forms import (
+    Closing,
+    deviation_formula,
+    law_function,
+    rest_terms,
+)
 from bondgraph.equations.decimals import as_text
 from bondgraph.equations.refusals import AlgebraicLoop, NotLinearUpToLaws
 from bondgraph.equations.relation import LawUse, Relation, StoredState
@@ -29,6 +34,8 @@ if TYPE_CHECKING:
     from bondgraph.simulation.lure import Compiled
 
 _OUTSIDE = ("time",)
+LONGEST = 160
+"""Characters of a formula that is read at a glance."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -143,7 +150,8 @@ class System:
     # -- closed forms -------------------------------------------------------------------------
     @cached_property
     def _closing(self) -> Closing:
-        return Closing({r.target: r for r in self.relations}, self.laws, self.parameters)
+        given = {r.target: r for r in self.relations}
+        return Closing(given, self.laws, self.parameters, beside=True)
 
     @cached_property
     def _showing(self) -> Closing:
@@ -252,9 +260,29 @@ class System:
         use = None if r.law is None else self.laws[r.law]
         parts = [sp.Mul(c, symbol(s)) for c, s in rest_terms(r, use)]
         parts += [] if r.expression is None else [r.expression]
-        return sp.Add(
-            *parts, *([] if use is None else [law_function(r, use)(symbol(use.argument))])
-        )
+        return sp.Add(*parts, *([] if use is None else [_named_law(r, use)]))
+
+    @property
+    def formulas(self) -> tuple[str, ...]:
+        """Laws that stand as functions in what is shown, as text; those with a short formula."""
+        lines = []
+        for r in (*self.relations, *(a.residual for a in self.algebraic)):
+            use = None if r.law is None else self.laws[r.law]
+            made = None if use is None else self._formula(r, use)
+            if use is not None and made is not None and len(made) <= LONGEST:
+                lines.append(f"{made}    (law {use.law.name} of {use.element})")
+        return tuple(lines)
+
+    def _formula(self, r: Relation, use: LawUse) -> str | None:
+        argument = symbol(use.argument)
+        deviation = deviation_formula(use, self.parameters, argument)
+        if deviation is None:
+            return None
+        slope = 0 if r.target == f"w_{use.element}" else use.slope
+        halves = {f: 2 * float(f) for f in deviation.atoms(sp.Float)}
+        plain = {f: sp.Rational(int(n), 2) for f, n in halves.items() if n.is_integer()}
+        told = slope * argument + sp.factor_terms(deviation.xreplace(plain))
+        return f"{as_text(_named_law(r, use))} = {as_text(told)}"
 
     def __repr__(self) -> str:
         """Name, states, inputs and readings."""
@@ -269,10 +297,16 @@ class System:
                   for a in self.algebraic]  # fmt: skip
         lines += [f"d{s.name}/dt := {s.rate}" for s in self.stored]
         lines += [f"{n} := {s}" for n, s, _ in self.readings]
-        return "\n".join(lines)
+        return "\n".join([*lines, *self.formulas])
 
     def _repr_latex_(self) -> str:
         """Return the closed equations for notebooks."""
         from bondgraph.export.latex import latex
 
         return "$$" + latex(self) + "$$"
+
+
+def _named_law(r: Relation, use: LawUse) -> sp.Expr:
+    """Return the law of a relation as a function of its argument, and of what it watches."""
+    signals = (use.argument, use.law.watched) if use.law.watched else (use.argument,)
+    return law_function(r, use)(*map(symbol, signals))

@@ -110,7 +110,7 @@ def _closed(graph: BondGraph) -> str:
     lines = [f"d{s.name}/dt = {as_text(model.shown(s.rate))}" for s in model.stored]
     lines += [f"0 = {as_text(model.shown(a.residual))}" for a in model.algebraic]
     lines += [f"{n} = {as_text(model.shown(y))}" for n, y, _ in model.readings]
-    return "\n".join(lines)
+    return "\n".join([*lines, *model.formulas])
 
 
 def _causality(graph: BondGraph) -> str:

@@ -17,6 +17,7 @@ from bondgraph.graph.elements import (
     Df,
     Dq,
     Element,
+    I,
     Junction,
     One,
     Parameter,
@@ -271,7 +272,9 @@ class BondGraph:
         if not isinstance(element, Valued):
             raise GraphError(f"{self.name}: {element.name} ({element.kind}) has no coefficient")
         if element.law is not None and element.law.slope is not None:
-            return sp.Float(element.law.slope)  # a whole law has its own, whatever the value says
+            # a whole law has its own, whatever the value says
+            slope = sp.Float(element.law.slope)
+            return 1 / slope if isinstance(element, I) else slope
         if isinstance(element, C) and element.stiffness is not None:
             return self._expression(element, element.stiffness)
         if element.value is None:
@@ -280,6 +283,16 @@ class BondGraph:
             )
         value = self._expression(element, element.value)
         return 1 / value if isinstance(element, C) else value
+
+    def slope(self, element: Valued) -> sp.Expr:
+        """Linear part of an element's output over its argument.
+
+        ``R``, ``1/C`` or ``k``, ``1/I``; of a whole law its own slope.
+        """
+        if element.law is not None and element.law.slope is not None:
+            return sp.Float(element.law.slope)
+        value = self.coefficient(element)
+        return 1 / value if isinstance(element, I) else value
 
     def channel_value(self, element: Element, field: str) -> sp.Expr | None:
         """Return `gain`, `offset`, `lag`, .. of a channel as an expression of parameters, or None.
@@ -374,9 +387,17 @@ class BondGraph:
         return self.copy()
 
     def with_element(self, name: str, **changes: Any) -> BondGraph:
-        """Return the graph with fields of one element changed."""
-        g = self.copy()
-        g._network.nodes[name]["element"] = replace(self[name], **changes)
+        """Return the graph with fields of one element changed.
+
+        A law with a slope of its own takes the place of the element's value.
+        """
+        g, e = self.copy(), self[name]
+        if isinstance(e, Valued) and getattr(changes.get("law"), "slope", None) is not None:
+            without: dict[str, Any] = {"value": None}
+            if isinstance(e, C):
+                without["stiffness"] = None
+            changes = without | changes
+        g._network.nodes[name]["element"] = replace(e, **changes)
         return g
 
     def with_parameters(self, parameters: Iterable[Parameter]) -> BondGraph:

@@ -31,6 +31,7 @@ from bondgraph.graph.elements import (
     Sensor,
     Source,
     TwoPort,
+    Value,
     Valued,
     Zero,
 )
@@ -171,6 +172,8 @@ def _value_problems(graph: BondGraph, e: Element, parameters: Mapping[str, Param
     own = e.ratio if isinstance(e, TwoPort) else e.value
     if isinstance(e, C) and own is None:
         own = e.stiffness
+    if isinstance(e, Valued) and e.law is not None and e.law.slope is not None:
+        return _idle_problems(e, own)
     if isinstance(own, int | float) and SMALLEST < own < LARGEST:
         if not isinstance(e, C) or None in (e.value, e.stiffness):
             return []  # the usual case, without symbols
@@ -204,6 +207,23 @@ def _value_problems(graph: BondGraph, e: Element, parameters: Mapping[str, Param
             f"{e.name} ({e.kind}): coefficient is zero; give a nonzero value or remove the element"
         ]
     return []
+
+
+def _idle_problems(e: Valued, value: Value | None) -> list[str]:
+    """Return what is wrong with a value beside a law that has a slope of its own: it would be lost.
+
+    A zero takes nothing away from a law whose own slope is none.
+    """
+    assert e.law is not None
+    if value is None or (value == 0 and e.law.slope == 0):
+        return []
+    what = "stiffness" if isinstance(e, C) and e.stiffness is not None else "value"
+    added = getattr(e.law, "free_standing", False)
+    other = "give the law free_standing=False" if added else "give it to an element of its own"
+    return [
+        f"{e.name} ({e.kind}): its law {e.law.name} is whole, so that the {what} {value} beside it "
+        f"would do nothing; leave the {what} out, or {other}"
+    ]
 
 
 def _law_problems(e: Element) -> list[str]:

@@ -215,7 +215,7 @@ class Sf(Source):
 
     Examples
     --------
-    >>> Sf("base", unit="m/s", given="rate").given  # its acceleration is recorded
+    >>> Sf("base", unit="m/s^2", given="rate").given  # its acceleration is recorded
     'rate'
     """
 
@@ -269,7 +269,8 @@ class Valued(Element):
 
     `value` is a number (it becomes the parameter `name`), the name of a declared parameter, or a
     SymPy expression of declared parameters. A number is brought to SI with its `unit`; numbers of
-    laws are SI.
+    laws are SI. A law adds to the value; one with a slope of its own (a table, an operator) is
+    whole and stands without a value.
 
     Examples
     --------

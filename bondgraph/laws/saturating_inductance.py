@@ -13,23 +13,28 @@ from bondgraph.support.bounds import NonNegative, Positive
 from bondgraph.support.ops import Ops
 
 ROUND = 0.2
-"""Rounding of the knee over its flux linkage."""
+"""Half width of the rounded knee over its flux linkage."""
 
 
 @dataclass(frozen=True)
 class SaturatingInductance(Law):
-    """Current ``c (|p| - p_s)+ sign(p)`` beside ``p / L``, its knee rounded; a law of an I.
+    """Current ``c max(|p| - p_s, 0) sign(p)`` beside ``p / L``; a law of an I of inductance L.
 
-    ``p`` is the flux linkage: below ``p_s`` the coil has the inductance ``L``, far above it
-    ``1 / (1/L + c)``. The two-slope magnetisation curve of transient programs: Dommel, EMTP Theory
-    Book, 1986, section 6.10.
+    ``p`` is the flux linkage, V s, and the current in A. With a sharp knee ``dp / di``, the
+    inductance for small changes, is ``L`` up to ``p_s`` and ``1 / (1/L + c)`` beyond, a second
+    inductance ``1 / c`` in parallel; ``p / i`` falls between them. The knee is rounded over
+    ``0.2 p_s`` to either side: about ``p = 0`` it leaves ``dp / di = 1 / (1/L + 0.019 c)``, at
+    ``p_s`` half of ``c``. The two-slope magnetisation curve of transient programs: Dommel, EMTP
+    Theory Book, 1986, on the saturation of transformers.
 
     Parameters
     ----------
     change : float
-        Start value of ``c``, 1/H.
+        Start value of ``c``, the change of the reciprocal inductance, 1/H.
     knee : float
-        Start value of ``p_s``, V s.
+        Start value of ``p_s``, the flux linkage at the knee, V s.
+    unit, flux_unit : str
+        Units of ``c`` and of ``p_s``.
 
     Examples
     --------
@@ -58,7 +63,7 @@ class SaturatingInductance(Law):
         )  # fmt: skip
 
     def deviation(self, ops: Ops, s: Any, memory: Sequence[Any], p: Sequence[Any]) -> Any:
-        """Return the current that the iron does not carry any more."""
+        """Return the current beside ``p / L``, A."""
         return p[0] * beyond(ops, s, p[1])
 
 

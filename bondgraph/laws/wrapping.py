@@ -15,8 +15,8 @@ from bondgraph.support.ops import Ops
 class Wrapping(Law):
     """``s`` less whole turns, from `low` to `low` plus a turn.
 
-    Between its jumps the reading follows. For a fit make the readings straight
-    (`Recording.unwrap`) and leave this law out: a jump a sample late is an error of a turn.
+    Between its jumps the reading follows. Fits and diagnoses take the readings of a sensor with
+    this law straight, recorded and simulated ones: a jump a sample late is an error of a turn.
 
     Parameters
     ----------

@@ -14,7 +14,13 @@ from bondgraph.equations.relation import FINE
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.simulation.radau.jumping import stepping_program
 from bondgraph.simulation.radau.start import inputs_of, rest, unknowns_at
-from bondgraph.simulation.start import begun_with, checked_commands, initial_state, state_by_name
+from bondgraph.simulation.start import (
+    begun_with,
+    checked_commands,
+    initial_state,
+    state_by_name,
+    usual_hold,
+)
 from bondgraph.support.arrays import Array
 
 
@@ -34,6 +40,8 @@ class Posed:
     p : ndarray, shape (n_p,), SI
     at, step : float
         Time of the first sample, and between samples, s.
+    usual : str
+        What inputs do between samples where nobody says.
     """
 
     program: Program
@@ -43,6 +51,7 @@ class Posed:
     p: Array
     at: float
     step: float
+    usual: str
 
     def start(self, x0: object, memory: Array) -> tuple[Array, Array]:
         """Return state and algebraic unknowns at the first sample.
@@ -62,8 +71,8 @@ class Posed:
         return x, unknowns_at(q, self.at, x, u, self.p, memory)
 
     def between(self, hold: str | None) -> str:
-        """Return what inputs do between samples: held, unless the equations need their rates."""
-        return hold or ("linear" if self.program.input_rates else "hold")
+        """Return what inputs do between samples: as usual, unless it is said."""
+        return hold or self.usual
 
     def outputs(self, y: Array) -> dict[str, Array]:
         """Return the outputs that are wanted by name."""
@@ -108,4 +117,5 @@ def pose(
         program.vector(parameters or {}),
         float(time[0]),
         float(np.diff(time).mean()),
+        usual_hold(graph, program.input_rates),
     )

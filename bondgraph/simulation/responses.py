@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from bondgraph.equations.derivation import equations
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import Modulated, Source
 from bondgraph.simulation.simulate import simulate
@@ -94,5 +95,10 @@ def _answer(
         source = names[0]
     if source not in names:
         raise unknown_name("source", source, graph.name, names)
+    if f"d_{source}" in equations(graph).input_rates:
+        raise UnusableInput(
+            f"{graph.name}: the equations need the rate of {source}, and what jumps has none; put "
+            f"what yields between {source} and what it moves, or simulate a command that is smooth"
+        )
     commands = {n: values if n == source else np.zeros(time.size) for n in names}
     return simulate(graph, time, commands, parameters, hold="hold", observed=observed)

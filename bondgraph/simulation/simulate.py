@@ -26,6 +26,7 @@ from bondgraph.simulation.start import (
     initial_state,
     inputs_of,
     state_by_name,
+    usual_hold,
 )
 from bondgraph.simulation.timing import (
     clock_errors,
@@ -87,7 +88,7 @@ def simulate(
         inputs at zero until the first sample: a constant input is a step.
     hold : {"hold", "linear", "band-limited"}, optional
         What inputs do between samples. When not given, they are held, as by a converter; linear
-        where the equations need their rates.
+        where the equations need their rates, or one is recorded by its rate or its integral.
     memory : dict of str to sequence of float, optional
         Memory of a law to start from, by element, such as `Trajectory.memory` of an earlier run;
         virgin where not given.
@@ -152,7 +153,7 @@ def simulate(
         )
     known = compiled.states
     step = float(np.diff(time).mean())
-    hold = hold or ("linear" if compiled.model.recorded else "hold")
+    hold = hold or usual_hold(compiled.model.graph, compiled.model.recorded)
     if x0 is None or isinstance(x0, str):
         x0, memory = _rested(compiled, p, u, step, x0, memory)
     start = initial_state(compiled.model.name, x0, known)

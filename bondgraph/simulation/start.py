@@ -8,15 +8,27 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from bondgraph.graph.elements import Source
 from bondgraph.signals.band_limited import between_samples
 from bondgraph.signals.recorded_rates import slopes
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import UnusableInput, unknown_name
 
 if TYPE_CHECKING:
+    from bondgraph.graph.bond_graph import BondGraph
     from bondgraph.simulation.lure import Compiled
 
 HOLDS = ("hold", "linear", "band-limited")
+
+
+def usual_hold(graph: BondGraph, rates: Sequence[str]) -> str:
+    """Return what inputs do between samples where nobody says: held, as by a converter.
+
+    Linear where the equations need their `rates`, or one is recorded by its rate or its integral: a
+    motion that was measured, which no converter holds.
+    """
+    measured = any(s.given != "value" for s in graph.of_type(Source))
+    return "linear" if rates or measured else "hold"
 
 
 def even_grid(name: str, time: Array) -> Array:

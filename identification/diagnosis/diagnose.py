@@ -371,7 +371,8 @@ def _on_finer_stretches(
         return None
     with suppress(BondsightError, KeyboardInterrupt):
         again = diagnose(
-            asked.study or asked.graph, None if asked.study else asked.recordings, finer,
+            asked.study or asked.declared or asked.graph,
+            None if asked.study else asked.recordings, finer,
             model=result.model, options=options, limits=result.limits, hold=asked.hold,
             noise=material.given, seed=result.seed, known=named,
             progress=lambda text, part: say(text, 0.8 + 0.099 * part),

@@ -31,6 +31,7 @@ from identification.study.residual import (
 )
 from identification.study.scaled import Free
 from identification.study.study import SettledSetting, Study
+from identification.study.turns import around
 
 
 @dataclass(frozen=True, eq=False)
@@ -182,10 +183,14 @@ class Estimation:
         return self.study.graph.with_values({n: v for n, v in self.values.items() if n in names})
 
     def predict(self, recording: Recording, init: int = 0) -> Array:
-        """Return the readings of the fitted model on another recording, shape (N, n_y), SI."""
+        """Return the readings of the fitted model on another recording, shape (N, n_y), SI.
+
+        They begin anew after each turn where the model says so.
+        """
         study = self.study.changed(validation=(recording,), init=init)
         problem = study.problem(len(study.recordings), _with_one(self.setting, study))
-        return simulate_validation(problem, self, init)
+        straight = simulate_validation(problem, self, init)
+        return around(straight, problem.data.names, study.turns)
 
     @property
     def mean_lags(self) -> dict[str, tuple[float, float]]:

@@ -29,10 +29,17 @@ from identification.study.engine import Engine
 from identification.study.free_parameters import varied
 from identification.study.joint import JointProblem, stack_of
 from identification.study.noise_floor import noise_floor
-from identification.study.problem import Data, Problem, data_for, drives
+from identification.study.problem import Data, Problem, data_for, drives, with_gains
 from identification.study.process_noise import ProcessNoise, admit_process_noise, diffusion_at
 from identification.study.scaled import free_parameter
 from identification.study.specification import Nuisances, Vary
+from identification.study.turns import (
+    Turn,
+    in_turn,
+    straight_graph,
+    straight_recording,
+    turns_of,
+)
 
 NOISES = ("white", "coloured")
 INITIALS = ("free", "rest")
@@ -229,6 +236,7 @@ class Study:
             self._one(i, recording)
         admit_sign(self.starts, self.graph.parameters)
         self.gains, self._freedom  # names, bounds and starts are checked here
+        self.straight_records  # and that readings tell their turns
         if self.process_noise:
             engine = self.problem(0, self.first_setting).engine
             for place in self.process_noise:
@@ -256,6 +264,22 @@ class Study:
         if self.nuisances.commands:
             names |= {f"offset_{s.name}" for s in drives(self.graph)}
         return frozenset(names)
+
+    @cached_property
+    def turns(self) -> dict[str, Turn]:
+        """Readings that begin anew after each turn; fits take them straight."""
+        begun = with_gains(self.graph.with_values(self.starts), self.gains)
+        return turns_of(begun, {*self.free_names, *(p.name for p in self.gains if not p.fixed)})
+
+    @cached_property
+    def straight_graph(self) -> BondGraph:
+        """The graph as it is fitted: its readings count on from turn to turn."""
+        return straight_graph(self.graph)
+
+    @cached_property
+    def straight_records(self) -> tuple[Recording, ...]:
+        """`records` as they are fitted."""
+        return tuple(straight_recording(r, self.turns) for r in self.records)
 
     @cached_property
     def gains(self) -> tuple[Parameter, ...]:
@@ -299,7 +323,7 @@ class Study:
 
     def _one(self, i: int, recording: Recording) -> BondGraph:
         """Return the graph for one recording: sensors without a channel left out."""
-        graph = self.graph
+        graph = self.straight_graph
         sensors = [s.name for s in graph.of_type(Sensor)]
         here = [n for n in sensors if n in recording.channels]
         if not here:
@@ -351,7 +375,7 @@ class Study:
     def first_setting(self) -> SettledSetting:
         """Setting to begin with: floors from the recordings alone."""
         floors = []
-        for i, (r, split) in enumerate(zip(self.records, self.judged_splits, strict=True)):
+        for i, (r, split) in enumerate(zip(self.straight_records, self.judged_splits, strict=True)):
             sensors = tuple(s.name for s in self.graph.of_type(Sensor) if s.name in r.channels)
             found = noise_floor(r, split, sensors)
             if not isinstance(self.noise, str):
@@ -368,7 +392,7 @@ class Study:
     def problem(self, i: int, setting: SettledSetting) -> Problem:
         """Problem of one of `records`."""
         graph = self._one(i, self.records[i])
-        recording = self.with_silence(self.records[i])
+        recording = self.with_silence(self.straight_records[i])
         sensors = [s.name for s in graph.of_type(Sensor)]
         floor = dict(zip(sensors, setting.floors[i], strict=True))
         data = data_for(graph, recording, self.judged_splits[i], floor, setting.hold)
@@ -380,7 +404,7 @@ class Study:
             window_offsets=True,
             whitening=setting.whitening[i],
         )
-        return self._with_states(self._scaled(self._built(made), i))
+        return in_turn(self._with_states(self._scaled(self._built(made), i)), self.turns)
 
     def posed(self, graph: BondGraph, data: Data) -> Problem:
         """Ask what this study asks of a graph (its own, or one that adds to it) and of data."""
@@ -417,7 +441,7 @@ class Study:
                 "as one here, by one value: make it common, or diagnose the recordings one by one"
             )
         begun = {n: replace(p, value=self.starts[n]) for n, p in self._freedom.items()}
-        posed = self.posed(self.graph.with_values(self.starts), data)
+        posed = self.posed(self.straight_graph.with_values(self.starts), data)
         lags = self.nuisances.lags and self.window is None
         made = replace(posed, starts={}, overrides=begun, n_sub=self.n_sub or 1, lags=lags)
         return self._with_states(made)

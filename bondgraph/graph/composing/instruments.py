@@ -39,7 +39,8 @@ def encoder(
     counted : bool
         It reads counts, not `unit`.
     wraps : bool
-        It begins anew after each turn.
+        It begins anew after each turn. Fits and diagnoses take it straight, as long as it turns by
+        less than half a turn from one sample to the next.
     """
     if not (_is_above_zero(counts, int, np.integer) and _is_above_zero(turn)):
         raise GraphError(

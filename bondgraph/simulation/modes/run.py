@@ -16,9 +16,11 @@ from typing import Any
 import numpy as np
 
 from bondgraph.graph.bond_graph import BondGraph
+from bondgraph.graph.elements import Source
 from bondgraph.simulation.modes.resolve import mode_of
 from bondgraph.simulation.modes.states import Mode, taken_over
 from bondgraph.simulation.simulate import simulate
+from bondgraph.simulation.start import usual_hold
 from bondgraph.simulation.trajectory import Trajectory
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import GraphError, UnusableInput, unknown_name
@@ -38,7 +40,7 @@ def simulate_modes(
     parameters: Mapping[str, float] | None = None,
     *,
     start: Mapping[str, float] | None = None,
-    hold: str = "hold",
+    hold: str | None = None,
     accuracy: float = 1e-4,
     tolerance: float = 1e-6,
 ) -> Trajectory:
@@ -57,8 +59,9 @@ def simulate_modes(
     start : dict of str to float
         States at the first sample by name (``q_C_1``, ``p_L``); the others are those of rest with
         all inputs at zero.
-    hold : {"hold", "linear"}
-        What the inputs do between samples: held, as by a converter, or linear.
+    hold : {"hold", "linear"}, optional
+        What the inputs do between samples. When not given, they are held, as by a converter; linear
+        where one is recorded by its rate or its integral.
     accuracy : float
         As in `bondgraph.simulate`.
     tolerance : float
@@ -79,8 +82,14 @@ def simulate_modes(
     """
     grid = _checked_grid(graph, time)
     given = {k: np.asarray(v, float) for k, v in (commands or {}).items()}
+    hold = hold or usual_hold(graph, ())
     if hold not in ("linear", "hold"):
         raise unknown_name("inter-sample behaviour", hold, "simulate_modes", ("linear", "hold"))
+    if hold == "hold" and (by := [s.name for s in graph.of_type(Source) if s.given == "integral"]):
+        raise UnusableInput(
+            f"{graph.name}: the equations need the rate of what is recorded of {by[0]}, but an "
+            "input that is held jumps between samples; leave hold out, or use hold='linear'"
+        )
     for name, values in given.items():
         if values.shape != grid.shape:
             raise UnusableInput(

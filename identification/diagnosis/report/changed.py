@@ -15,7 +15,7 @@ from bondgraph.equations.system import System
 from bondgraph.export.latex import deviation_name, latex, law_name, ordered, pretty, tex
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import C, Element, R, Sensor, Source, symbol
-from bondgraph.laws.watching import WatchingLaw
+from bondgraph.laws.law import Law
 from bondgraph.support.errors import BondsightError
 from bondgraph.support.ops import SYMPY
 from identification.diagnosis.report.law import law_ports
@@ -118,9 +118,12 @@ def definition(trial: Candidate) -> tuple[str, str]:
     """
     e, n = trial.fit.problem.graph[trial.element], pretty(trial.element)
     w = deviation_name(trial.element)
-    found = _deviation(trial)
-    if found is not None:
-        return rf"{w}({_argument(e)}) = {tex(found)}", _argument_words(e)
+    found, law = _deviation(trial), _law(e)
+    if found is not None and law is not None:
+        watched = law.watched
+        named = f"({_argument(e)}, {tex(symbol(watched))})" if watched else f"({_argument(e)})"
+        also = f", {watched} is read beside it" if watched else ""
+        return f"{w}{named} = {tex(found)}", _argument_words(e) + also
     sign = "" if isinstance(e, C) else "-"
     formulas = {
         "hysteresis": (
@@ -150,15 +153,21 @@ def definition(trial: Candidate) -> tuple[str, str]:
 def _deviation(trial: Candidate) -> sp.Expr | None:
     """Return what a law without memory adds, from the law itself; None where that says little."""
     e = trial.fit.problem.graph[trial.element]
-    drive = getattr(e, "drive", None)
-    law = getattr(drive, "law", None) or getattr(e, "law", None)
-    if law is None or law.n_memory or law.timed or isinstance(law, WatchingLaw):
+    law = _law(e)
+    watched = (symbol(law.watched),) * 2 if law is not None and law.watched else ()
+    if law is None or law.timed or law.n_memory != len(watched):
         return None
     names = [symbol(p.name) for p in law.parameters(trial.element)]
-    made = sp.sympify(law.deviation(SYMPY, sp.Symbol(_argument(e)), (), names))
+    made = sp.sympify(law.deviation(SYMPY, sp.Symbol(_argument(e)), watched, names))
     made = made.xreplace({f: _round(f) for f in made.atoms(sp.Float)})
+    made = min(made, sp.factor_terms(made), key=sp.count_ops)
     short = not made.atoms(sp.Piecewise, sp.floor) and len(tex(made)) < LONGEST
     return made if short else None
+
+
+def _law(e: Element) -> Law | None:
+    """Return the law of an element, or that of its drive."""
+    return getattr(getattr(e, "drive", None), "law", None) or getattr(e, "law", None)
 
 
 def _round(number: sp.Float) -> sp.Expr:

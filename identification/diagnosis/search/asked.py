@@ -25,6 +25,13 @@ from identification.study.problem import Data, Problem, drives
 from identification.study.residual import windows
 from identification.study.specification import Nuisances, Vary
 from identification.study.study import ESTIMATED, Study, default_splits
+from identification.study.turns import (
+    Turn,
+    straight_graph,
+    straight_recording,
+    turning_graph,
+    turns_of,
+)
 
 Given = Any
 """A recording, the path of one (or its name in the catalogue), or a data frame."""
@@ -50,6 +57,11 @@ class Asked:
         First samples of windows with an initial state of their own, if the study asks for them.
     given : tuple of Recording
         The recordings as they were given, at their own rates.
+    turns : dict of str to Turn
+        Readings that begin anew after each turn, as `declared` says; `graph` and `recordings` are
+        without its jumps.
+    declared : BondGraph or None
+        The graph as it was given, where that is another.
     """
 
     graph: BondGraph
@@ -60,6 +72,8 @@ class Asked:
     study: Study | None = None
     cuts: tuple[int, ...] = ()
     given: tuple[Recording, ...] = ()
+    turns: Mapping[str, Turn] = field(default_factory=dict)
+    declared: BondGraph | None = None
 
     @cached_property
     def finer(self) -> tuple[tuple[int, dict[str, Array]], ...]:
@@ -107,6 +121,8 @@ class Asked:
         """Return the study of another model of the same recordings, to begin where a fit ended."""
         values = {n: v for n, v in last.values.items() if n in last.problem.graph.parameters}
         graph = last.problem.graph.with_values(values)
+        if self.declared is not None:
+            graph = turning_graph(graph, self.declared)
         hold = last.problem.data.hold
         if self.study is None:
             moving = Nuisances(commands=last.problem.source_offsets)
@@ -140,20 +156,26 @@ def asked_of(
             raise UnusableInput(f"{asked.name}: there is no recording to diagnose; give one")
         given, divided = _opened(asked, recordings)
         split = split or divided
-        own = _of_one_kind(asked, given)
-        return Asked(asked, picked(own), split, hold, noise, given=own)
+        turns = turns_of(asked, {n for n, p in asked.parameters.items() if not p.fixed})
+        own = tuple(straight_recording(r, turns) for r in _of_one_kind(asked, given))
+        return Asked(
+            straight_graph(asked), picked(own), split, hold, noise,
+            given=own, turns=turns, declared=asked,
+        )  # fmt: skip
     if recordings is not None:
         raise UnusableInput(
             "diagnose takes a graph with recordings or a study, which has its own; leave the "
             "recordings out, or use study.changed(recordings=...)"
         )
-    own = _of_one_kind(asked.graph, [asked.with_silence(r) for r in asked.records])
+    straight = [asked.with_silence(r) for r in asked.straight_records]
+    own = _of_one_kind(asked.graph, straight)
     found = picked(own)
     same = [r.n for r in found] == [r.n for r in own]
     known = None if asked.hold == ESTIMATED else asked.hold
     return Asked(
-        asked.graph.with_values(asked.starts), found, split or _split(asked, same), hold or known,
-        {**_levels(asked), **noise}, asked, _cuts(asked), own,
+        asked.straight_graph.with_values(asked.starts), found, split or _split(asked, same),
+        hold or known, {**_levels(asked), **noise}, asked, _cuts(asked), own, asked.turns,
+        asked.graph,
     )  # fmt: skip
 
 

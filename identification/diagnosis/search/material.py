@@ -18,6 +18,7 @@ from identification.diagnosis.search.asked import Asked
 from identification.study.joined import joined, split_of
 from identification.study.noise_floor import read_noise
 from identification.study.problem import Data, data_for, drives
+from identification.study.turns import in_turn
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,6 +68,8 @@ def material_of(asked: Asked) -> Material:
     data = replace(data, breaks=breaks, resolution=steps, finer=asked.finer if breaks else ())
     if reason := _insufficient(asked.n_free, data) or "; ".join((*stuck(data), *_turns(data))):
         return Material(recording, data, reason=reason)
+    if asked.turns:
+        data = in_turn(asked.problem(data), asked.turns).data
     given = declared_noise(recording, sensors) | dict(asked.noise)
     noise = read_noise(recording, split, sensors, commands, breaks)
     read = {n: level for n, (level, _) in noise.items()}
@@ -143,7 +146,8 @@ def _turns(data: Data) -> tuple[str, ...]:
     periods = {n: wrap_period(data.readings[:, c]) for c, n in enumerate(data.names)}
     return tuple(
         f"the reading {n} jumps by about {p:.4g} whenever it has passed a turn: an encoder that "
-        f"wraps; give recording.unwrap({n!r}, period) with the exact period"
+        "wraps; declare it by encoder(..., wraps=True), or give "
+        f"recording.unwrap({n!r}, period) with the exact period"
         for n, p in periods.items()
         if p is not None
     )

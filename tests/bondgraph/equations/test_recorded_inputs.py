@@ -7,6 +7,7 @@ import pytest
 import sympy as sp
 
 from bondgraph import (
+    X1,
     BondGraph,
     C,
     Da,
@@ -30,9 +31,17 @@ from bondgraph.graph.elements import Sensor
 from bondgraph.graph.modulation import effort, flow
 from bondgraph.laws import Law, Polynomial
 from bondgraph.signals.recorded_rates import slopes, with_rates
+from bondgraph.signals.recording import Recording
+from bondgraph.simulation.modes.run import simulate_modes
+from bondgraph.simulation.responses import step_response
+from bondgraph.simulation.simulate import simulate as simulated
 from bondgraph.simulation.simulate import simulate_general
 from bondgraph.simulation.start import fine_inputs
-from bondgraph.support.errors import BondsightError, GraphError
+from bondgraph.simulation.trajectory import Trajectory
+from bondgraph.support.errors import BondsightError, GraphError, UnusableInput
+from identification.diagnosis.diagnose import diagnose
+from identification.estimation.estimate import estimate
+from identification.study.study import Study
 from tests.settled import simulate
 from tests.symbols import closed
 
@@ -245,3 +254,81 @@ def test_a_recorded_rate_that_does_not_begin_at_zero_starts_in_both_engines() ->
     exact = simulate(shaken("rate"), t, {"b": rate})
     general = simulate_general(shaken("rate"), t, {"b": rate}, x0="rest", hold="linear")
     assert np.asarray(general["v"]) == pytest.approx(np.asarray(exact["v"]), abs=1e-5)
+
+
+@pytest.mark.parametrize("law", [None, CUBIC])
+@pytest.mark.parametrize("given", ["rate", "integral"])
+def test_nobody_has_to_say_that_a_measured_motion_is_not_held(given: str, law: Law | None) -> None:
+    t = np.linspace(0, 2, 501)
+    commands, values = {"b": recorded(t)[given]}, {"a_3_k": 5e4} if law else {}
+    graph = shaken(given, law=law)
+    usual = simulated(graph, t, commands, values)
+    assert usual.hold == "linear"
+    said = simulated(graph, t, commands, values, hold="linear")
+    assert np.array_equal(usual["x"], said["x"])
+    general = simulate_general(graph, t, commands, values)
+    assert general.hold == "linear"
+    assert simulated(shaken("value"), t, {"b": recorded(t)["value"]}).hold == "hold"
+
+
+def stiff() -> BondGraph:
+    """A mass that the base moves at once, and another one on a spring."""
+    with BondGraph("stiff") as g:
+        base, s, body, gap = One("base"), Zero("s"), One("body"), One("gap")
+        Sf("b", unit="m/s") >> base >> I("M", 3.0, unit="kg")
+        base >> s >> body >> I("m", 1.0, unit="kg")
+        s >> gap >> C("k", stiffness=400.0, unit="N/m")
+        gap >> R("d", 2.0, unit="N*s/m")
+        body >> Df("v", unit="m/s")
+        base >> Da("a", unit="m/s^2")
+    return g
+
+
+def test_a_rate_that_the_equations_need_makes_the_input_linear() -> None:
+    t = np.linspace(0, 1, 401)
+    commands = {"b": recorded(t)["value"]}
+    run = simulated(stiff(), t, commands)
+    assert run.hold == "linear"
+    assert np.asarray(run["a"])[5:] == pytest.approx(
+        OMEGA * np.cos(OMEGA * t)[5:], abs=OMEGA**2 / 400
+    )
+    for way in (
+        lambda: simulated(stiff(), t, commands, hold="hold"),
+        lambda: estimate(Study(stiff(), as_recording(t, run), ("k",), hold="hold")),
+        lambda: diagnose(stiff(), as_recording(t, run), hold="hold"),
+    ):
+        with pytest.raises(UnusableInput, match="need d_b, but an input that is held jumps"):
+            way()
+    found = estimate(Study(stiff(), as_recording(t, run), ("k",)))
+    assert found.setting.hold == "linear"
+    assert found.values["k"] == pytest.approx(400.0, rel=0.02)
+    with pytest.raises(UnusableInput, match="need the rate of b, and what jumps has none"):
+        step_response(stiff(), t)
+
+
+def as_recording(t: np.ndarray, run: Trajectory) -> Recording:
+    rng = np.random.default_rng(1)
+    noisy = {n: v + 1e-3 * np.ptp(v) * rng.standard_normal(t.size) for n, v in run.outputs.items()}
+    channels = {"b": recorded(t)["value"], **noisy}
+    return Recording("run", t, channels, {"b": "m/s", "v": "m/s", "a": "m/s^2"})
+
+
+@pytest.mark.parametrize("given", ["rate", "integral"])
+def test_a_base_under_a_switched_spring(given: str) -> None:
+    def held(by: str) -> BondGraph:
+        with BondGraph("held") as g:
+            s, body, gap = Zero("s"), One("body"), X1("gap")
+            Sf("b", unit=UNITS[by], given=by) >> s >> body >> I("m", 0.3, unit="kg")
+            s >> R("d", 2.0, unit="N*s/m")
+            s >> gap >> C("k", stiffness=200.0, unit="N/m")
+            body >> Df("v", unit="m/s")
+        return g
+
+    t, fine = np.linspace(0, 1, 401), np.linspace(0, 1, 16001)
+    schedule = [(0.5012, {"gap": False})]
+    run = simulate_modes(held(given), t, schedule, {"b": recorded(t)[given]})
+    right = simulate_modes(held("value"), fine, schedule, {"b": recorded(fine)["value"]})
+    assert np.asarray(run["v"]) == pytest.approx(np.asarray(right["v"])[::40], abs=1e-3)
+    if given == "integral":
+        with pytest.raises(UnusableInput, match="recorded of b, but an input that is held jumps"):
+            simulate_modes(held(given), t, schedule, {"b": recorded(t)[given]}, hold="hold")

@@ -596,17 +596,18 @@ def test_a_zero_ratio_is_not_divided_by() -> None:
 
 
 def test_a_whole_law_has_its_own_slope() -> None:
-    """Whatever stiffness or capacitance stands beside it."""
+    """Whatever stiffness or capacitance it takes the place of."""
     from bondgraph.hysteresis import MaxwellResistiveCapacitor
     from bondgraph.laws import Hysteretic
 
     law = Hysteretic(MaxwellResistiveCapacitor((3e3, 7e3), (2.0, 500.0)))
-    choices: Any = ({"stiffness": 5e3}, {"value": 5e3}, {})
+    choices: Any = ({"stiffness": 5e3}, {"value": 5e3}, {"law": law})
     for given in choices:
         with BondGraph("n") as g:
             body = One("body")
             Se("F") >> body >> I("m", 1.0)
-            body >> C("k", law=law, **given)
+            body >> C("k", **given)
+        g = g.with_element("k", law=law)
         f = equations(g).program().rhs
         made = equations(g).program()
         x = [1e-3 if n == "q_k" else 0.0 for n in made.states]

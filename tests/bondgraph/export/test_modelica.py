@@ -200,7 +200,8 @@ def test_laws_without_memory(name: str) -> None:
         body = One("body")
         Se("F", unit="N", drive=Drive(Saturation(-1.0, 1.5, 0.2))) >> body
         body >> I("m", 2.0, unit="kg")
-        body >> R("b", 0.5, unit="N*s/m", law=SMOOTH[name])
+        own = 0.5 if SMOOTH[name].slope is None else None
+        body >> R("b", own, unit="N*s/m", law=SMOOTH[name])
         body >> C("k", stiffness=3.0, unit="N/m", law=Polynomial(0.1, 2.0))
         body >> Df("v", unit="m/s", law=DeadZone(0.1, 0.3))
         body >> Dq("x", unit="m", law=PiecewiseLinear())
@@ -319,7 +320,7 @@ def test_reserved_and_foreign_names() -> None:
         body >> I("model", 2.0, unit="kg")
         body >> R("end", 0.5, unit="N*s/m", law=QuadraticDrag(0.5))
         body >> R("Änderung", 0.25, unit="N*s/m")
-        body >> C("e_lock", 4.0, law=Hysteretic(EXAMPLES["prandtl_ishlinskii"]))
+        body >> C("e_lock", law=Hysteretic(EXAMPLES["prandtl_ishlinskii"]))
         body >> Df("equation", unit="m/s")
     p = program(g)
     text = modelica(p)

@@ -58,6 +58,18 @@ def test_a_magnet_is_the_inverse_square_with_or_without_its_spring() -> None:
     np.testing.assert_allclose(upper, force)  # the same magnet, seen from the other side
 
 
+def test_a_saturating_coil_has_the_inductances_that_it_says() -> None:
+    """For small changes: L and 1/c in parallel beyond the knee, nearly L about zero."""
+    inductance, knee, change = 0.1, 0.05, 40.0
+    law, h = SaturatingInductance(change, knee), 1e-7
+    for flux, share in ((0.0, 0.019), (knee, 0.5), (-knee, 0.5), (20.0 * knee, 1.0)):
+        ends = np.array([flux - h, flux + h])
+        current = law.value(NUMPY, ends, (), (change, knee), 1.0 / inductance)
+        wanted = 1.0 / (1.0 / inductance + share * change)
+        assert 2 * h / np.ptp(current) == pytest.approx(wanted, rel=5e-3)
+    assert [p.unit for p in law.parameters("L")] == ["1/H", "V*s"]
+
+
 def test_a_saturating_coil_takes_in_what_it_gives_back() -> None:
     """Two slopes of the flux, the same current either way, and all of the work in the coil."""
     inductance, knee, change = 0.1, 0.05, 40.0

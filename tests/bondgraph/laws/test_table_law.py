@@ -10,8 +10,9 @@ import pytest
 import sympy as sp
 from scipy.interpolate import PchipInterpolator
 
-from bondgraph import BondGraph, C, Dq, I, One, R, Se, UnknownName, UnusableInput
+from bondgraph import BondGraph, C, Df, Dq, I, One, R, Se, UnknownName, UnusableInput
 from bondgraph.graph.drives import Drive
+from bondgraph.laws.magnet import Magnet
 from bondgraph.laws.table import TableLaw
 from bondgraph.support.ops import CASADI, NUMPY, SYMPY
 from tests.settled import simulate
@@ -151,3 +152,62 @@ def test_refuses(knots: tuple[float, ...], values: tuple[float, ...], says: str)
 def test_refuses_an_unknown_join() -> None:
     with pytest.raises(UnknownName, match="pchip"):
         TableLaw((0.0, 1.0), (0.0, 1.0), "pchp")
+
+
+HALF = (-10.0, 0.0, 10.0), (-5.0, 0.0, 5.0)
+
+
+@pytest.mark.parametrize("reference", [0.5, 2.0])
+@pytest.mark.parametrize("make", [C, I, R])
+def test_the_reference_slope_changes_nothing(make: type[C | I | R], reference: float) -> None:
+    """A table of slope 1/2 is a spring of 1/2, a mass of 2, a damper of 1/2."""
+    law = TableLaw(*HALF, flat=False, reference=reference)
+    plain = {C: lambda: C("e", stiffness=0.5), I: lambda: I("e", 2.0), R: lambda: R("e", 0.5)}
+
+    def reading(element: Any) -> Any:
+        with BondGraph("g") as g:
+            v = One("v")
+            Se("F") >> v >> element()
+            v >> R("d", 1.0)
+            if make is not I:
+                v >> I("m", 1.5)
+            v >> Df("s")
+        t = 0.02 * np.arange(200)
+        return simulate(g, t, {"F": np.sin(t)})["s"]
+
+    assert reading(lambda: make("e", law=law)) == pytest.approx(reading(plain[make]), abs=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("element", "says"),
+    [
+        (
+            lambda: C("k", stiffness=3.0, law=TableLaw(*HALF)),
+            "k (C): its law table is whole, so that the stiffness 3.0 beside it would do nothing; "
+            "leave the stiffness out, or give it to an element of its own",
+        ),
+        (lambda: C("k", 3.0, law=TableLaw(*HALF)), "the value 3.0 beside it"),
+        (lambda: I("k", "given", law=TableLaw(*HALF)), "the value given beside it"),
+        (lambda: R("k", 0.0, law=TableLaw(*HALF)), "the value 0.0 beside it"),
+        (lambda: C("k", stiffness=3.0, law=Magnet()), "or give the law free_standing=False"),
+    ],
+)
+def test_a_value_beside_a_whole_law_is_one_line(element: Any, says: str) -> None:
+    with BondGraph("g") as g:
+        g.parameter("given", 2.0)
+        v = One("v")
+        Se("F") >> v >> element()
+        v >> R("d", 1.0)
+    (line,) = g.check()
+    assert says in line
+
+
+def test_a_whole_law_takes_the_place_of_the_value() -> None:
+    with BondGraph("g") as g:
+        v = One("v")
+        Se("F") >> v >> C("k", stiffness=3.0)
+        v >> R("d", 1.0)
+    bent = g.with_element("k", law=TableLaw(*HALF))
+    assert bent.check() == ()
+    assert "k" not in bent.parameters
+    assert g.with_element("k", law=Magnet(free_standing=False)).parameters["k"].value == 3.0

@@ -93,7 +93,7 @@ def test_a_law_remembers_the_rest_before_the_step() -> None:
     creep = KelvinVoigtCreep(gain=1.0, weights=(0.5,), times=(10.0,))
     with BondGraph("creep") as g:
         node = Zero("node")
-        Sf("f") >> node >> R("r", 1.0, law=Hysteretic(creep))
+        Sf("f") >> node >> R("r", law=Hysteretic(creep))
         node >> De("e")
     made = step_response(g, TIME)["e"]
     assert made == pytest.approx(1.0 + 0.5 * (1.0 - np.exp(-TIME / 10.0)), abs=1e-3)

@@ -21,7 +21,14 @@ import pytest
 from bondgraph import MTF, BondGraph, C, Dq, I, One, R, Se
 from bondgraph.drawing.shading import fill
 from bondgraph.graph.modulation import displacement
-from bondgraph.laws import Coulomb, QuadraticDrag
+from bondgraph.laws import (
+    Coulomb,
+    FrictionAlongWay,
+    FrictionUnderLoad,
+    Law,
+    LettingGo,
+    QuadraticDrag,
+)
 from bondgraph.signals.recording import Recording, Split
 from bondgraph.support.errors import UnusableInput
 from identification.diagnosis.catalogue import CATALOGUE
@@ -438,3 +445,24 @@ def test_a_law_is_written_in_the_symbols_of_the_fit() -> None:
             element=name, effect=effect, insertion=SimpleNamespace(form=False, law=effect),
         )  # fmt: skip
         assert definition(made) == (shown, "v is the flow")
+
+
+@pytest.mark.parametrize(
+    ("law", "holds"),
+    [
+        (FrictionUnderLoad("e_k"), r"\mu_{1_{d}} \left|{e_{k}}\right|"),
+        (FrictionAlongWay("q_k"), r"q_{k}"),
+        (LettingGo("q_k"), r"q_{k}"),
+    ],
+)
+def test_a_law_that_watches_is_written_with_what_it_watches(law: Law, holds: str) -> None:
+    graph = spring().with_element("d", law=law)
+    made: Any = SimpleNamespace(
+        fit=SimpleNamespace(problem=SimpleNamespace(graph=graph)),
+        element="d", effect=law.name, insertion=SimpleNamespace(form=False, law=law.name),
+    )  # fmt: skip
+    formula, meaning = definition(made)
+    assert formula.startswith(rf"w_{{d}}(v, {'e' if 'e_k' in repr(law) else 'q'}_{{k}}) = ")
+    assert holds in formula.split(" = ")[1]
+    assert meaning == f"v is the flow, {law.watched} is read beside it"
+    assert math_svg(formula, "law").startswith("<svg")

@@ -37,7 +37,9 @@ def coupled_drives(*, rectified: bool = True, friction: float | None = 2.0) -> B
         pulley >> R("b_p", 0.6)
         counter, filtering, reading = One("counter"), One("filtering"), Zero("reading")
         MSf("seen", value=flow("pulley")) >> counter
-        counter >> R("count", 1.0, law=RECTIFIER if rectified else None, fixed=True)
+        counter >> R(
+            "count", None if rectified else 1.0, law=RECTIFIER if rectified else None, fixed=True
+        )
         MSe("pulses", value=effort("count")) >> filtering >> R("R_f", 1.0, fixed=True)
         filtering >> reading >> C("tau_f", 0.0165)
         reading >> De("y")
