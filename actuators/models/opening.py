@@ -13,6 +13,7 @@ from types import ModuleType
 from typing import Any
 
 from actuators.models.catalogue import LOADED, MODELS
+from actuators.models.neighbours import neighbours, registered
 from bondgraph.export.graph_json.read_graph import from_json
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.support.errors import BondsightError, UnusableInput, unknown_name
@@ -27,8 +28,9 @@ _NOT_THE_MODEL = (
 def load_model(text: str, *, loaded: bool = False) -> BondGraph:
     """Model from a catalogue name, ``package.module:factory``, a ``.json`` or a ``.py`` file.
 
-    A ``.py`` file is run and has to offer ``model()``; a ``.json`` file is only read. With `loaded`
-    an actuator of the catalogue has the external force among its inputs.
+    A ``.py`` file is run and has to offer ``model()``; it may import what lies beside it. A
+    ``.json`` file is only read. With `loaded` an actuator of the catalogue has the external force
+    among its inputs.
 
     Raises
     ------
@@ -36,13 +38,13 @@ def load_model(text: str, *, loaded: bool = False) -> BondGraph:
         One line: what cannot be loaded, where it failed, what to do.
     """
     if text in MODELS:
-        factory: Callable[[], Any] = (LOADED if loaded else {}).get(text, MODELS[text])
+        graph = _call((LOADED if loaded else {}).get(text, MODELS[text]), text)
     elif text.endswith(".json"):
         return from_json(Path(text))
     elif text.endswith(".py"):
-        factory = _from_file(Path(text))
+        graph = _from_file(Path(text))
     elif ":" in text:
-        factory = _from_module(*text.split(":", 1))
+        graph = _call(_from_module(*text.split(":", 1)), text)
     elif os.path.exists(text):  # unlike Path.exists it takes any text
         raise UnusableInput(
             f"model {text} is neither a .py nor a .json file, nor a model of the catalogue; give "
@@ -54,7 +56,6 @@ def load_model(text: str, *, loaded: bool = False) -> BondGraph:
             f"{error}; bondsight models lists them; or give package.module:factory, a .json "
             "file, or a .py file with model()"
         )
-    graph = _call(factory, text)
     if not isinstance(graph, BondGraph):
         raise UnusableInput(
             f"model {text} returns {type(graph).__name__}, not a BondGraph; return the graph"
@@ -69,15 +70,17 @@ def model_name(text: str, graph: BondGraph) -> str:
     return graph.name or Path(text).stem
 
 
-def _from_file(path: Path) -> Callable[[], Any]:
+def _from_file(path: Path) -> Any:
+    """Run a file and its ``model()``; both may import what lies beside it."""
     if not path.is_file():
         raise UnusableInput(f"model file {path} does not exist; check the path")
     spec = importlib.util.spec_from_file_location(f"bondsight_model_{path.stem}", path)
     if spec is None or spec.loader is None:
         raise UnusableInput(f"model file {path} cannot be read as Python")
     module = importlib.util.module_from_spec(spec)
-    _run(lambda: spec.loader.exec_module(module), str(path))  # type: ignore[union-attr]
-    return _factory(module, "model", str(path))
+    with neighbours(path), registered(module):
+        _run(lambda: spec.loader.exec_module(module), str(path))  # type: ignore[union-attr]
+        return _call(_factory(module, "model", str(path)), str(path))
 
 
 def _from_module(module: str, factory: str) -> Callable[[], Any]:

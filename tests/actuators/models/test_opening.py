@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 
 import pytest
@@ -62,3 +63,97 @@ def test_a_module_that_does_not_exist_is_named(
     written(tmp_path, "import no_such_package\n", "lacks_another.py")
     said = refused("lacks_another:thing")
     assert "lacks_another raised ModuleNotFoundError at lacks_another.py line 1: " in said
+
+
+PARTS = """
+from __future__ import annotations
+from dataclasses import dataclass
+from typing import ClassVar
+from bondsight import C, I, Se, R
+from bondgraph.laws import Law
+
+@dataclass(frozen=True)
+class Bent(Law):
+    name: ClassVar[str] = "bent"
+    def deviation(self, ops, s, memory, p):
+        return SIZE * s**3
+
+SIZE = 2.0
+"""
+MODEL = """
+from bondsight import BondGraph, C, I, One, R, Se
+import {parts}
+
+def model():
+    import {parts} as again  # when it is called, too
+    with BondGraph("mine") as g:
+        v = One("v")
+        Se("F") >> v >> I("m", {parts}.SIZE)
+        v >> C("k", stiffness=again.SIZE, law=again.Bent())
+        v >> R("d", 1.0)
+    return g
+"""
+
+
+def loads(text: str) -> float:
+    """Load a model that leaves nothing behind; returns its mass."""
+    path, finders, modules = list(sys.path), list(sys.meta_path), set(sys.modules)
+    graph = load_model(text)
+    assert (sys.path, sys.meta_path) == (path, finders)
+    assert not {n for n in sys.modules if "parts" in n or "bondsight_model" in n} - modules
+    assert graph.check() == ()
+    return graph.parameters["m"].value
+
+
+def test_a_model_imports_what_lies_beside_it(tmp_path: Path) -> None:
+    """Each the file of its own folder, whichever was loaded before, however often."""
+    one, other = tmp_path / "one", tmp_path / "other"
+    for folder, size in ((one, "2.0"), (other, "3.0")):
+        written(folder, PARTS.replace("2.0", size), "my_parts.py")
+        written(folder, MODEL.format(parts="my_parts"))
+    assert [loads(str(f / "mine.py")) for f in (one, other, one)] == [2.0, 3.0, 2.0]
+    written(one, PARTS.replace("2.0", "4.125"), "my_parts.py")
+    assert loads(str(one / "mine.py")) == 4.125
+
+
+def test_a_package_beside_it_and_what_that_imports(tmp_path: Path) -> None:
+    inner = tmp_path / "my_parts"
+    written(inner, "from my_parts.springs import *\nfrom .springs import SIZE\n", "__init__.py")
+    written(inner, PARTS + "import deeper_parts\n", "springs.py")
+    written(tmp_path, "THERE = True\n", "deeper_parts.py")
+    assert loads(written(tmp_path, MODEL.format(parts="my_parts"))) == 2.0
+
+
+def test_a_fault_beside_it_is_found_there_and_leaves_nothing(tmp_path: Path) -> None:
+    written(tmp_path, "\nSIZE = 1 / 0\n", "my_parts.py")
+    finders = list(sys.meta_path)
+    said = refused(written(tmp_path, MODEL.format(parts="my_parts")))
+    assert "raised ZeroDivisionError at my_parts.py line 2: " in said
+    assert sys.meta_path == finders
+    assert "my_parts" not in sys.modules
+
+
+@pytest.mark.parametrize("name", ["statistics", "networkx", "sys"])
+def test_a_name_that_is_installed_too_is_refused(tmp_path: Path, name: str) -> None:
+    written(tmp_path, PARTS, f"{name}.py")
+    said = refused(written(tmp_path, MODEL.format(parts=name)))
+    assert f"mine.py imports {name}, which is {name}.py beside it and an installed module" in said
+    assert said.endswith("; rename the one beside it")
+    beside = written(tmp_path, f"from {name} import SIZE\n", "my_parts.py")
+    assert beside
+    said = refused(written(tmp_path, MODEL.format(parts="my_parts")))
+    assert f"my_parts.py imports {name}, which is {name}.py beside it" in said
+
+
+def test_what_nobody_imports_may_have_any_name(tmp_path: Path) -> None:
+    """The libraries go on with their own."""
+    for name in ("statistics.py", "colorsys.py", "numpy.py"):
+        written(tmp_path, "raise RuntimeError('not this one')\n", name)
+    written(tmp_path, PARTS + "from scipy import signal\n", "my_parts.py")
+    assert loads(written(tmp_path, MODEL.format(parts="my_parts"))) == 2.0
+
+
+def test_annotations_that_are_text_are_read(tmp_path: Path) -> None:
+    """Dataclasses look them up in the module of the model."""
+    own = MODEL.format(parts="json").replace("json.SIZE", "SIZE").replace("again.", "")
+    assert loads(written(tmp_path, PARTS + own)) == 2.0
