@@ -7,9 +7,6 @@ from bondgraph.graph.elements import MGY as MGY
 from bondgraph.graph.elements import MTF as MTF
 from bondgraph.graph.elements import TF as TF
 from bondgraph.graph.elements import C as C
-from bondgraph.graph.elements import De as De
-from bondgraph.graph.elements import Df as Df
-from bondgraph.graph.elements import Dq as Dq
 from bondgraph.graph.elements import I as I
 from bondgraph.graph.elements import MSe as MSe
 from bondgraph.graph.elements import MSf as MSf
@@ -19,6 +16,9 @@ from bondgraph.graph.elements import Se as Se
 from bondgraph.graph.elements import Sf as Sf
 from bondgraph.graph.elements import Zero as Zero
 from bondgraph.graph.modulation import displacement as displacement
+from bondgraph.graph.sensors import De as De
+from bondgraph.graph.sensors import Df as Df
+from bondgraph.graph.sensors import Dq as Dq
 from bondgraph.signals.recording import Recording as Recording
 from bondgraph.simulation.simulate import simulate as simulate
 from bondgraph.support.errors import BondsightError as BondsightError

@@ -10,7 +10,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from bondgraph import TF, BondGraph, C, Df, Dq, I, One, R, Se, simulate
-from bondgraph.graph.elements import Element, Sensor, Source
+from bondgraph.graph.elements import Element, Source
+from bondgraph.graph.sensors import Sensor
 from bondgraph.signals.recording import Split
 from identification.diagnosis.catalogue import CATALOGUE
 from identification.diagnosis.catalogue.effect import Effect

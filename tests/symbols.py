@@ -8,7 +8,7 @@ from typing import Any
 import sympy as sp
 
 from bondgraph import System
-from bondgraph.graph.elements import symbol
+from bondgraph.graph.parameter import symbol
 
 
 def P(names: str) -> Any:

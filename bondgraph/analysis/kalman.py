@@ -15,7 +15,8 @@ from bondgraph.analysis.linear import linear_rates
 from bondgraph.equations.derivation import equations
 from bondgraph.equations.system import System
 from bondgraph.graph.bond_graph import BondGraph
-from bondgraph.graph.elements import MGY, MTF, Sensor, Source, Valued
+from bondgraph.graph.elements import MGY, MTF, Source, Valued
+from bondgraph.graph.sensors import Sensor
 from bondgraph.simulation.modes.resolve import in_mode
 
 Matrix: TypeAlias = list[list[int]]

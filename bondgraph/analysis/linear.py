@@ -15,7 +15,7 @@ import sympy as sp
 
 from bondgraph.equations.elimination import rational
 from bondgraph.equations.system import System
-from bondgraph.graph.elements import symbol
+from bondgraph.graph.parameter import symbol
 from bondgraph.support.errors import UnusableInput, unknown_name
 
 LAPLACE = sp.Symbol("s")

@@ -24,25 +24,20 @@ from bondgraph.graph.elements import (
     MTF,
     TF,
     C,
-    Da,
-    De,
-    Df,
-    Dq,
     Element,
     Field,
     I,
     Junction,
     Modulated,
     R,
-    Reading,
     Se,
-    Sensor,
     Source,
     Zero,
     common_variable,
-    symbol,
 )
 from bondgraph.graph.modulation import port_variables
+from bondgraph.graph.parameter import symbol
+from bondgraph.graph.sensors import Da, De, Df, Dq, Reading, Sensor
 from bondgraph.simulation.modes.resolve import in_mode
 from bondgraph.support.errors import BondsightError, GraphError
 

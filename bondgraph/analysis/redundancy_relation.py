@@ -12,7 +12,7 @@ import sympy as sp
 from bondgraph.analysis.exact_algebra import Row
 from bondgraph.analysis.linear import LAPLACE
 from bondgraph.analysis.residual_space import ResidualSpace
-from bondgraph.graph.elements import symbol
+from bondgraph.graph.parameter import symbol
 from bondgraph.support.errors import UnusableInput, unknown_name
 
 

@@ -32,7 +32,7 @@ from bondgraph.causality.assignment import (
     storage_ports,
 )
 from bondgraph.graph.bond_graph import BondGraph
-from bondgraph.graph.elements import Reading, Sensor
+from bondgraph.graph.sensors import Reading, Sensor
 from bondgraph.support.errors import GraphError, UnusableInput
 
 MOST_TRIED = 6

@@ -9,7 +9,8 @@ from bondgraph.analysis.fault_signatures import Classes, FaultSignatures, separa
 from bondgraph.analysis.operator_equations import positions
 from bondgraph.analysis.residual_space import diagnostic
 from bondgraph.graph.bond_graph import BondGraph
-from bondgraph.graph.elements import De, Df, One, Sensor, Zero
+from bondgraph.graph.elements import One, Zero
+from bondgraph.graph.sensors import De, Df, Sensor
 from bondgraph.support.errors import BondsightError
 from bondgraph.support.html import html_table
 

@@ -32,7 +32,8 @@ from bondgraph.equations.derivation import equations
 from bondgraph.equations.system import System
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.composing.rewriting import replace as replaced
-from bondgraph.graph.elements import Da, De, Df, Dq, Field, Se, Sf, Source
+from bondgraph.graph.elements import Field, Se, Sf, Source
+from bondgraph.graph.sensors import Da, De, Df, Dq
 from bondgraph.support.html import html_table
 
 if TYPE_CHECKING:

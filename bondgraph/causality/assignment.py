@@ -21,7 +21,6 @@ from bondgraph.graph.elements import (
     X0,
     C,
     CField,
-    De,
     Element,
     I,
     IField,
@@ -31,10 +30,10 @@ from bondgraph.graph.elements import (
     R,
     RField,
     Se,
-    Sensor,
     Sf,
     Zero,
 )
+from bondgraph.graph.sensors import De, Sensor
 from bondgraph.support.errors import GraphError, unknown_name
 
 MOST_ALTERNATIVES = 1000

@@ -12,7 +12,8 @@ from bondgraph.drawing.parts import Part, Spacing, fanned, lane, merged, snake, 
 from bondgraph.drawing.readings import DrawnReading
 from bondgraph.drawing.skeleton import Component
 from bondgraph.graph.bond_graph import BondGraph
-from bondgraph.graph.elements import Sensor, Source
+from bondgraph.graph.elements import Source
+from bondgraph.graph.sensors import Sensor
 
 
 class Placer:

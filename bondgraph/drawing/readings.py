@@ -7,17 +7,8 @@ from dataclasses import dataclass
 import sympy as sp
 
 from bondgraph.graph.bond_graph import Bond, BondGraph
-from bondgraph.graph.elements import (
-    X0,
-    X1,
-    Element,
-    Modulated,
-    Multiport,
-    One,
-    Reading,
-    TwoPort,
-    Zero,
-)
+from bondgraph.graph.elements import X0, X1, Element, Modulated, Multiport, One, TwoPort, Zero
+from bondgraph.graph.sensors import Reading
 
 _COMMON: dict[str, tuple[type[Element], ...]] = {"e": (Zero, X0), "f": (One, X1)}
 

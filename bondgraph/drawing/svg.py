@@ -12,7 +12,8 @@ from bondgraph.drawing.labels import describe, element_domains
 from bondgraph.drawing.layout import GraphLayout, layout
 from bondgraph.drawing.legend import entries, framed
 from bondgraph.graph.bond_graph import Bond, BondGraph
-from bondgraph.graph.elements import RS, Multiport, Sensor, Switched
+from bondgraph.graph.elements import RS, Multiport, Switched
+from bondgraph.graph.sensors import Sensor
 from bondgraph.support.errors import GraphError, unknown_name
 
 

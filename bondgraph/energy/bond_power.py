@@ -22,8 +22,8 @@ from bondgraph.equations.derivation import equations
 from bondgraph.equations.relation import Relation
 from bondgraph.equations.system import System
 from bondgraph.graph.bond_graph import BondGraph
-from bondgraph.graph.elements import symbol
 from bondgraph.graph.modulation import TIME
+from bondgraph.graph.parameter import symbol
 from bondgraph.signals.recorded_rates import slopes
 from bondgraph.simulation.modes.resolve import in_mode
 from bondgraph.simulation.start import HOLDS

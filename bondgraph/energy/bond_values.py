@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 from bondgraph.equations.system import System
 from bondgraph.graph.bond_graph import Bond, BondGraph
-from bondgraph.graph.elements import Sensor
+from bondgraph.graph.sensors import Sensor
 from bondgraph.support.ops import FloatArray
 
 

@@ -21,7 +21,9 @@ from bondgraph.energy.structure import EnergyPort, Forms, ports, resistances
 from bondgraph.equations.derivation import equations
 from bondgraph.equations.system import System
 from bondgraph.graph.bond_graph import BondGraph
-from bondgraph.graph.elements import RS, Da, Source, symbol
+from bondgraph.graph.elements import RS, Source
+from bondgraph.graph.parameter import symbol
+from bondgraph.graph.sensors import Da
 from bondgraph.simulation.modes.resolve import in_mode
 from bondgraph.support.errors import GraphError
 

@@ -18,7 +18,8 @@ from bondgraph.energy.law_energy import law_energy_record
 from bondgraph.energy.stores import store_energy, stored_variables
 from bondgraph.equations.casadi_printer import to_casadi
 from bondgraph.graph.bond_graph import BondGraph
-from bondgraph.graph.elements import C, CField, Element, I, IField, R, symbol
+from bondgraph.graph.elements import C, CField, Element, I, IField, R
+from bondgraph.graph.parameter import symbol
 from bondgraph.hysteresis import Operator
 from bondgraph.laws import Hysteretic, Sliding, StopSum
 from bondgraph.laws.law import Law, split

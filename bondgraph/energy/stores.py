@@ -17,8 +17,9 @@ from bondgraph.energy.definiteness import Sign, sign_of, vanishes
 from bondgraph.energy.law_energy import law_energy
 from bondgraph.equations.field_laws import field_laws
 from bondgraph.graph.bond_graph import BondGraph
-from bondgraph.graph.elements import C, CField, Element, Field, I, IField, RField, symbol
+from bondgraph.graph.elements import C, CField, Element, Field, I, IField, RField
 from bondgraph.graph.modulation import port_variables
+from bondgraph.graph.parameter import symbol
 from bondgraph.support.errors import BondsightError, GraphError, unknown_name
 
 _OUTPUT = {"q": "e", "p": "f", "f": "e"}

@@ -18,21 +18,9 @@ from bondgraph.equations.field_laws import field_laws
 from bondgraph.equations.relation import Relation
 from bondgraph.equations.system import System
 from bondgraph.graph.bond_graph import Bond, BondGraph
-from bondgraph.graph.elements import (
-    RE,
-    RS,
-    C,
-    CField,
-    Element,
-    Field,
-    I,
-    IField,
-    R,
-    RField,
-    Source,
-    symbol,
-)
+from bondgraph.graph.elements import RE, RS, C, CField, Element, Field, I, IField, R, RField, Source
 from bondgraph.graph.modulation import port_variables
+from bondgraph.graph.parameter import symbol
 from bondgraph.support.errors import GraphError
 
 Form = Mapping[str, sp.Expr]

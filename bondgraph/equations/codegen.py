@@ -16,8 +16,10 @@ from bondgraph.equations.program import LawCall, Program, ProgramStep
 from bondgraph.equations.relation import Relation
 from bondgraph.equations.system import System
 from bondgraph.graph.bond_graph import BondGraph
-from bondgraph.graph.elements import Sensor, Source, symbol
+from bondgraph.graph.elements import Source
 from bondgraph.graph.modulation import TIME
+from bondgraph.graph.parameter import symbol
+from bondgraph.graph.sensors import Sensor
 from bondgraph.laws.law import Law, split
 from bondgraph.support.errors import UnusableInput
 from bondgraph.support.ops import CASADI

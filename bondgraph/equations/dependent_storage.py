@@ -16,7 +16,8 @@ import sympy as sp
 from bondgraph.equations.ordering import components
 from bondgraph.equations.refusals import DerivativeCausality, NotLinearUpToLaws
 from bondgraph.equations.relation import Dependent, Relation, Relations, StoredState
-from bondgraph.graph.elements import C, I, symbol
+from bondgraph.graph.elements import C, I
+from bondgraph.graph.parameter import symbol
 
 ONE = symbol("one")
 MOST_DEPENDENT = 3  # the closed forms of more grow beyond use

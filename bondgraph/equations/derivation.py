@@ -19,7 +19,9 @@ from bondgraph.equations.relations import collect
 from bondgraph.equations.stored_displacements import place_displacements
 from bondgraph.equations.system import Algebraic, System
 from bondgraph.graph.bond_graph import BondGraph
-from bondgraph.graph.elements import Da, Multiport, symbol
+from bondgraph.graph.elements import Multiport
+from bondgraph.graph.parameter import symbol
+from bondgraph.graph.sensors import Da
 from bondgraph.simulation.modes.resolve import in_mode
 from bondgraph.support.errors import GraphError
 

@@ -14,7 +14,7 @@ from fractions import Fraction
 import sympy as sp
 
 from bondgraph.equations.relation import Relation
-from bondgraph.graph.elements import symbol
+from bondgraph.graph.parameter import symbol
 from bondgraph.support.errors import UnusableInput
 
 PRIME = 2**61 - 1

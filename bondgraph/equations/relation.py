@@ -15,7 +15,7 @@ import sympy as sp
 
 from bondgraph.causality.assignment import Causality
 from bondgraph.graph.bond_graph import BondGraph
-from bondgraph.graph.elements import Dq
+from bondgraph.graph.sensors import Dq
 from bondgraph.laws.law import Law
 
 FINE = "fine_"

@@ -30,24 +30,19 @@ from bondgraph.graph.elements import (
     RS,
     TF,
     C,
-    Da,
-    De,
-    Df,
-    Dq,
     Element,
     Field,
     I,
     Junction,
     Modulated,
     R,
-    Reading,
-    Sensor,
     Source,
     Zero,
     common_variable,
-    symbol,
 )
 from bondgraph.graph.modulation import TIME, port_variables
+from bondgraph.graph.parameter import symbol
+from bondgraph.graph.sensors import Da, De, Df, Dq, Reading, Sensor
 from bondgraph.laws.law import Law
 from bondgraph.laws.rounding import Resolution
 from bondgraph.laws.watching import WatchingLaw

@@ -25,7 +25,7 @@ from bondgraph.equations.decimals import as_text
 from bondgraph.equations.refusals import AlgebraicLoop, NotLinearUpToLaws
 from bondgraph.equations.relation import LawUse, Relation, StoredState
 from bondgraph.graph.bond_graph import BondGraph
-from bondgraph.graph.elements import Parameter, symbol
+from bondgraph.graph.parameter import Parameter, symbol
 from bondgraph.support.errors import unknown_name
 
 if TYPE_CHECKING:

@@ -10,7 +10,7 @@ from sympy.printing.latex import LatexPrinter, accepted_latex_functions
 
 from bondgraph.equations.decimals import decimals
 from bondgraph.equations.system import System
-from bondgraph.graph.elements import symbol
+from bondgraph.graph.parameter import symbol
 
 _GREEK = frozenset(
     "alpha beta gamma delta epsilon zeta eta theta iota kappa lambda mu nu xi pi rho sigma tau "

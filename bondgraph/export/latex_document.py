@@ -9,7 +9,7 @@ import sympy as sp
 from bondgraph.equations.program import Program
 from bondgraph.export.latex import pretty, rate_of, tex, words
 from bondgraph.export.latex_lines import broken, width
-from bondgraph.graph.elements import symbol
+from bondgraph.graph.parameter import symbol
 
 LINE = 76.0  # letters of normal size on a line of 16 cm
 REASON = 28.0  # of them, for the reasons

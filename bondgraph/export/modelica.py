@@ -20,8 +20,8 @@ from bondgraph.equations.casadi_printer import to_casadi
 from bondgraph.equations.program import LawCall, Program
 from bondgraph.export.modelica_language import MODELICA, Identifiers, number, quoted, unit_text
 from bondgraph.export.tape import tape, written
-from bondgraph.graph.elements import symbol
 from bondgraph.graph.modulation import TIME
+from bondgraph.graph.parameter import symbol
 from bondgraph.support.errors import BondsightError, UnusableInput
 
 WIDTH = 10_000

@@ -13,22 +13,18 @@ import sympy as sp
 from bondgraph.graph import building
 from bondgraph.graph.elements import (
     C,
-    De,
-    Df,
-    Dq,
     Element,
     I,
     Junction,
     One,
-    Parameter,
-    Sensor,
     Source,
     TwoPort,
     Value,
     Valued,
     Zero,
-    symbol,
 )
+from bondgraph.graph.parameter import Parameter, symbol
+from bondgraph.graph.sensors import De, Df, Dq, Sensor
 from bondgraph.graph.views import Elements, ReadOnly
 from bondgraph.signals.units import read_unit
 from bondgraph.support.errors import GraphError, UnknownName, unknown_name

@@ -16,25 +16,20 @@ from bondgraph.graph.elements import (
     X0,
     X1,
     C,
-    Da,
-    De,
-    Df,
-    Dq,
     Element,
     Field,
     Junction,
     Modulated,
     Multiport,
     One,
-    Parameter,
-    Reading,
-    Sensor,
     Source,
     TwoPort,
     Value,
     Valued,
     Zero,
 )
+from bondgraph.graph.parameter import Parameter
+from bondgraph.graph.sensors import Da, De, Df, Dq, Reading, Sensor
 from bondgraph.graph.unit_check import unit_problems
 from bondgraph.laws.law import Law
 from bondgraph.laws.law_sum import LawSum

@@ -20,10 +20,6 @@ from bondgraph.graph.domains import DOMAINS
 from bondgraph.graph.elements import (
     RS,
     C,
-    Da,
-    De,
-    Df,
-    Dq,
     Element,
     I,
     Junction,
@@ -31,10 +27,10 @@ from bondgraph.graph.elements import (
     Multiport,
     R,
     Se,
-    Sensor,
     Source,
     common_variable,
 )
+from bondgraph.graph.sensors import Da, De, Df, Dq, Sensor
 from bondgraph.signals.units import Dimension, parse_unit
 from bondgraph.support.errors import UnusableInput
 

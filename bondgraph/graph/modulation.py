@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sympy as sp
 
-from bondgraph.graph.elements import symbol
+from bondgraph.graph.parameter import symbol
 
 TIME: sp.Symbol = symbol("time")
 """Time since the start, s."""

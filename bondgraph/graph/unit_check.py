@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 
-from bondgraph.graph.elements import Element, Parameter, Sensor, Source
+from bondgraph.graph.elements import Element, Source
+from bondgraph.graph.parameter import Parameter
+from bondgraph.graph.sensors import Sensor
 from bondgraph.signals.units import parse_unit
 from bondgraph.support.errors import UnusableInput
 

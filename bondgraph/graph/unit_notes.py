@@ -13,8 +13,10 @@ import sympy as sp
 
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.domain_check import dimensions_of
-from bondgraph.graph.elements import GY, TF, Parameter, Reading, TwoPort
+from bondgraph.graph.elements import GY, TF, TwoPort
 from bondgraph.graph.modulation import TIME
+from bondgraph.graph.parameter import Parameter
+from bondgraph.graph.sensors import Reading
 from bondgraph.signals.units import Dimension, read_unit
 
 Known = Dimension | None

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from bondgraph.graph.elements import Parameter
+from bondgraph.graph.parameter import Parameter
 from bondgraph.laws.shared_slope import SharedSlope
 from bondgraph.support.bounds import NonNegative, Positive
 from bondgraph.support.ops import Ops

@@ -7,7 +7,7 @@ from dataclasses import dataclass, fields, replace
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from bondgraph.graph.elements import Parameter
+from bondgraph.graph.parameter import Parameter
 from bondgraph.hysteresis import Operator
 from bondgraph.laws.law import Law
 from bondgraph.support.errors import UnusableInput, unknown_name

@@ -13,7 +13,7 @@ from bondgraph.support.errors import UnusableInput
 from bondgraph.support.ops import Ops
 
 if TYPE_CHECKING:
-    from bondgraph.graph.elements import Parameter
+    from bondgraph.graph.parameter import Parameter
 
 NEWTON_STEPS = 6
 CALLED_FROM = 8

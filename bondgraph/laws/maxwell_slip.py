@@ -6,7 +6,7 @@ from collections.abc import Hashable, Sequence
 from dataclasses import dataclass
 from typing import Annotated, Any, ClassVar
 
-from bondgraph.graph.elements import Parameter
+from bondgraph.graph.parameter import Parameter
 from bondgraph.laws.bracketing import bracketed
 from bondgraph.laws.dahl import mean_flow
 from bondgraph.laws.iteration import Iteration

@@ -6,7 +6,7 @@ from collections.abc import Hashable, Sequence
 from dataclasses import dataclass, fields, replace
 from typing import Annotated, Any, ClassVar
 
-from bondgraph.graph.elements import Parameter
+from bondgraph.graph.parameter import Parameter
 from bondgraph.laws.law import Law
 from bondgraph.support.bounds import Bound, Name, least
 from bondgraph.support.errors import UnusableInput, unknown_name

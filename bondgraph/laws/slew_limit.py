@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from bondgraph.graph.elements import Parameter
+from bondgraph.graph.parameter import Parameter
 from bondgraph.laws.law import Law
 from bondgraph.support.arrays import Array
 from bondgraph.support.bounds import NonNegative, Positive

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from math import pi
 from typing import Any, ClassVar
 
-from bondgraph.graph.elements import Parameter
+from bondgraph.graph.parameter import Parameter
 from bondgraph.laws.clocked import Clocked
 from bondgraph.laws.trigonometry import amplitudes, wave
 from bondgraph.support.bounds import Positive

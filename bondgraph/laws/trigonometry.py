@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from importlib import import_module
 
-from bondgraph.graph.elements import Parameter
+from bondgraph.graph.parameter import Parameter
 from bondgraph.support.ops import Expression, Ops
 
 

@@ -8,7 +8,8 @@ from dataclasses import replace
 import numpy as np
 
 from bondgraph.graph.bond_graph import BondGraph
-from bondgraph.graph.elements import Sensor, Source
+from bondgraph.graph.elements import Source
+from bondgraph.graph.sensors import Sensor
 from bondgraph.signals.fractional_delay import TAPS, delayed
 from bondgraph.signals.varying_delay import at_clock
 from bondgraph.support.arrays import Array

@@ -201,7 +201,7 @@ def record(
 
     Examples
     --------
-    >>> from bondgraph.graph.elements import Parameter
+    >>> from bondgraph.graph.parameter import Parameter
     >>> record(Parameter, {"name": "k", "value": 2.0}, "parameters[0]").unit
     '1'
     """

@@ -139,7 +139,8 @@ def check_name(name: str) -> None:
 
 def _check_maps(graph: Any, maps: list[str]) -> None:
     """Refuse a map of something that is neither in the model nor of the right form."""
-    from bondgraph.graph.elements import Sensor, Source
+    from bondgraph.graph.elements import Source
+    from bondgraph.graph.sensors import Sensor
     from bondgraph.support.errors import unknown_name
 
     known = [e.name for e in graph.of_type(Source, Sensor)]
@@ -216,7 +217,7 @@ def _source(graph: Any, maps: list[str]) -> list[str]:
 
 def _recorded_only(graph: Any, path: Path, maps: list[str]) -> Any:
     """Return the model without the sensors that the bench does not have, and say so."""
-    from bondgraph.graph.elements import Sensor
+    from bondgraph.graph.sensors import Sensor
     from bondgraph.signals.recording import Recording
 
     there = {*Recording.open(path).channels, *(m.partition("=")[0].strip() for m in maps)}

@@ -91,7 +91,8 @@ def _model(name: str) -> Any:
 
     def make(config: Any) -> Any:
         from actuators.models.catalogue import MODELS
-        from bondgraph.graph.elements import Sensor, Source
+        from bondgraph.graph.elements import Source
+        from bondgraph.graph.sensors import Sensor
         from hardware.simulators.bench_server import Stand
         from hardware.virtual import ModelPlant
 

@@ -20,7 +20,7 @@ def _check(options: argparse.Namespace) -> int:
     from actuators.models.opening import load_model
     from bondgraph.causality.assignment import assign_causality
     from bondgraph.equations.derivation import equations
-    from bondgraph.graph.elements import Sensor
+    from bondgraph.graph.sensors import Sensor
 
     graph = load_model(options.model)
     if lines := graph.check():

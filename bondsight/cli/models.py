@@ -42,7 +42,7 @@ def _text(factory: Callable[..., Any]) -> str:
 
 
 def _described(name: str, factory: Callable[..., Any]) -> str:
-    from bondgraph.graph.elements import Sensor
+    from bondgraph.graph.sensors import Sensor
     from identification.study.problem import drives
 
     g = factory()

@@ -8,7 +8,8 @@ from typing import Any, final
 import numpy as np
 
 from bondgraph.graph.bond_graph import BondGraph
-from bondgraph.graph.elements import Sensor, Source
+from bondgraph.graph.elements import Source
+from bondgraph.graph.sensors import Sensor
 from bondgraph.support.arrays import FloatArray as Array
 from bondgraph.support.errors import BondsightError, UnusableInput, real_number, unknown_name
 from hardware.simulators.plant_contract import PlantMotion

@@ -8,7 +8,8 @@ from typing import Any
 
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.composing.binding import external_signals
-from bondgraph.graph.elements import Modulated, Sensor, Source
+from bondgraph.graph.elements import Modulated, Source
+from bondgraph.graph.sensors import Sensor
 from bondgraph.signals.files.checks import means_time
 from bondgraph.signals.files.columns import OTHERS, NoUnit
 from bondgraph.signals.recording import Recording, Split

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from bondgraph.graph.bond_graph import BondGraph
-from bondgraph.graph.elements import Sensor
+from bondgraph.graph.sensors import Sensor
 from bondgraph.signals.recording import Recording, Split
 from bondgraph.signals.split import kept_back
 from bondgraph.support.errors import BondsightError, UnusableInput

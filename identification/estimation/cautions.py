@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 import numpy as np
 
 from bondgraph.graph.bond_graph import BondGraph
-from bondgraph.graph.elements import Sensor
+from bondgraph.graph.sensors import Sensor
 from bondgraph.signals.recorded_rates import slopes
 from bondgraph.signals.recording import Recording
 from bondgraph.support.arrays import Array

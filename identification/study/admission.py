@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from bondgraph.graph.elements import Parameter
+from bondgraph.graph.parameter import Parameter
 from bondgraph.signals.recording import Recording, Split
 from bondgraph.support.errors import UnusableInput
 

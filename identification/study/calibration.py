@@ -7,7 +7,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from bondgraph.graph.bond_graph import BondGraph
-from bondgraph.graph.elements import Parameter, Sensor
+from bondgraph.graph.parameter import Parameter
+from bondgraph.graph.sensors import Sensor
 from bondgraph.support.errors import UnusableInput, real_number, unknown_name
 from identification.study.priors import LogNormal, Prior
 from identification.study.problem import drives, gain_name

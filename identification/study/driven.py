@@ -8,7 +8,7 @@ import numpy as np
 
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.composing.binding import external_signals
-from bondgraph.graph.elements import Sensor
+from bondgraph.graph.sensors import Sensor
 from bondgraph.signals.recording import Recording
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import UnusableInput

@@ -13,7 +13,7 @@ import numpy as np
 
 from bondgraph.equations.program import FunctionNames, Program
 from bondgraph.graph.bond_graph import BondGraph
-from bondgraph.graph.elements import Parameter
+from bondgraph.graph.parameter import Parameter
 from bondgraph.simulation.exact_run import KernelRun, Memories, Prepared, prepare, run_prepared
 from bondgraph.simulation.first_order_hold import Blocks, blocks, continuous
 from bondgraph.simulation.lure import Compiled, exact_form

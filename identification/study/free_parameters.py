@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from bondgraph.graph.bond_graph import BondGraph
-from bondgraph.graph.elements import Sensor, Valued
+from bondgraph.graph.elements import Valued
+from bondgraph.graph.sensors import Sensor
 from bondgraph.support.errors import UnusableInput, unknown_name
 from identification.study.problem import drives
 from identification.study.specification import Vary

@@ -12,7 +12,9 @@ import numpy as np
 
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.composing.binding import external_signals
-from bondgraph.graph.elements import Modulated, Parameter, Sensor, Source
+from bondgraph.graph.elements import Modulated, Source
+from bondgraph.graph.parameter import Parameter
+from bondgraph.graph.sensors import Sensor
 from bondgraph.signals.recording import Recording, Split
 from bondgraph.signals.split import stretches
 from bondgraph.signals.units import same_dimension

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bondgraph.graph.elements import Parameter
+from bondgraph.graph.parameter import Parameter
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,9 @@ import numpy as np
 
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.composing.binding import external_signals
-from bondgraph.graph.elements import Parameter, Sensor, Source
+from bondgraph.graph.elements import Source
+from bondgraph.graph.parameter import Parameter
+from bondgraph.graph.sensors import Sensor
 from bondgraph.signals.recording import Recording, Split, default_split
 from bondgraph.simulation.start import HOLDS
 from bondgraph.support.arrays import Array

@@ -15,7 +15,7 @@ from itertools import pairwise
 import numpy as np
 
 from bondgraph.graph.bond_graph import BondGraph
-from bondgraph.graph.elements import Sensor
+from bondgraph.graph.sensors import Sensor
 from bondgraph.laws.wrapping import Wrapping
 from bondgraph.signals.recording import Recording
 from bondgraph.support.arrays import Array

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from bondgraph.graph.bond_graph import BondGraph
-from bondgraph.graph.elements import Sensor, Source
+from bondgraph.graph.elements import Source
+from bondgraph.graph.sensors import Sensor
 from bondgraph.simulation.simulate import simulate
 from bondgraph.support.arrays import FloatArray
 from identification.study.engine import engine_of

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 
 from bondgraph.analysis.sensor_advice import fresh_sensor
 from bondgraph.graph.bond_graph import BondGraph
-from bondgraph.graph.elements import De, Df, Dq, One, Sensor, Zero
+from bondgraph.graph.elements import One, Zero
+from bondgraph.graph.sensors import De, Df, Dq, Sensor
 from bondgraph.support.errors import BondsightError
 from identification.uncertainty.structural import (
     StructuralIdentifiability,

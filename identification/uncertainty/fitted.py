@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from bondgraph.graph.elements import Parameter
+from bondgraph.graph.parameter import Parameter
 from bondgraph.support.arrays import FloatArray
 from bondgraph.support.errors import UnusableInput
 from identification.estimation.result import Estimation

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from bondgraph.graph.elements import Sensor
+from bondgraph.graph.sensors import Sensor
 from bondgraph.support.arrays import FloatArray
 from bondgraph.support.errors import UnusableInput
 from identification.statistics.blocks import block_means

@@ -19,7 +19,7 @@ from bondgraph.analysis.exact_algebra import PRIME, echelon
 from bondgraph.analysis.kalman import null_vectors
 from bondgraph.equations.derivation import equations
 from bondgraph.graph.bond_graph import BondGraph
-from bondgraph.graph.elements import Sensor
+from bondgraph.graph.sensors import Sensor
 from bondgraph.support.errors import UnusableInput, unknown_name
 from identification.uncertainty.combinations import Combination, FlatBlock, flat_blocks
 from identification.uncertainty.joint_sensitivities import rich_nulls

@@ -21,7 +21,8 @@ from bondgraph.analysis.linear import linear_rates
 from bondgraph.equations.derivation import equations
 from bondgraph.equations.system import System
 from bondgraph.graph.bond_graph import BondGraph
-from bondgraph.graph.elements import Sensor, Source
+from bondgraph.graph.elements import Source
+from bondgraph.graph.sensors import Sensor
 from bondgraph.support.errors import UnusableInput
 
 SQUARE = PRIME * PRIME

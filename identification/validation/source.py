@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from bondgraph.graph.elements import Sensor
+from bondgraph.graph.sensors import Sensor
 from identification.estimation.estimates import Estimate
 from identification.estimation.result import Estimation
 from identification.estimation.single_record import Fit

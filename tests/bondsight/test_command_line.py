@@ -19,7 +19,7 @@ from actuators.models.catalogue import LOADED, MODELS
 from actuators.models.opening import load_model, model_name
 from bondgraph import BondGraph
 from bondgraph.export.graph_json.write_graph import to_json
-from bondgraph.graph import elements
+from bondgraph.graph import sensors
 from bondgraph.signals.files.any_file import read_table
 from bondsight.cli.checkout import VERBS
 from bondsight.cli.main import _parser, main
@@ -426,7 +426,7 @@ def test_a_model_without_a_sensor(tmp_path: Path, capsys: pytest.CaptureFixture[
     assert "it has no sensor" in said
     named = re.findall(r"\b(?:D[a-z]|Reading)\b", said)
     assert len(named) == 5
-    assert all(issubclass(getattr(elements, n), elements.Sensor) for n in named)
+    assert all(issubclass(getattr(sensors, n), sensors.Sensor) for n in named)
 
 
 # -- too little to go on: a verdict, not an error ---------------------------------------------

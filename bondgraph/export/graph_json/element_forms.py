@@ -14,7 +14,7 @@ import sympy as sp
 from bondgraph import laws
 from bondgraph.export.graph_json.expression_table import Symbols
 from bondgraph.export.graph_json.expression_tree import read_expression, write_expression
-from bondgraph.graph import elements
+from bondgraph.graph import elements, sensors
 from bondgraph.graph.drives import Drive
 from bondgraph.graph.elements import Element
 from bondgraph.hysteresis import Operator
@@ -36,7 +36,7 @@ NAMED: tuple[type, ...] = (Law, Drive, Operator)
 
 ELEMENTS: Mapping[str, type[Element]] = {
     cls.kind: cls
-    for cls in vars(elements).values()
+    for cls in (*vars(elements).values(), *vars(sensors).values())
     if isinstance(cls, type) and issubclass(cls, Element) and cls.kind
 }
 """Every element of the language by its kind."""

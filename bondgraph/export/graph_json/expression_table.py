@@ -9,7 +9,7 @@ from typing import Any
 
 import sympy as sp
 
-from bondgraph.graph.elements import Parameter, symbol
+from bondgraph.graph.parameter import Parameter, symbol
 from bondgraph.support.errors import UnusableInput
 
 MANY = 1000

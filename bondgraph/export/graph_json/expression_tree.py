@@ -21,7 +21,7 @@ from bondgraph.export.graph_json.expression_table import (
     Operation,
     Symbols,
 )
-from bondgraph.graph.elements import symbol
+from bondgraph.graph.parameter import symbol
 from bondgraph.support.bounds import Name, Signal
 from bondgraph.support.errors import UnusableInput
 from bondgraph.support.typed_reader import bad, hint, read, shown

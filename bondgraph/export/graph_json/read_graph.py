@@ -16,7 +16,8 @@ from typing import Any
 from bondgraph.export.graph_json.element_forms import ELEMENTS, ElementForms
 from bondgraph.export.graph_json.expression_table import Symbols
 from bondgraph.graph.bond_graph import BondGraph
-from bondgraph.graph.elements import C, Parameter, TwoPort, Valued
+from bondgraph.graph.elements import C, TwoPort, Valued
+from bondgraph.graph.parameter import Parameter
 from bondgraph.laws import Law
 from bondgraph.support.bounds import MAX_NAME
 from bondgraph.support.errors import UnusableInput

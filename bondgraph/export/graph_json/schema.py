@@ -10,7 +10,7 @@ from bondgraph.export.graph_json.element_forms import ELEMENTS, NAMED, laws_by_n
 from bondgraph.export.graph_json.expression_table import CONSTANTS, OPERATIONS
 from bondgraph.export.graph_json.read_graph import SCHEMA
 from bondgraph.graph.drives import Drive
-from bondgraph.graph.elements import Parameter
+from bondgraph.graph.parameter import Parameter
 from bondgraph.hysteresis import Operator
 from bondgraph.hysteresis.catalogue import OPERATORS
 from bondgraph.laws import Law

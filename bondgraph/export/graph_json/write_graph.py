@@ -10,7 +10,8 @@ from bondgraph.export.graph_json.element_forms import ElementForms
 from bondgraph.export.graph_json.expression_table import Symbols
 from bondgraph.export.graph_json.read_graph import MAX_BONDS, MAX_ELEMENTS, SCHEMA
 from bondgraph.graph.bond_graph import BondGraph
-from bondgraph.graph.elements import Parameter, TwoPort, Valued
+from bondgraph.graph.elements import TwoPort, Valued
+from bondgraph.graph.parameter import Parameter
 from bondgraph.laws import Law
 from bondgraph.support.errors import UnusableInput
 from bondgraph.support.json_text import MAX_BYTES

@@ -9,7 +9,8 @@ import sympy as sp
 
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.composing.renaming import declared_parameters, mentioned_names
-from bondgraph.graph.elements import C, Parameter, TwoPort
+from bondgraph.graph.elements import C, TwoPort
+from bondgraph.graph.parameter import Parameter
 from bondgraph.signals.units import parse_unit
 from bondgraph.support.errors import GraphError, UnusableInput, unknown_name
 

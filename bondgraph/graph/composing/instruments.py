@@ -13,8 +13,9 @@ from typing import Final
 import numpy as np
 import sympy as sp
 
-from bondgraph.graph.elements import Da, Df, Dq, MSe, Reading, Se, Sensor, Source, Value
+from bondgraph.graph.elements import MSe, Se, Source, Value
 from bondgraph.graph.modulation import displacement, effort, flow
+from bondgraph.graph.sensors import Da, Df, Dq, Reading, Sensor
 from bondgraph.laws.wrapping import Wrapping
 from bondgraph.support.errors import GraphError
 

@@ -12,7 +12,8 @@ import sympy as sp
 
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.drives import Drive
-from bondgraph.graph.elements import Element, Multiport, Parameter, symbol
+from bondgraph.graph.elements import Element, Multiport
+from bondgraph.graph.parameter import Parameter, symbol
 from bondgraph.laws.law import Law
 from bondgraph.support.errors import GraphError
 

@@ -12,7 +12,9 @@ from bondgraph.graph.composing.renaming import (
     mentioned_names,
     rebuilt,
 )
-from bondgraph.graph.elements import Element, One, Parameter, Sensor, Zero, symbol
+from bondgraph.graph.elements import Element, One, Zero
+from bondgraph.graph.parameter import Parameter, symbol
+from bondgraph.graph.sensors import Sensor
 from bondgraph.support.errors import GraphError
 
 

@@ -10,7 +10,8 @@ import numpy as np
 
 from bondgraph.causality.assignment import storage_ports
 from bondgraph.graph.bond_graph import BondGraph
-from bondgraph.graph.elements import C, CField, Dq
+from bondgraph.graph.elements import C, CField
+from bondgraph.graph.sensors import Dq
 from bondgraph.simulation.modes.resolve import in_mode
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import GraphError

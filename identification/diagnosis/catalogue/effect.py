@@ -11,7 +11,8 @@ import numpy as np
 
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.drives import Drive
-from bondgraph.graph.elements import Element, Sensor, Source
+from bondgraph.graph.elements import Element, Source
+from bondgraph.graph.sensors import Sensor
 from bondgraph.laws import Law
 from bondgraph.support.arrays import Array
 from identification.diagnosis.screening.port_history import FittedModel

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from bondgraph.graph.bond_graph import BondGraph
-from bondgraph.graph.elements import C, Element, I, R, Sensor, Source
+from bondgraph.graph.elements import C, Element, I, R, Source
+from bondgraph.graph.sensors import Sensor
 from bondgraph.signals.units import Unit, parse_unit
 from bondgraph.support.errors import BondsightError
 

@@ -17,7 +17,7 @@ import numpy as np
 
 from bondgraph.analysis.sensor_advice import unmeasured
 from bondgraph.graph.bond_graph import BondGraph
-from bondgraph.graph.elements import De, Df, Sensor
+from bondgraph.graph.sensors import De, Df, Sensor
 from bondgraph.signals.drive_limits import DriveLimits
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import BondsightError, UnusableInput

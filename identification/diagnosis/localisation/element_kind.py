@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from bondgraph.graph.bond_graph import BondGraph
-from bondgraph.graph.elements import C, I, R, Sensor, Source, TwoPort
+from bondgraph.graph.elements import C, I, R, Source, TwoPort
+from bondgraph.graph.sensors import Sensor
 
 
 def element_kind(graph: BondGraph, name: str) -> str:

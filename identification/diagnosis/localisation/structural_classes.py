@@ -18,7 +18,8 @@ from scipy.linalg import matrix_balance
 from bondgraph.analysis.sensor_advice import unmeasured
 from bondgraph.equations.derivation import equations
 from bondgraph.graph.bond_graph import BondGraph
-from bondgraph.graph.elements import Df, Sensor, Source
+from bondgraph.graph.elements import Source
+from bondgraph.graph.sensors import Df, Sensor
 from bondgraph.simulation.first_order_hold import blocks
 from bondgraph.simulation.lure import exact_form
 from bondgraph.support.arrays import Array

@@ -14,7 +14,9 @@ from bondgraph.equations.derivation import equations
 from bondgraph.equations.system import System
 from bondgraph.export.latex import deviation_name, latex, law_name, ordered, pretty, tex
 from bondgraph.graph.bond_graph import BondGraph
-from bondgraph.graph.elements import C, Element, R, Sensor, Source, symbol
+from bondgraph.graph.elements import C, Element, R, Source
+from bondgraph.graph.parameter import symbol
+from bondgraph.graph.sensors import Sensor
 from bondgraph.laws.law import Law
 from bondgraph.support.errors import BondsightError
 from bondgraph.support.ops import SYMPY

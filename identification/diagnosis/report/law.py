@@ -8,7 +8,8 @@ import numpy as np
 import sympy as sp
 
 from bondgraph.graph.bond_graph import BondGraph
-from bondgraph.graph.elements import C, R, Sensor, Source
+from bondgraph.graph.elements import C, R, Source
+from bondgraph.graph.sensors import Sensor
 from bondgraph.simulation.exact_run import prepare, run_prepared
 from bondgraph.support.arrays import Array
 from identification.diagnosis.localisation.recording.variables import variables_of

@@ -11,7 +11,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from bondgraph.graph.elements import GY, TF, C, Element, I, R, Sensor, Source, TwoPort
+from bondgraph.graph.elements import GY, TF, C, Element, I, R, Source, TwoPort
+from bondgraph.graph.sensors import Sensor
 from bondgraph.hysteresis import play_record
 from bondgraph.support.arrays import Array
 from identification.diagnosis.catalogue.effect import Signature

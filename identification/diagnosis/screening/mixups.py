@@ -15,7 +15,9 @@ import numpy as np
 from joblib import Parallel, delayed
 
 from bondgraph.graph.bond_graph import BondGraph
-from bondgraph.graph.elements import Da, Df, Dq, Element, Parameter, Sensor
+from bondgraph.graph.elements import Element
+from bondgraph.graph.parameter import Parameter
+from bondgraph.graph.sensors import Da, Df, Dq, Sensor
 from bondgraph.signals.recording import Split
 from bondgraph.signals.units import parse_unit
 from bondgraph.support.arrays import Array

@@ -10,22 +10,8 @@ import numpy as np
 from bondgraph.equations.bond_signals import SignalNames
 from bondgraph.graph.bond_graph import Bond, BondGraph
 from bondgraph.graph.domain_check import dimensions_of
-from bondgraph.graph.elements import (
-    GY,
-    TF,
-    C,
-    De,
-    Df,
-    Dq,
-    Element,
-    I,
-    One,
-    R,
-    Sensor,
-    Source,
-    TwoPort,
-    Zero,
-)
+from bondgraph.graph.elements import GY, TF, C, Element, I, One, R, Source, TwoPort, Zero
+from bondgraph.graph.sensors import De, Df, Dq, Sensor
 from bondgraph.signals.units import Dimension
 from bondgraph.simulation.exact_run import prepare, run_prepared
 from bondgraph.support.arrays import Array

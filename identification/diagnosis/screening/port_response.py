@@ -16,7 +16,7 @@ import numpy as np
 from scipy.fft import irfft, next_fast_len, rfft
 
 from bondgraph.graph.bond_graph import BondGraph
-from bondgraph.graph.elements import Sensor
+from bondgraph.graph.sensors import Sensor
 from bondgraph.signals.fractional_delay import delayed_values
 from bondgraph.simulation.exact_run import KernelRun
 from bondgraph.support.arrays import Array

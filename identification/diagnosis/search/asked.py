@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from bondgraph.graph.bond_graph import BondGraph
-from bondgraph.graph.elements import Sensor
+from bondgraph.graph.sensors import Sensor
 from bondgraph.signals.recording import Recording, Split
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import UnusableInput

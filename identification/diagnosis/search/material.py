@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from bondgraph.graph.bond_graph import BondGraph
-from bondgraph.graph.elements import Sensor
+from bondgraph.graph.sensors import Sensor
 from bondgraph.signals.recording import Recording, Split, default_split
 from bondgraph.signals.split import interleaved
 from bondgraph.signals.wrapping import wrap_period

@@ -8,7 +8,7 @@ from itertools import zip_longest
 
 from joblib import Parallel, delayed
 
-from bondgraph.graph.elements import Sensor
+from bondgraph.graph.sensors import Sensor
 from identification.diagnosis.catalogue import UNNAMED
 from identification.diagnosis.catalogue.effect import Effect, Insertion, kind_at
 from identification.diagnosis.evidence.answer import Decision

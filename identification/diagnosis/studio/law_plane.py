@@ -11,7 +11,8 @@ from typing import Any
 import numpy as np
 
 from bondgraph.graph.bond_graph import BondGraph
-from bondgraph.graph.elements import C, I, Sensor, Source, TwoPort
+from bondgraph.graph.elements import C, I, Source, TwoPort
+from bondgraph.graph.sensors import Sensor
 from bondgraph.signals.split import Split, stretches
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import BondsightError

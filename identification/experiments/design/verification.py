@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from bondgraph.graph.bond_graph import BondGraph
-from bondgraph.graph.elements import Sensor, Source
+from bondgraph.graph.elements import Source
+from bondgraph.graph.sensors import Sensor
 from bondgraph.signals.recording import Recording, Split
 from bondgraph.simulation.simulate import simulate
 from bondgraph.support.arrays import FloatArray

@@ -37,7 +37,9 @@ from bondgraph.analysis.redundancy_relation import RedundancyRelation
 from bondgraph.analysis.sensor_advice import splitting_sensors
 from bondgraph.equations.derivation import equations
 from bondgraph.graph.drives import Drive
-from bondgraph.graph.elements import RS, Field, Parameter, Sensor, TwoPort, symbol
+from bondgraph.graph.elements import RS, Field, TwoPort
+from bondgraph.graph.parameter import Parameter, symbol
+from bondgraph.graph.sensors import Sensor
 from bondgraph.hysteresis import PrandtlIshlinskii
 from bondgraph.laws import Hysteretic, Polynomial, TableLaw
 from identification.diagnosis.localisation.structural_classes import structure

@@ -20,7 +20,7 @@ from bondgraph import (
     Zero,
     assign_causality,
 )
-from bondgraph.graph.elements import Sensor
+from bondgraph.graph.sensors import Sensor
 from bondgraph.hysteresis import MaxwellResistiveCapacitor
 from bondgraph.laws import Coulomb, Hysteretic
 from bondgraph.simulation.lure import compile_model

@@ -21,8 +21,9 @@ from bondgraph.drawing.layout import GraphLayout, layout
 from bondgraph.drawing.readings import readings
 from bondgraph.drawing.routing import route
 from bondgraph.drawing.svg import svg
-from bondgraph.graph.elements import MTF, RS, X0, X1, CField, MSe, MSf, Sensor
+from bondgraph.graph.elements import MTF, RS, X0, X1, CField, MSe, MSf
 from bondgraph.graph.modulation import displacement, effort, external, flow, port_variables
+from bondgraph.graph.sensors import Sensor
 from tests.counted import calls
 
 Box = tuple[float, float, float, float]

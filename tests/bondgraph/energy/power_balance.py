@@ -13,7 +13,8 @@ from bondgraph.equations.bond_signals import SignalNames
 from bondgraph.equations.relation import Relations
 from bondgraph.equations.relations import collect
 from bondgraph.graph.bond_graph import Bond, BondGraph
-from bondgraph.graph.elements import GY, RE, RS, TF, Element, Junction, TwoPort, Zero, symbol
+from bondgraph.graph.elements import GY, RE, RS, TF, Element, Junction, TwoPort, Zero
+from bondgraph.graph.parameter import symbol
 from bondgraph.simulation.modes.resolve import in_mode
 from bondgraph.support.errors import unknown_name
 

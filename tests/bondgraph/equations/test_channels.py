@@ -15,8 +15,8 @@ from bondgraph.analysis.linear import LAPLACE
 from bondgraph.analysis.operator_equations import operator_equations
 from bondgraph.equations.derivation import equations
 from bondgraph.graph.composing.hierarchy import use
-from bondgraph.graph.elements import Parameter
 from bondgraph.graph.modulation import effort, flow
+from bondgraph.graph.parameter import Parameter
 from bondgraph.laws import Coulomb, FrictionAlongWay, Polynomial, Rectifier
 from bondgraph.laws.rounding import Resolution
 from bondgraph.support.errors import BondsightError

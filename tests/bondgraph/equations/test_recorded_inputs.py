@@ -27,8 +27,8 @@ from bondgraph.analysis.operator_equations import operator_equations
 from bondgraph.equations.derivation import equations
 from bondgraph.export.graph_json.read_graph import from_json
 from bondgraph.export.graph_json.write_graph import to_json
-from bondgraph.graph.elements import Sensor
 from bondgraph.graph.modulation import effort, flow
+from bondgraph.graph.sensors import Sensor
 from bondgraph.laws import Law, Polynomial
 from bondgraph.signals.recorded_rates import slopes, with_rates
 from bondgraph.signals.recording import Recording

@@ -16,8 +16,8 @@ from bondgraph.equations.derivation import equations
 from bondgraph.export.graph_json.read_graph import from_json
 from bondgraph.export.graph_json.write_graph import to_json
 from bondgraph.graph.composing.hierarchy import use
-from bondgraph.graph.elements import symbol
 from bondgraph.graph.modulation import TIME, displacement, effort, external, flow, momentum
+from bondgraph.graph.parameter import symbol
 from bondgraph.laws import Polynomial
 from bondgraph.simulation.lure import compile_model
 from bondgraph.support.errors import BondsightError

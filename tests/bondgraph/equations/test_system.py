@@ -30,7 +30,7 @@ from bondgraph import (
 from bondgraph.analysis.linear import linear_rates, linearise, sensitivities, zeros
 from bondgraph.causality.assignment import alternatives, assign_causality
 from bondgraph.equations.derivation import equations
-from bondgraph.graph.elements import MGY, MTF, RE, RS, CField, MSe, MSf, RField, symbol
+from bondgraph.graph.elements import MGY, MTF, RE, RS, CField, MSe, MSf, RField
 from bondgraph.graph.modulation import (
     TIME,
     displacement,
@@ -40,6 +40,7 @@ from bondgraph.graph.modulation import (
     momentum,
     port_variables,
 )
+from bondgraph.graph.parameter import symbol
 from bondgraph.laws import Polynomial
 
 S = symbol

@@ -27,6 +27,7 @@ from bondgraph.graph import elements as el
 from bondgraph.graph.drives import Drive
 from bondgraph.graph.elements import Element
 from bondgraph.graph.modulation import TIME, displacement, effort, external, port_variables
+from bondgraph.graph.sensors import Da, De, Df, Dq, Reading
 from bondgraph.hysteresis import Operator
 from bondgraph.laws import (
     Ageing,
@@ -174,7 +175,7 @@ def every_element() -> BondGraph:
         el.CField("plates", energy=q1**2 / (2 * a) * (1 + q2), units=("V", "N"), ports=2)
         el.IField("coils", matrix=((2.0, "a"), (b * a, 3)), ports=2)
         el.RField("valves", law=(sp.Symbol("f1", real=True) * a, sp.sqrt(a), 0), ports=3)
-        el.De(
+        De(
             "voltage",
             unit="V",
             law=DeadZone(),
@@ -188,10 +189,10 @@ def every_element() -> BondGraph:
             offset="b",
             resolution=0.25,
         )
-        el.Df("current", unit="A")
-        el.Dq("position", unit="m")
-        el.Da("shake", unit="m/s^2")
-        el.Reading("force", effort("spring") - a, unit="N")
+        Df("current", unit="A")
+        Dq("position", unit="m")
+        Da("shake", unit="m/s^2")
+        Reading("force", effort("spring") - a, unit="N")
         for tail, head in (("V", "one_junction"), ("one_junction", "lever"), ("lever", "zero")):
             g.bond(g[tail], g[head])
         g.bond(g["zero"], g["plates"])
@@ -260,7 +261,7 @@ def test_laws(name: str) -> None:
     with BondGraph("laws") as g:
         el.R("R_1", 1.0, law=law)
         el.Se("V", drive=Drive(law=law))
-        el.De("y", law=law)
+        De("y", law=law)
     assert_round_trip(g)
 
 

@@ -27,7 +27,7 @@ from bondgraph.equations.program import Program, ProgramStep
 from bondgraph.export.modelica import modelica
 from bondgraph.export.modelica_language import RESERVED, Identifiers, quoted, unit_text
 from bondgraph.graph.drives import Drive
-from bondgraph.graph.elements import symbol
+from bondgraph.graph.parameter import symbol
 from bondgraph.laws import (
     DeadZone,
     Hysteretic,

@@ -34,8 +34,8 @@ from bondgraph import (
 from bondgraph.equations.derivation import equations
 from bondgraph.graph import building
 from bondgraph.graph.drives import Drive
-from bondgraph.graph.elements import Parameter, symbol
 from bondgraph.graph.modulation import effort
+from bondgraph.graph.parameter import Parameter, symbol
 from bondgraph.laws import Saturation
 from tests.counted import calls
 

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from bondgraph.graph.bond_graph import BondGraph
-from bondgraph.graph.elements import C, Dq, I, One, R, Se
+from bondgraph.graph.elements import C, I, One, R, Se
+from bondgraph.graph.sensors import Dq
 from bondgraph.laws import Ageing, Law, Odometer, Onset, Periodic, Push, TimedSlope, Tone
 from bondgraph.support.ops import NUMPY
 from tests.bondgraph.laws.back_ends import back_ends_agree

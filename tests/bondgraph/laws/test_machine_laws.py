@@ -7,7 +7,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from bondgraph import BondGraph, C, De, I, One, R, Se, Sf, Zero
-from bondgraph.graph.elements import Df
+from bondgraph.graph.sensors import Df
 from bondgraph.laws import Magnet, Radiation, SaturatingInductance
 from bondgraph.support.ops import NUMPY
 from tests.settled import simulate

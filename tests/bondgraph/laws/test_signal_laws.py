@@ -9,7 +9,8 @@ import sympy as sp
 
 from bondgraph import BondGraph
 from bondgraph.graph.drives import Drive
-from bondgraph.graph.elements import C, De, R, Se, Zero
+from bondgraph.graph.elements import C, R, Se, Zero
+from bondgraph.graph.sensors import De
 from bondgraph.laws import Rectifier, Rounding, SlewLimit
 from bondgraph.laws.law import Law
 from bondgraph.laws.slew_limit import slew_limited

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from bondgraph import BondGraph, C, Dq, I, One, R, Se
-from bondgraph.graph.elements import Sensor
+from bondgraph.graph.sensors import Sensor
 from bondgraph.hysteresis import PrandtlIshlinskii
 from bondgraph.laws import Hysteretic, Polynomial
 from bondgraph.support.errors import UnknownName, UnusableInput

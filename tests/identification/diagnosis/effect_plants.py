@@ -11,7 +11,7 @@ import numpy as np
 
 from bondgraph import BondGraph, C, De, Df, Dq, I, One, R, Se, Sf, Zero
 from bondgraph.equations.bond_signals import SignalNames
-from bondgraph.graph.elements import Sensor
+from bondgraph.graph.sensors import Sensor
 from bondgraph.signals.recording import Split
 from bondgraph.simulation.lure import exact_form
 from identification.diagnosis.screening.port_history import FittedModel, PortHistory

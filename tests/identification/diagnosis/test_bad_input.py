@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from bondgraph import BondGraph
-from bondgraph.graph.elements import Parameter
+from bondgraph.graph.parameter import Parameter
 from bondgraph.laws import Coulomb, EndStop, Law, Polynomial
 from bondgraph.signals.recording import Recording
 from bondgraph.support.errors import BondsightError

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from bondgraph import BondGraph, C, De, One, R, Sf, Zero
-from bondgraph.graph.elements import Parameter
+from bondgraph.graph.parameter import Parameter
 from bondgraph.laws import Law, Polynomial
 from bondgraph.signals.recording import Recording
 from identification.diagnosis.diagnose import Diagnosis, diagnose

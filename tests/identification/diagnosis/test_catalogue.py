@@ -10,7 +10,8 @@ import pytest
 
 from actuators.models.catalogue import stack_with_payload
 from bondgraph.graph.bond_graph import BondGraph
-from bondgraph.graph.elements import C, Df, Dq, I, One, R, Se, Sensor
+from bondgraph.graph.elements import C, I, One, R, Se
+from bondgraph.graph.sensors import Df, Dq, Sensor
 from bondgraph.signals.recording import Split
 from bondgraph.support.errors import UnknownName
 from identification.diagnosis.catalogue import CATALOGUE, UNNAMED, Effect, by_name

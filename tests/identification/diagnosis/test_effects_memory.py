@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from bondgraph.graph.bond_graph import BondGraph
-from bondgraph.graph.elements import GY, TF, C, Df, Dq, Element, I, One, R, Se, Valued, Zero
+from bondgraph.graph.elements import GY, TF, C, Element, I, One, R, Se, Valued, Zero
+from bondgraph.graph.sensors import Df, Dq
 from bondgraph.laws import Law
 from bondgraph.signals.recording import Split
 from bondgraph.simulation.lure import exact_form

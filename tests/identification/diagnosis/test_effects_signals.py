@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from bondgraph import BondGraph
-from bondgraph.graph.elements import C, Df, Dq, I, One, R, Se, Source
+from bondgraph.graph.elements import C, I, One, R, Se, Source
+from bondgraph.graph.sensors import Df, Dq
 from bondgraph.signals.recording import Split
 from bondgraph.simulation.lure import exact_form
 from identification.diagnosis.catalogue.drive.dead_zone import DeadZoneEffect

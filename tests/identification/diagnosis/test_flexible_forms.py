@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from bondgraph.graph.elements import GY, TF, C, De, Df, Dq, Element, I, R, Se, Sf, TwoPort
+from bondgraph.graph.elements import GY, TF, C, Element, I, R, Se, Sf, TwoPort
+from bondgraph.graph.sensors import De, Df, Dq
 from identification.diagnosis.catalogue import CATALOGUE
 from identification.diagnosis.catalogue.effect import Signature, kind_at
 from identification.diagnosis.screening.flexible_forms import (

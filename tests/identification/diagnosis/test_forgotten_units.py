@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from bondgraph import BondGraph, C, Da, Df, Dq, I, One, R, Reading, Se, Zero
-from bondgraph.graph.elements import Sensor
 from bondgraph.graph.modulation import effort
+from bondgraph.graph.sensors import Sensor
 from bondgraph.signals.recording import Recording
 from identification.diagnosis.diagnose import Diagnosis, diagnose
 from identification.diagnosis.screening.mixups import _conversions, forgotten

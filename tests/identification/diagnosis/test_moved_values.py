@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from bondgraph import BondGraph, C, De, R, Sf, Zero
-from bondgraph.graph.elements import Parameter
+from bondgraph.graph.parameter import Parameter
 from bondgraph.signals.recording import Recording
 from identification.diagnosis.diagnose import diagnose
 from identification.diagnosis.screening.mixups import moved

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from bondgraph import BondGraph, C, Da, Df, Dq, I, One, R, Se
-from bondgraph.graph.elements import Sensor
+from bondgraph.graph.sensors import Sensor
 from bondgraph.signals.recording import Recording
 from identification.diagnosis.diagnose import Diagnosis, diagnose
 from tests.settled import simulate

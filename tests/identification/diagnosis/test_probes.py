@@ -12,8 +12,9 @@ import pytest
 
 from bondgraph import MTF, TF, BondGraph, C, De, Df, Dq, I, MSe, One, R, Se, Zero
 from bondgraph.graph.drives import Drive
-from bondgraph.graph.elements import Sensor, Source
+from bondgraph.graph.elements import Source
 from bondgraph.graph.modulation import displacement, effort
+from bondgraph.graph.sensors import Sensor
 from bondgraph.laws import Polynomial
 from bondgraph.signals.recording import Split
 from bondgraph.support.ops import NUMPY

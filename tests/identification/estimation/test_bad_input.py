@@ -10,7 +10,7 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 import pytest
 
-from bondgraph.graph.elements import Parameter
+from bondgraph.graph.parameter import Parameter
 from bondgraph.signals.recording import Recording, Split
 from bondgraph.support.arrays import FloatArray as Array
 from bondgraph.support.errors import UnusableInput

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from bondgraph.graph.drives import Drive
-from bondgraph.graph.elements import Parameter
+from bondgraph.graph.parameter import Parameter
 from bondgraph.signals.fractional_delay import delayed
 from bondgraph.signals.recording import Split
 from identification.estimation.levenberg_marquardt import FitStatus

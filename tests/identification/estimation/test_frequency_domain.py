@@ -10,7 +10,7 @@ import pytest
 from actuators.models.catalogue import stack_with_payload
 from actuators.models.textbook import mass_with_viscous_friction, resonator, thermal_lag
 from bondgraph import BondGraph, C, Dq, I, One, R, Se
-from bondgraph.graph.elements import Parameter
+from bondgraph.graph.parameter import Parameter
 from bondgraph.laws import Polynomial
 from bondgraph.laws.stop_sum import StopSum
 from bondgraph.signals.recording import Recording, Split

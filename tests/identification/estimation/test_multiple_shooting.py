@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from bondgraph.graph.drives import Drive
-from bondgraph.graph.elements import Parameter
+from bondgraph.graph.parameter import Parameter
 from bondgraph.signals.recording import Recording
 from bondgraph.support.errors import UnusableInput
 from identification.estimation import NO_NUISANCES, FitStatus, Nuisances, Study, Vary, estimate

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from bondgraph import BondGraph
-from bondgraph.graph.elements import Parameter
+from bondgraph.graph.parameter import Parameter
 from bondgraph.laws import Coulomb, Polynomial
 from bondgraph.signals.recording import Split
 from bondgraph.signals.split import interleaved

@@ -10,7 +10,8 @@ import sympy as sp
 
 from bondgraph.equations.derivation import equations
 from bondgraph.graph.bond_graph import BondGraph
-from bondgraph.graph.elements import C, Df, Dq, I, MSe, One, R, Se
+from bondgraph.graph.elements import C, I, MSe, One, R, Se
+from bondgraph.graph.sensors import Df, Dq
 from bondgraph.laws import Rectifier
 from bondgraph.signals.recording import Recording
 from bondgraph.support.errors import UnknownName, UnusableInput

@@ -11,7 +11,9 @@ from bondgraph import BondGraph
 from bondgraph.equations.codegen import program
 from bondgraph.export.graph_json.read_graph import from_json
 from bondgraph.export.graph_json.write_graph import to_json
-from bondgraph.graph.elements import C, Df, Dq, I, One, Parameter, R, Se
+from bondgraph.graph.elements import C, I, One, R, Se
+from bondgraph.graph.parameter import Parameter
+from bondgraph.graph.sensors import Df, Dq
 from bondgraph.signals.fractional_delay import delayed_within
 from bondgraph.signals.recording import Split
 from bondgraph.signals.varying_delay import warped_within

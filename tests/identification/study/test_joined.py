@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bondgraph.graph.elements import Parameter
+from bondgraph.graph.parameter import Parameter
 from bondgraph.laws import Polynomial
 from bondgraph.signals.recording import Recording, Split
 from bondgraph.support.errors import UnusableInput

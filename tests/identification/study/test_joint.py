@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from bondgraph.graph.drives import Drive
-from bondgraph.graph.elements import Parameter
+from bondgraph.graph.parameter import Parameter
 from bondgraph.signals.split import Split
 from bondgraph.support.arrays import FloatArray as Array
 from identification.estimation import Nuisances, SettledSetting, Study, Vary

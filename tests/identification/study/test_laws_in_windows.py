@@ -10,7 +10,9 @@ import numpy as np
 import pytest
 
 from bondgraph import BondGraph
-from bondgraph.graph.elements import Dq, I, One, Parameter, R, Se
+from bondgraph.graph.elements import I, One, R, Se
+from bondgraph.graph.parameter import Parameter
+from bondgraph.graph.sensors import Dq
 from bondgraph.laws import Law
 from bondgraph.signals.recording import Split
 from bondgraph.support.ops import Ops

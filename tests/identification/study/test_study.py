@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from bondgraph import BondGraph, I, One, Se
-from bondgraph.graph.elements import Parameter
+from bondgraph.graph.parameter import Parameter
 from bondgraph.signals.recording import Recording, Split
 from bondgraph.support.errors import UnknownName, UnusableInput
 from identification.estimation import LogNormal, Nuisances, Study, Vary, estimate

@@ -10,7 +10,7 @@ import pytest
 
 from bondgraph import BondGraph, C, I, One, R, Se
 from bondgraph.graph.composing.instruments import encoder
-from bondgraph.graph.elements import Sensor
+from bondgraph.graph.sensors import Sensor
 from bondgraph.laws.wrapping import Wrapping
 from bondgraph.signals.recording import Recording
 from bondgraph.support.errors import UnusableInput

@@ -12,7 +12,7 @@ from actuators.stack.lumped import stack_lumped
 from bondgraph import TF, BondGraph, C, De, Df, Dq, I, One, R, Se, Zero
 from bondgraph.analysis.exact_algebra import PRIME
 from bondgraph.graph.drives import Drive
-from bondgraph.graph.elements import Parameter
+from bondgraph.graph.parameter import Parameter
 from bondgraph.hysteresis import MaxwellResistiveCapacitor
 from bondgraph.laws import Hysteretic
 from bondgraph.support.errors import UnknownName, UnusableInput

@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 from bondgraph.graph.bond_graph import BondGraph
-from bondgraph.graph.elements import C, Dq, I, One, R, Se
+from bondgraph.graph.elements import C, I, One, R, Se
+from bondgraph.graph.sensors import Dq
 from bondgraph.laws import StopSum
 from identification.uncertainty.cases import SAMPLES, case_of
 from identification.uncertainty.coverage import Case

@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 
 from bondgraph.graph.bond_graph import BondGraph
-from bondgraph.graph.elements import Modulated, Sensor
+from bondgraph.graph.elements import Modulated
+from bondgraph.graph.sensors import Sensor
 from bondgraph.signals.recording import Recording, Split
 from bondgraph.support.arrays import Array
 from identification.estimation import NO_NUISANCES, Estimation, Study, Vary, estimate

@@ -6,7 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from bondgraph.graph.elements import C, I, R, Sensor, Source, TwoPort
+from bondgraph.graph.elements import C, I, R, Source, TwoPort
+from bondgraph.graph.sensors import Sensor
 from tests.proof.exam.said import Claim, claim_of
 from tests.proof.real.case import RealCase
 

@@ -9,7 +9,7 @@ from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
-from bondgraph.graph.elements import Sensor
+from bondgraph.graph.sensors import Sensor
 from bondgraph.signals.recording import Recording
 from bondgraph.support.errors import UnusableInput
 from identification.datasets import LoadedRecording, set_available

@@ -11,7 +11,8 @@ import numpy as np
 from joblib import delayed
 
 from bondgraph.graph.bond_graph import BondGraph
-from bondgraph.graph.elements import Sensor, Source, TwoPort, Valued
+from bondgraph.graph.elements import Source, TwoPort, Valued
+from bondgraph.graph.sensors import Sensor
 from bondgraph.signals.recording import Recording
 from bondgraph.signals.recording_file import sha256_of
 from bondgraph.signals.units import parse_unit

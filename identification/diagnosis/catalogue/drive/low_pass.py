@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from bondgraph.graph.drives import Drive
-from bondgraph.graph.elements import Element, Parameter
+from bondgraph.graph.elements import Element
+from bondgraph.graph.parameter import Parameter
 from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
 from identification.diagnosis.catalogue.places import commands
 from identification.diagnosis.catalogue.signal_traces import LAGS, lateness, weight_of

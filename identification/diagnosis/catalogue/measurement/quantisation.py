@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from bondgraph.graph.bond_graph import BondGraph
-from bondgraph.graph.elements import Element, Sensor
+from bondgraph.graph.elements import Element
+from bondgraph.graph.sensors import Sensor
 from bondgraph.laws.rounding import Rounding
 from bondgraph.support.arrays import Array
 from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature

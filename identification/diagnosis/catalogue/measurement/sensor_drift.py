@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from bondgraph.graph.elements import Element, Parameter
+from bondgraph.graph.elements import Element
+from bondgraph.graph.parameter import Parameter
 from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
 from identification.diagnosis.catalogue.places import prompt_sensors
 from identification.diagnosis.catalogue.signal_traces import unit_of

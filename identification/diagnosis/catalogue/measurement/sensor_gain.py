@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from bondgraph.graph.bond_graph import BondGraph
-from bondgraph.graph.elements import Element, Parameter, Sensor
+from bondgraph.graph.elements import Element
+from bondgraph.graph.parameter import Parameter
+from bondgraph.graph.sensors import Sensor
 from bondgraph.laws import Polynomial
 from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
 from identification.diagnosis.catalogue.places import prompt_sensors

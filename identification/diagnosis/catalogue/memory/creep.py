@@ -6,7 +6,8 @@ from itertools import combinations
 
 import numpy as np
 
-from bondgraph.graph.elements import C, Element, One, Parameter, R, Zero, symbol
+from bondgraph.graph.elements import C, Element, One, R, Zero
+from bondgraph.graph.parameter import Parameter, symbol
 from bondgraph.support.arrays import Array
 from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
 from identification.diagnosis.catalogue.memory.diffusion_form import (

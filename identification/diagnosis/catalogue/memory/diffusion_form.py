@@ -11,7 +11,8 @@ from math import pi, sqrt
 
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.composing.diffusion import warburg_ladder
-from bondgraph.graph.elements import C, Element, One, Parameter, R, Zero, symbol
+from bondgraph.graph.elements import C, Element, One, R, Zero
+from bondgraph.graph.parameter import Parameter, symbol
 from identification.diagnosis.catalogue.effect import Insertion, kind_at
 from identification.diagnosis.catalogue.places import CAPACITORS, HEAT_STORES, has_unit
 from identification.diagnosis.screening.port_history import FittedModel

@@ -7,7 +7,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from bondgraph.graph.bond_graph import BondGraph
-from bondgraph.graph.elements import C, Element, Sensor, Source
+from bondgraph.graph.elements import C, Element, Source
+from bondgraph.graph.sensors import Sensor
 from bondgraph.hysteresis import play_record
 from bondgraph.laws import Parametrised, StopSum
 from bondgraph.support.arrays import Array

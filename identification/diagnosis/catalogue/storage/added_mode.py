@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from bondgraph.graph.elements import C, Element, I, One, Parameter, R, Zero, symbol
+from bondgraph.graph.elements import C, Element, I, One, R, Zero
+from bondgraph.graph.parameter import Parameter, symbol
 from bondgraph.support.arrays import Array
 from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
 from identification.diagnosis.catalogue.places import masses

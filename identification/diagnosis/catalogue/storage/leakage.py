@@ -7,7 +7,8 @@ from dataclasses import replace
 import numpy as np
 from sympy import Expr
 
-from bondgraph.graph.elements import Element, Parameter, R, Zero, symbol
+from bondgraph.graph.elements import Element, R, Zero
+from bondgraph.graph.parameter import Parameter, symbol
 from bondgraph.laws import Orifice
 from bondgraph.support.arrays import Array
 from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature

@@ -5,7 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from bondgraph.graph.bond_graph import BondGraph
-from bondgraph.graph.elements import Element, Parameter, Sensor, Source
+from bondgraph.graph.elements import Element, Source
+from bondgraph.graph.parameter import Parameter
+from bondgraph.graph.sensors import Sensor
 from bondgraph.signals.varying_delay import at_clock
 from bondgraph.support.arrays import Array
 from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature

@@ -8,7 +8,8 @@ import numpy as np
 
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.drives import Drive
-from bondgraph.graph.elements import Element, Parameter, Source
+from bondgraph.graph.elements import Element, Source
+from bondgraph.graph.parameter import Parameter
 from bondgraph.signals.fractional_delay import delayed_values
 from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
 from identification.diagnosis.catalogue.places import commands, prompt_sensors, sources

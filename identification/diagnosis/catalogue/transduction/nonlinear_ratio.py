@@ -8,8 +8,9 @@ import numpy as np
 
 from bondgraph.graph.bond_graph import Bond, BondGraph
 from bondgraph.graph.composing.renaming import assemble
-from bondgraph.graph.elements import GY, MGY, MTF, TF, C, Element, One, Parameter, TwoPort
+from bondgraph.graph.elements import GY, MGY, MTF, TF, C, Element, One, TwoPort
 from bondgraph.graph.modulation import displacement, flow
+from bondgraph.graph.parameter import Parameter
 from bondgraph.laws import Odometer
 from bondgraph.support.arrays import Array
 from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from bondgraph.graph.bond_graph import BondGraph
-from bondgraph.graph.elements import C, Sensor, Source, TwoPort
+from bondgraph.graph.elements import C, Source, TwoPort
+from bondgraph.graph.sensors import Sensor
 from bondgraph.support.arrays import Array
 from identification.diagnosis.localisation.recording.history import since_turning
 from identification.diagnosis.localisation.recording.variables import variables_of

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bondgraph.graph.elements import Sensor
+from bondgraph.graph.sensors import Sensor
 from bondgraph.signals.recording import Recording
 from bondgraph.signals.split import whole
 from bondgraph.simulation.lure import compile_model

@@ -11,7 +11,8 @@ from types import MappingProxyType
 
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.drives import Drive
-from bondgraph.graph.elements import Parameter, Source
+from bondgraph.graph.elements import Source
+from bondgraph.graph.parameter import Parameter
 from bondgraph.support.errors import unknown_name
 from tests.proof.trial.models.chain import chain
 from tests.proof.trial.models.corner import corner
