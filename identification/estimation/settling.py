@@ -10,7 +10,7 @@ import numpy as np
 from bondgraph.support.arrays import Array
 from identification.estimation.covariance import information_root
 from identification.estimation.methods.method import MethodSolution
-from identification.estimation.sub_steps import FINEST, small_correction
+from identification.estimation.sub_steps import FINEST, finest_of, small_correction
 from identification.statistics.autoregression import innovations, whitening_filter
 from identification.study.joint import JointPoint, JointProblem
 from identification.study.problem import Problem
@@ -91,8 +91,9 @@ def corrected_steps(
         found = refined.at(n)
         # near the end the number of sub-steps is judged again: far off it was judged loosely
         while (fine[r] == p.n_sub or moved_by < AGAIN) and n < FINEST:
-            # halving the steps takes at least two thirds of the error away
-            if step(found.residual - refined.at(n // 2).residual) < 3.0 * BIAS:
+            # halving the steps takes at least two thirds of the error away, half of it at a jump
+            left = 1.0 if p.engine.jumps else 3.0
+            if step(found.residual - refined.at(n // 2).residual) < left * BIAS:
                 break
             finer = refined.at(2 * n)
             if not np.isfinite(finer.residual).all():
@@ -103,7 +104,10 @@ def corrected_steps(
         if step(found.residual - e.residual) > BIAS:
             old = corrections[r]
             change = found.y - (e.y if old is None else e.y - old)
-            if not small_correction(change, p):
+            # where a law jumps, readings of few sub-steps are rough in the unknowns, by about as
+            # much as their correction: it holds at one point and not beside it
+            rough = p.engine.jumps and step(found.residual - refined.run(p.n_sub).residual) > NEAR
+            if (rough and few[r] < finest_of(p.data.n)) or not small_correction(change, p):
                 few[r] = fine[r] = min(max(2 * few[r], WITHOUT_FREE_RUN), FINEST)
                 corrections[r] = None
                 moved = moved or few[r] > setting.n_sub[r]
@@ -128,23 +132,26 @@ class Refined:
     """Readings at a point with many sub-steps, extrapolated from two numbers of them.
 
     The linear interpolation of inputs and deviations within a step makes an error of second order,
-    so that a third of the change from half as many is still to come (Richardson).
+    so that a third of the change from half as many is still to come (Richardson). Beside a law that
+    jumps the error is of first order and of either sign: nothing foretells it.
     """
 
     def __init__(self, problem: Problem, point: Point) -> None:
         self._problem, self._point = replace(problem, correction=None), point
         self._runs: dict[int, ResidualEvaluation] = {}
+        self._ahead = 0.0 if problem.engine.jumps else 1.0 / 3.0
 
     def at(self, n: int) -> ResidualEvaluation:
         """Return what `n` sub-steps and half as many say of infinitely many."""
-        whole, half = self._run(n), self._run(n // 2)
+        whole, half = self.run(n), self.run(n // 2)
         return replace(
             whole,
-            y=whole.y + (whole.y - half.y) / 3.0,
-            residual=whole.residual + (whole.residual - half.residual) / 3.0,
+            y=whole.y + self._ahead * (whole.y - half.y),
+            residual=whole.residual + self._ahead * (whole.residual - half.residual),
         )
 
-    def _run(self, n: int) -> ResidualEvaluation:
+    def run(self, n: int) -> ResidualEvaluation:
+        """Return the readings with `n` sub-steps."""
         if n not in self._runs:
             problem = replace(self._problem, n_sub=n)
             self._runs[n] = evaluate(problem, self._point, derivatives=False)

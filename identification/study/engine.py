@@ -156,6 +156,11 @@ class Engine(ABC):
         return False
 
     @property
+    @abstractmethod
+    def jumps(self) -> bool:
+        """Whether a law jumps: half the step is wrong by half as much there, up or down."""
+
+    @property
     def parameter_names(self) -> tuple[str, ...]:
         """Names of the parameters, in the order of the vector."""
         return tuple(self.parameters)
@@ -196,6 +201,11 @@ class ExactEngine(Engine):
     def exact_step(self) -> bool:
         """Whether there is no law between the steps."""
         return not self.compiled.laws
+
+    @property
+    def jumps(self) -> bool:
+        """Whether a law is set-valued."""
+        return any(port.law.set_valued for port in self.compiled.laws)
 
     def inputs(
         self, commands: Mapping[str, Array], time: Array, breaks: Sequence[int] = ()
@@ -266,6 +276,11 @@ class GeneralEngine(Engine):
     def names(self) -> FunctionNames:
         """Names of the program."""
         return self.program
+
+    @property
+    def jumps(self) -> bool:
+        """Whether a law is held."""
+        return bool(self.program.held)
 
     @cached_property
     def parameters(self) -> Mapping[str, Parameter]:
