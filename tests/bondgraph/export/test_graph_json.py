@@ -24,6 +24,7 @@ from bondgraph.export.graph_json.read_graph import from_json
 from bondgraph.export.graph_json.schema import graph_schema
 from bondgraph.export.graph_json.write_graph import to_json
 from bondgraph.graph import elements as el
+from bondgraph.graph import sensors
 from bondgraph.graph.drives import Drive
 from bondgraph.graph.elements import Element
 from bondgraph.graph.modulation import TIME, displacement, effort, external, port_variables
@@ -241,7 +242,8 @@ def test_tables_hold_every_element_and_law() -> None:
         below = {c for s in cls.__subclasses__() for c in leaves(s)}
         return (below | {cls}) if getattr(cls, "kind", "") else below
 
-    assert {c for c in leaves(Element) if c.__module__ == el.__name__} == set(ELEMENTS.values())
+    own = (el.__name__, sensors.__name__)
+    assert {c for c in leaves(Element) if c.__module__ in own} == set(ELEMENTS.values())
     every = [getattr(all_laws, n) for n in dir(all_laws)]
     laws = {v for v in every if isinstance(v, type) and issubclass(v, Law)}
     assert set(LAWS) == laws - {Law}
