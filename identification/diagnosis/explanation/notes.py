@@ -6,7 +6,7 @@ from collections.abc import Collection, Mapping, Sequence
 
 from identification.diagnosis.evidence.answer import Decision
 from identification.diagnosis.evidence.remaining import growing
-from identification.diagnosis.screening.mixups import moved, moved_together
+from identification.diagnosis.screening.mixups import in_doubt
 from identification.diagnosis.search.material import Material
 from identification.diagnosis.search.nominal import hold_margin
 from identification.estimation.cautions import rough_rates
@@ -30,7 +30,7 @@ def notes_of(
     data, declared = nominal.problem.data, nominal.problem.graph.parameters
     floor = dict(zip(data.names, map(float, data.floor), strict=True))
     return (
-        *moved(last, declared), *moved_together(last, declared), *material.recording.notes,
+        *in_doubt(last, declared), *material.recording.notes,
         *_chosen(last, holds),
         *_noise_notes(material.read, floor, material.sure, material.given),
         *rough_rates(nominal.problem.graph, material.recording, material.data.breaks),

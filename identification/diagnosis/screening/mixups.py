@@ -22,6 +22,7 @@ from bondgraph.signals.recording import Split
 from bondgraph.signals.units import parse_unit
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import BondsightError
+from identification.diagnosis.screening.forgotten_unit import plainly, suspects
 from identification.diagnosis.search.base import declared_fit
 from identification.diagnosis.search.nominal import nominal_fit
 from identification.estimation.levenberg_marquardt import FitStatus
@@ -57,6 +58,8 @@ MOVED = 30.0
 """Ratio of a fitted to a declared value that no data sheet is wrong by."""
 SEVERAL = 3
 """Parameters moved so far that together they tell of a unit rather than of their values."""
+FIRST, TOGETHER = "check the unit", "all values are fitted"
+"""How sentences on units begin."""
 DEAF = 0.1
 """Correlation with the model below which a sensor shows nothing of it."""
 NEAR = 3.0
@@ -110,7 +113,7 @@ class Mixup:
         many, size = max(self.factor, 1 / self.factor), "large" if self.factor > 1 else "small"
         # what is no conversion is known as well as the declared values only
         digits, why = (3, "its unit?") if self.factor in KNOWN else (2, "its unit, or counts?")
-        return f"{first} looks about {_plainly(many, digits)} times too {size} ({why})"
+        return f"{first} looks about {plainly(many, digits)} times too {size} ({why})"
 
     @property
     def sentence(self) -> str:
@@ -125,12 +128,6 @@ class Mixup:
             f"{how} the held-out misfit falls from {self.before:.3g} to {self.after:.3g} times "
             "the floor"
         )
-
-
-def _plainly(many: float, digits: int) -> str:
-    """Few digits, without an exponent where that is short."""
-    text = f"{many:.{digits}g}"
-    return f"{float(text):.0f}" if "e" in text and many < 1e6 else text
 
 
 QUANTITIES = {"Dq": "a displacement", "Df": "a velocity or a flow", "Da": "an acceleration"}
@@ -179,7 +176,8 @@ def stuck(data: Data) -> tuple[str, ...]:
 def moved(last: Fit, declared: Mapping[str, Parameter]) -> tuple[str, ...]:
     """Return a sentence for every declared parameter that a fit carried absurdly far.
 
-    One for all where they are several: then it is rather a channel whose unit is wrong.
+    One for all where they are several, or where one channel makes up for all: then it is rather its
+    unit that is wrong.
     """
     found, ratios = [], []
     for e in last.estimates:
@@ -191,20 +189,39 @@ def moved(last: Fit, declared: Mapping[str, Parameter]) -> tuple[str, ...]:
                 f"{e.name} is declared as {start:.4g} and fitted as {e.value:.4g} {e.unit}: check "
                 "its value and the units of all channels".replace("  ", " ")
             )
-    if len(found) < SEVERAL:
+    blamed = " or of ".join(map(str, suspects(last, declared))) if len(found) > 1 else ""
+    if len(found) < SEVERAL and not blamed:
         return tuple(found)
     channels = ", ".join((*last.problem.data.commands, *last.problem.data.names))
+    whose = f" of {blamed}" if blamed else f"s of {channels}"
     return (
-        f"check the units of {channels} first: {len(found)} parameters are fitted absurdly far "
+        f"{FIRST}{whose} first: {len(found)} parameters are fitted absurdly far "
         f"from what is declared, at so many times it: {', '.join(ratios)}",
     )
 
 
-def moved_together(last: Fit, declared: Mapping[str, Parameter]) -> tuple[str, ...]:
-    """Return a sentence where all values are fitted by one conversion beside what is declared.
+def in_doubt(last: Fit, declared: Mapping[str, Parameter]) -> tuple[str, ...]:
+    """Return sentences on units and on values that are not what was declared, none twice."""
+    far = moved(last, declared)
+    return far if far[:1] and far[0].startswith(FIRST) else (*far, *moved_together(last, declared))
 
-    The unit of an only reading shows in no misfit: every parameter makes up for it alike.
+
+def of_units(sentences: tuple[str, ...]) -> tuple[str, ...]:
+    """Return those of `in_doubt` that tell of units rather than of values."""
+    return tuple(s for s in sentences if s.startswith((FIRST, TOGETHER)))
+
+
+def moved_together(last: Fit, declared: Mapping[str, Parameter]) -> tuple[str, ...]:
+    """Return a sentence where all values are fitted as one wrong unit would have it.
+
+    That of an only reading shows in no misfit: every parameter makes up for it alike.
     """
+    blamed = [
+        s for s in suspects(last, declared) if s.moves >= SEVERAL and s.miss <= np.log(SPREAD)
+    ]
+    if blamed:
+        either = " or of ".join(map(str, blamed))
+        return (f"{TOGETHER} as if a unit were forgotten: check that of {either}",)
     ratios = [
         e.value / declared[e.name].value
         for e in last.estimates
@@ -218,7 +235,7 @@ def moved_together(last: Fit, declared: Mapping[str, Parameter]) -> tuple[str, .
     most = max(many, 1 / many)
     names = ", ".join((*last.problem.data.commands, *last.problem.data.names))
     return (
-        f"all values are fitted about {most:.3g} times {'larger' if many > 1 else 'smaller'} than "
+        f"{TOGETHER} about {most:.3g} times {'larger' if many > 1 else 'smaller'} than "
         f"declared, as if a unit were forgotten: check those of {names}",
     )
 

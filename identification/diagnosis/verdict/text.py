@@ -20,7 +20,7 @@ from identification.diagnosis.evidence.kinds_told import EXACT, open_kinds
 from identification.diagnosis.localisation.element_kind import element_kind
 from identification.diagnosis.localisation.recording.region import multiple
 from identification.diagnosis.localisation.regions import summary
-from identification.diagnosis.screening.mixups import moved, moved_together
+from identification.diagnosis.screening.mixups import in_doubt, of_units
 from identification.diagnosis.search.candidates import Candidate
 from identification.diagnosis.verdict.document import (
     effect_parameters,
@@ -53,7 +53,17 @@ _ANSWERS = {
 
 
 def sentence(d: Diagnosis) -> str:
-    """Return the answer in one sentence."""
+    """Return the answer in one sentence, with what makes it doubtful."""
+    said = _answered(d)
+    if d.mistakes or d.nominal is None:
+        return said
+    last = d.repaired or d.nominal
+    doubts = in_doubt(last, d.graph.parameters)
+    told = doubts if d.kind == "parameters_only" else of_units(doubts)
+    return "; but ".join((said.removesuffix("."), *told)) + "."
+
+
+def _answered(d: Diagnosis) -> str:
     if d.mistakes:
         return _mistaken(d)
     if d.kind == "insufficient_data":
@@ -64,10 +74,9 @@ def sentence(d: Diagnosis) -> str:
             "nothing missing shows."
         )
     if d.kind == "parameters_only":
-        far = "; but ".join(("", *_far_off(d)))
         return (
             f"With other parameter values the model {d.model} explains {d.recording.name} as far "
-            f"as its noise allows; nothing missing shows{far}."
+            "as its noise allows; nothing missing shows."
         )
     if d.kind == "missing_physics" and d.nominal is not None and d.repaired is not None:
         parts = []
@@ -93,13 +102,6 @@ def sentence(d: Diagnosis) -> str:
             f"{100 * before[n]:.3g} % to {100 * after[n]:.3g} %."
         )
     return _without_name(d)
-
-
-def _far_off(d: Diagnosis) -> tuple[str, ...]:
-    if d.nominal is None:
-        return ()
-    declared = d.graph.parameters
-    return (*moved(d.nominal, declared), *moved_together(d.nominal, declared))
 
 
 def _mistaken(d: Diagnosis) -> str:

@@ -6,11 +6,13 @@ from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
+import pytest
 
-from bondgraph import BondGraph, C, De, R, Sf, Zero
+from bondgraph import BondGraph, C, De, Df, I, One, R, Se, Sf, Zero
 from bondgraph.graph.parameter import Parameter
 from bondgraph.signals.recording import Recording
 from identification.diagnosis.diagnose import diagnose
+from identification.diagnosis.screening import mixups
 from identification.diagnosis.screening.mixups import moved
 from identification.diagnosis.search.candidates import DiagnosisOptions
 from identification.diagnosis.verdict.text import sentence
@@ -35,7 +37,10 @@ def test_one_value_far_off_is_told_with_its_numbers() -> None:
     assert said.startswith("m is declared as")
 
 
-def test_several_values_far_off_tell_of_a_unit_and_name_the_channels() -> None:
+def test_several_values_far_off_tell_of_a_unit_and_name_the_channels(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(mixups, "suspects", lambda *_: ())  # nothing to derive from here
     (said,) = moved(fitted(m=1e3, d=1e3, k=1e-3), DECLARED)
     assert said.startswith("check the units of F, x first: 3 parameters")
     assert "m 1e+03, d 1e+03, k 0.001" in said
@@ -68,5 +73,48 @@ def test_values_that_make_up_for_a_unit_are_said_in_the_answer() -> None:
     options = DiagnosisOptions(jobs=1, keep=2, more=1, effects=1)
     d = diagnose(charged(8e-4, 25.0), kilo, hold="hold", options=options)
     assert d.kind == "parameters_only"
-    assert "nothing missing shows; but C is declared as 0.0008" in sentence(d)
-    assert "units of all channels; but R is declared as 25" in sentence(d)
+    assert "nothing missing shows; but check the unit of " in sentence(d)
+    assert "v (about 1000 times too large)" in sentence(d)
+    assert "I (about 1000 times too small)" in sentence(d)
+    assert "first: 2 parameters are fitted absurdly far" in sentence(d)
+
+
+def coil(farad: float, henry: float, ohm: float) -> BondGraph:
+    with BondGraph("coil") as g:
+        loop, node = One("loop"), Zero("node")
+        Se("V", unit="V") >> loop >> I("L", henry, unit="H")
+        loop >> R("R", ohm, unit="ohm")
+        loop >> node >> C("Cap", farad, unit="F")
+        node >> De("v", unit="V")
+        loop >> Df("i", unit="A")
+    return g
+
+
+@pytest.mark.parametrize(
+    ("channel", "factor", "says"),
+    [
+        ("i", 1e-3, "check the unit of i (about 1000 times too small) first: 3 parameters"),
+        ("t", 1e3, "check the unit of time (about 1000 times too large) first: "),
+        # below what alone would be absurd
+        ("i", 10.0, "all values are fitted as if a unit were forgotten: check that of i (about 9 "),
+    ],
+)
+def test_the_channel_is_named_whose_unit_the_values_make_up_for(
+    channel: str, factor: float, says: str
+) -> None:
+    rng = np.random.default_rng(4)
+    t = np.asarray(1e-4 * np.arange(400), np.float64)
+    volts = np.repeat(rng.standard_normal(40), 10)
+    run = simulate(coil(1e-3, 2e-3, 1.0), t, {"V": volts}, hold="hold")
+    seen = {"V": volts}
+    for name in ("v", "i"):
+        y = np.asarray(run[name])
+        seen[name] = y + 1e-3 * y.std() * rng.standard_normal(t.size)
+    if channel in seen:
+        seen[channel] = factor * seen[channel]
+    time = factor * t if channel == "t" else t
+    record = Recording("run", time, seen, {"V": "V", "v": "V", "i": "A"})
+    options = DiagnosisOptions(jobs=1, keep=2, more=1, effects=1)
+    d = diagnose(coil(1.2e-3, 1.8e-3, 0.9), record, hold="hold", options=options)
+    assert f"; but {says}" in sentence(d)
+    assert sum("unit" in n for n in d.notes if "check" in n) == 1
