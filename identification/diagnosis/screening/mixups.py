@@ -216,28 +216,31 @@ def moved_together(last: Fit, declared: Mapping[str, Parameter]) -> tuple[str, .
 
     That of an only reading shows in no misfit: every parameter makes up for it alike.
     """
-    blamed = [
-        s for s in suspects(last, declared) if s.moves >= SEVERAL and s.miss <= np.log(SPREAD)
-    ]
-    if blamed:
-        either = " or of ".join(map(str, blamed))
-        return (f"{TOGETHER} as if a unit were forgotten: check that of {either}",)
+    if (many := _alike(last, declared)) is not None:
+        most = max(many, 1 / many)
+        names = ", ".join((*last.problem.data.commands, *last.problem.data.names))
+        return (
+            f"{TOGETHER} about {most:.3g} times {'larger' if many > 1 else 'smaller'} than "
+            f"declared, as if a unit were forgotten: check those of {names}",
+        )
+    found = suspects(last, declared)
+    blamed = [str(s) for s in found if s.moves >= SEVERAL and s.miss <= np.log(SPREAD)]
+    if not blamed:
+        return ()
+    return (f"{TOGETHER} as if a unit were forgotten: check that of {' or of '.join(blamed)}",)
+
+
+def _alike(last: Fit, declared: Mapping[str, Parameter]) -> float | None:
+    """Return the conversion by which all values have moved, None where there is none."""
     ratios = [
         e.value / declared[e.name].value
         for e in last.estimates
         if e.name in declared and declared[e.name].value
     ]
     if len(ratios) < 2 or min(ratios) <= 0 or max(ratios) > SPREAD * min(ratios):
-        return ()
+        return None
     many = float(np.exp(np.mean(np.log(ratios))))
-    if not _is_one(many, _conversions(many)[:1]):
-        return ()
-    most = max(many, 1 / many)
-    names = ", ".join((*last.problem.data.commands, *last.problem.data.names))
-    return (
-        f"{TOGETHER} about {most:.3g} times {'larger' if many > 1 else 'smaller'} than "
-        f"declared, as if a unit were forgotten: check those of {names}",
-    )
+    return many if _is_one(many, _conversions(many)[:1]) else None
 
 
 def forgotten(sensor: str, factor: float) -> Mixup | None:
