@@ -89,6 +89,8 @@ class Mixup:
         What reads such a channel (``Da``), for a quantity.
     before, after : float
         Held-out mean square over the floor as recorded, and with the mistake undone.
+    beside : float
+        How far the factor lies beside the size that declared values give, logarithmic.
     """
 
     kind: str
@@ -97,6 +99,7 @@ class Mixup:
     sensor: str = ""
     before: float = float("nan")
     after: float = float("nan")
+    beside: float = 0.0
 
     @property
     def claim(self) -> str:
@@ -372,7 +375,10 @@ def mixups(
     if not found:
         return ()
     least = min(m.after for m in found)
-    alike = sorted((m for m in found if m.after <= ALIKE * least), key=lambda m: m.after)
+    alike = sorted(
+        (m for m in found if m.after <= ALIKE * least),
+        key=lambda m: (m.after > CLOSE * least, m.beside, m.after),
+    )
     known = {m.channels for m in alike if m.kind == "scale" and m.factor in KNOWN}
     return tuple(
         m for m in alike
@@ -423,7 +429,9 @@ def _scales(graph: BondGraph, nominal: Fit, commands: list[str]) -> Iterator[Mix
             near = _conversions(size, graph[n])
             if n in sizes and not 1 / MOVED < size < MOVED:
                 near.append(size)  # counts of an encoder are no conversion
-            found |= {(n, f): Mixup("scale", (n,), f) for f in near}
+            found |= {
+                (n, f): Mixup("scale", (n,), f, beside=abs(float(np.log(size / f)))) for f in near
+            }
     yield from found.values()
 
 
