@@ -8,7 +8,7 @@ import numpy as np
 import sympy as sp
 
 from bondgraph.graph.bond_graph import BondGraph
-from bondgraph.graph.elements import C, R, Source
+from bondgraph.graph.elements import C, I, R, Source
 from bondgraph.graph.sensors import Sensor
 from bondgraph.simulation.exact_run import prepare, run_prepared
 from bondgraph.support.arrays import Array
@@ -78,11 +78,11 @@ def _run(f: Fit, column: int) -> tuple[Array, Array]:
 def slope_of(graph: BondGraph, element: str, values: dict[str, float]) -> float:
     """Linear coefficient of an element at fitted values; 1 for sources and sensors."""
     e = graph[element]
-    if not isinstance(e, C | R):
+    if not isinstance(e, C | I | R):
         return 1.0
     if isinstance(e, R) and e.value == 0:
         return 0.0
-    expression = sp.sympify(graph.coefficient(e))
+    expression = sp.sympify(graph.slope(e))
     known = {v: values[str(v)] for v in expression.free_symbols if str(v) in values}
     found = expression.subs(known)
     return float(found) if found.is_number else 1.0
@@ -100,4 +100,6 @@ def variable_names(graph: BondGraph, element: str) -> tuple[str, str, str, str]:
     v = variables_of(e)
     if isinstance(e, C):
         return v.displacement_unit, v.effort_unit, f"{v.displacement} of {element}", v.effort
+    if isinstance(e, I) and e.law is not None:
+        return v.momentum_unit, v.flow_unit, f"{v.momentum} of {element}", v.flow
     return v.flow_unit, v.effort_unit, f"{v.flow} of {element}", v.effort

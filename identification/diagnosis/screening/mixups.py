@@ -7,7 +7,7 @@ only told if undoing it removes nearly all of the misfit.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass, replace
 from itertools import combinations
 
@@ -176,13 +176,18 @@ def stuck(data: Data) -> tuple[str, ...]:
     )
 
 
-def moved(last: Fit, declared: Mapping[str, Parameter]) -> tuple[str, ...]:
+def moved(
+    last: Fit, declared: Mapping[str, Parameter], taken_over: Collection[str] = ()
+) -> tuple[str, ...]:
     """Return a sentence for every declared parameter that a fit carried absurdly far.
 
-    One for all where they are several: then it is rather a channel whose unit is wrong.
+    One for all where they are several: then it is rather a channel whose unit is wrong. None for
+    those that a found law has `taken_over`.
     """
     found, ratios = [], []
     for e in last.estimates:
+        if e.name in taken_over:
+            continue
         start = declared[e.name].value if e.name in declared else 0.0
         ratio = e.value / start if start else 1.0
         if ratio > 0 and not 1 / MOVED < ratio < MOVED:
