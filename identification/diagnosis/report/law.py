@@ -12,7 +12,10 @@ from bondgraph.graph.elements import C, I, R, Source
 from bondgraph.graph.sensors import Sensor
 from bondgraph.simulation.exact_run import prepare, run_prepared
 from bondgraph.support.arrays import Array
+from bondgraph.support.errors import BondsightError
+from identification.diagnosis.catalogue.places import law_of
 from identification.diagnosis.localisation.recording.variables import variables_of
+from identification.diagnosis.screening.observation import traced
 from identification.diagnosis.search.candidates import Candidate
 from identification.estimation.single_record import Fit
 from identification.study.residual import by_step, parameters_at, windows
@@ -40,13 +43,13 @@ class LawPath:
 
 
 def path(trial: Candidate) -> LawPath | None:
-    """Path of the law that `trial` inserted; None when it inserted none."""
+    """Path of the law that `trial` inserted; None when it inserted none, or none that is seen."""
     f = trial.fit
-    ports = law_ports(f)
-    if trial.element not in ports:
+    ports, data = law_ports(f), f.problem.data
+    found = _run(f, ports.index(trial.element)) if trial.element in ports else _seen(trial)
+    if found is None:
         return None
-    s, w = _run(f, ports.index(trial.element))
-    data = f.problem.data
+    s, w = found
     good = np.isfinite(s) & np.isfinite(w) & (data.mask("train") | data.mask("held-out"))
     if not good.any():
         return None
@@ -73,6 +76,24 @@ def _run(f: Fit, column: int) -> tuple[Array, Array]:
         run = run_prepared(own, problem.inputs[part], x0, fine=problem.fine_inputs(part))
         s[part], w[part] = run.s[:, column], run.w[:, column]
     return s, w
+
+
+def _seen(trial: Candidate) -> tuple[Array, Array] | None:
+    """Return argument and deviation of a storage's or resistor's law in a general graph."""
+    f, element = trial.fit, trial.element
+    graph = f.problem.graph
+    if not isinstance(graph[element], C | R) or law_of(graph[element]) is None:
+        return None
+    if f.problem.engine.lure is not None:
+        return None
+    try:
+        found = traced(f, element)
+    except BondsightError:
+        return None
+    if found is None:
+        return None
+    argument, output = found
+    return argument, output - slope_of(graph, element, f.values) * argument
 
 
 def slope_of(graph: BondGraph, element: str, values: dict[str, float]) -> float:
