@@ -443,7 +443,9 @@ def _left(v: Data) -> list[str]:
         if not (place or regions) or r["over_noise"] is None:
             continue
         at = f", at {listed(place)}" if place else ""
-        like = f", like {_sort(kind)}" if kind else ""
+        # the file does not say in which domain it is
+        like = "an effort that depends on the displacement" if kind == "restoring" else _sort(kind)
+        like = f", like {like}" if kind else ""
         where = f"; above all {_apart(regions[0], n)}" if regions else ""
         lines.append(f"{n}: {r['over_noise']:.3g} times the noise{at}{like}{where}.")
     return lines
