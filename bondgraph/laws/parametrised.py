@@ -26,12 +26,14 @@ class Parametrised(Law):
         A law that is solved by Newton's method (not `closed`).
     lifted : tuple of str
         Names of its fields.
+    units : tuple of str
+        Unit of each of these fields; none where they are not told.
 
     Raises
     ------
     UnusableInput
-        If the law is solved in closed form or reads another signal, or a field holds something
-        else than numbers.
+        If the law is solved in closed form or reads another signal, a field holds something
+        else than numbers, or some fields have a unit and others none.
     UnknownName
         If the law has no such field.
 
@@ -45,6 +47,7 @@ class Parametrised(Law):
 
     inner: Annotated[Law, Bound("a law that is not lifted itself", lambda v: v.name != "lifted")]
     lifted: Annotated[tuple[Name, ...], least(1)]
+    units: tuple[str, ...] = ()
     name: ClassVar[str] = "lifted"
 
     def __post_init__(self) -> None:
@@ -57,6 +60,11 @@ class Parametrised(Law):
             raise UnusableInput(
                 f"{self.inner.name} reads {self.inner.watched} beside its argument; its numbers "
                 "stay in it"
+            )
+        if self.units and len(self.units) != len(self.lifted):
+            raise UnusableInput(
+                f"{self.inner.name}: {len(self.lifted)} fields are lifted, {len(self.units)} units "
+                "are given"
             )
         known = [f.name for f in fields(self.inner)]
         for name in self.lifted:
@@ -116,9 +124,10 @@ class Parametrised(Law):
 
     def parameters(self, element: str) -> tuple[Parameter, ...]:
         """Parameters of the law, then its constants, fixed."""
+        units = self.units or ("1",) * len(self.lifted)
         constants = [
-            Parameter(f"{name}_{i}_{element}", v, positive=False, fixed=True)
-            for name, values in zip(self.lifted, self._values, strict=True)
+            Parameter(f"{name}_{i}_{element}", v, unit, positive=False, fixed=True)
+            for name, values, unit in zip(self.lifted, self._values, units, strict=True)
             for i, v in enumerate(values, start=1)
         ]
         return (*self.inner.parameters(element), *constants)

@@ -108,7 +108,7 @@ def diagnose_files(
     graph = load_model(options.model) if graph is None else graph
     graph.require_sound()
     assign_causality(graph)  # a conflict is refused before any file is read
-    found, split, said = load_all(options.recordings, options.maps, graph, **reading_of(options))
+    found, split = load_all(options.recordings, options.maps, graph, **reading_of(options))
     for line in require_driven(graph, [found] if isinstance(found, Recording) else found):
         print(f"note: {line}", file=sys.stderr)
     writable(options.out)
@@ -137,7 +137,7 @@ def diagnose_files(
     if options.json:
         print(json.dumps(verdict(result), indent=2, allow_nan=False))
     else:
-        print(in_words(result, said))
+        print(in_words(result))
         print(f"verdict: {path}\nreport:  {report}")
     if STOPPED in result.notes:
         print(f"bondsight: {STOPPED}", file=sys.stderr)
@@ -189,17 +189,16 @@ def known_effects(names: Sequence[str]) -> tuple[str, ...]:
 
 def load_all(
     texts: Sequence[str], maps: Sequence[str], graph: BondGraph, **reading: Any
-) -> tuple[Recording | list[Recording], Split | None, tuple[str, ...]]:
+) -> tuple[Recording | list[Recording], Split | None]:
     """Read one or several recordings and match their channels to the model.
 
     Returns
     -------
-    recording or list of them, split (a single known recording may state one), sentences
+    recording or list of them, split (a single known recording may state one)
     """
     from identification.datasets.opening import open_recording
 
     loaded = [open_recording(text, graph, mapping_of(maps), **reading) for text in texts]
-    said = tuple(dict.fromkeys(s for _, _, sentences in loaded for s in sentences))
     if len(loaded) == 1:
-        return loaded[0][0], loaded[0][1], said
-    return [r for r, _, _ in loaded], None, said
+        return loaded[0][:2]
+    return [r for r, _, _ in loaded], None

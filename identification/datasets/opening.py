@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -110,7 +111,10 @@ def _read(path: Path, mapping: Mapping[str, str], reading: Mapping[str, Any]) ->
 
 
 def match_by_unit(recording: Recording, graph: BondGraph) -> tuple[Recording, tuple[str, ...]]:
-    """Give channels the names the model uses where their unit leaves one possibility."""
+    """Give channels the names the model uses where their unit leaves one possibility.
+
+    The recording notes what was matched so.
+    """
     wanted = _recorded(graph)
     open_names = [e for e in wanted if e.name not in recording.channels]
     free = [n for n in recording.channels if n not in {e.name for e in wanted}]
@@ -126,4 +130,6 @@ def match_by_unit(recording: Recording, graph: BondGraph) -> tuple[Recording, tu
     if not renamed:
         return recording, ()
     table = {renamed.get(n, n): n for n in recording.channels}
-    return recording.select(table), tuple(said)
+    made = recording.select(table)
+    meta = {**made.meta, "notes": (*made.notes, *said)}
+    return replace(made, meta=meta), tuple(said)

@@ -263,7 +263,8 @@ def diagnose(
         seed=seed, limits=limits, asked=asked,
     )  # fmt: skip
     if material.reason:
-        made = replace(result, notes=(material.reason,), advice=(material.reason,))
+        notes = (material.reason, *material.recording.notes)
+        made = replace(result, notes=notes, advice=(material.reason,))
     else:
         # tiny matrices: threads of the linear algebra only get in each other's way
         with calm():
@@ -322,7 +323,7 @@ def _diagnosed(
         ranking=made.ranking, regions=regions(base.fit, made.scene), structure=classes,
         relations=made.relations, experiments=_experiments(decisions),
         notes=asked.notes_of(last) + (STOPPED,) * made.stopped + notes_of(
-            material, nominal, last, options.holds, known
+            material, nominal, last, options.holds, known, _named(decisions, kind)
         ),
     )  # fmt: skip
     result = _with_rest(result, whole)
@@ -442,8 +443,14 @@ def _predicted(result: Diagnosis, options: DiagnosisOptions, unseen: Split) -> D
 
 def _last(decisions: Sequence[Decision], kind: str) -> Fit | None:
     """Return the fit with everything that was named, if anything was."""
-    named = [d.chosen for d in decisions if d.kind == "missing_physics" and d.chosen is not None]
-    return named[-1].fit if named and kind == "missing_physics" else None
+    named = _named(decisions, kind)
+    return named[-1].fit if named else None
+
+
+def _named(decisions: Sequence[Decision], kind: str) -> tuple[Candidate, ...]:
+    """Return every effect that was named, in the order they were found."""
+    found = (d.chosen for d in decisions if d.kind == "missing_physics" and kind == d.kind)
+    return tuple(t for t in found if t is not None)
 
 
 def _shown(decision: Decision, split: Split, n: int) -> Decision:

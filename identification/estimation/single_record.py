@@ -12,7 +12,7 @@ from identification.estimation.covariance import inverse_information, sandwich
 from identification.estimation.estimates import Estimate, estimates_of
 from identification.estimation.levenberg_marquardt import FitStatus, minimise
 from identification.estimation.threads import calm
-from identification.study.joint import held_out_states, stack_of
+from identification.study.joint import JointPoint, JointProblem, held_out_states, stack_of
 from identification.study.problem import Problem
 from identification.study.residual import (
     Point,
@@ -145,13 +145,18 @@ def _intervals(made: Fit) -> tuple[tuple[Estimate, ...], tuple[Estimate, ...]]:
 
     A misfit that has not been explained yet may have any colour.
     """
-    stack = stack_of((made.problem,))
-    point = stack.gathered([made.point])
+    stack, point = alone(made)
     with calm():
         now = stack.evaluate(point)
         inverse = inverse_information(stack, now, point)
         robust = sandwich(stack, now, point, inverse)
     return estimates_of(stack, point, np.diag(np.maximum(np.diag(inverse), np.diag(robust))))
+
+
+def alone(made: Fit) -> tuple[JointProblem, JointPoint]:
+    """Return a fit as a joint one of a single record, for what asks joint fits."""
+    stack = stack_of((made.problem,))
+    return stack, stack.gathered([made.point])
 
 
 def best(fits: list[Fit]) -> Fit:

@@ -583,6 +583,7 @@ def contract(v: dict[str, Any]) -> None:
         assert set(f) == {
             "location", "answer", "effect", "family", "kind", "law", "law_fit", "confidence",
             "probability", "parameters", "also_possible", "share_of_misfit_explained",
+            "constants", "kind_words", "sentence",
         }  # fmt: skip
         assert f["answer"] in {"exact", "approximate", "family", "look_alikes", "kind", "unknown"}
         assert f["kind"] in {"", *PHYSICS}
@@ -598,6 +599,8 @@ def contract(v: dict[str, Any]) -> None:
         for p in f["parameters"]:
             assert set(p) == {"name", "value", "unit", "ci95"}
             assert len(p["ci95"]) == 2
+        for p in f["constants"]:
+            assert set(p) == {"name", "value", "unit"}
         for p in f["also_possible"]:
             assert set(p) == {"effect", "element", "evidence"}
             assert any(p["effect"] in names for names in EFFECTS.values())

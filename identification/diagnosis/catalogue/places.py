@@ -5,6 +5,7 @@ from __future__ import annotations
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import C, Element, I, R, Source
 from bondgraph.graph.sensors import Sensor
+from bondgraph.laws.law import Law
 from bondgraph.signals.units import Unit, parse_unit
 from bondgraph.support.errors import BondsightError
 
@@ -67,6 +68,11 @@ def prompt_sensors(graph: BondGraph) -> tuple[Element, ...]:
 def sensors(graph: BondGraph) -> tuple[Element, ...]:
     """Prompt sensors without a gain: a law of theirs is in the unit of the reading."""
     return tuple(e for e in prompt_sensors(graph) if isinstance(e, Sensor) and e.gain is None)
+
+
+def law_of(element: Element) -> Law | None:
+    """Return the law of an element, or that of its drive."""
+    return getattr(getattr(element, "drive", None), "law", None) or getattr(element, "law", None)
 
 
 def has_unit(element: Element, units: tuple[str, ...]) -> bool:

@@ -6,16 +6,33 @@ from typing import Any
 
 import numpy as np
 
-from bondgraph.graph.elements import C, Element, R
+from bondgraph.graph.elements import C, Element, I, R, Source
+from bondgraph.graph.sensors import Sensor
 from bondgraph.support.arrays import Array
+from identification.diagnosis.localisation.recording.variables import GENERIC, variables_of
 from identification.diagnosis.screening.port_history import PortHistory
 
 
 def rubbing_units(element: Element) -> tuple[str, str, str]:
-    """Units of effort, flow and displacement of a mechanical element."""
+    """Units of effort, flow and displacement; without a unit to tell by, of a mechanical one."""
+    v = variables_of(element)
+    if v is not GENERIC:
+        return v.effort_unit, v.flow_unit, v.displacement_unit
     unit = getattr(element, "unit", "")
     turning = "rad" in unit or unit.replace("(", "").startswith("N*m") or "m2" in unit
     return ("N*m", "rad/s", "rad") if turning else ("N", "m/s", "m")
+
+
+def law_units(element: Element) -> tuple[str, str]:
+    """Units of what a law at `element` gives and of its argument; "1" where nothing tells them."""
+    if isinstance(element, Source | Sensor):
+        unit = element.unit or "1"
+        return unit, unit
+    v = variables_of(element)
+    argument = v.displacement_unit if isinstance(element, C) else v.flow_unit
+    if isinstance(element, I):
+        argument = v.momentum_unit
+    return v.effort_unit or "1", argument or "1"
 
 
 def shared_slope(element: Element, past: PortHistory, unit: str = "") -> dict[str, Any]:

@@ -4,17 +4,31 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
 
+import numpy as np
+
+from bondgraph.graph.elements import C, I, R
+from bondgraph.support.errors import BondsightError
 from identification.diagnosis.evidence.answer import Decision
 from identification.diagnosis.evidence.remaining import growing
 from identification.diagnosis.screening.mixups import in_doubt
+from identification.diagnosis.search.candidates import Candidate
 from identification.diagnosis.search.material import Material
 from identification.diagnosis.search.nominal import hold_margin
 from identification.estimation.cautions import rough_rates
-from identification.estimation.single_record import Fit
+from identification.estimation.single_record import Fit, alone
+from identification.report.words import listed, spaced
+from identification.uncertainty.fitted import fitted
+from identification.uncertainty.postflight import practical_of
+from identification.uncertainty.practical import Practical
 
 
 def notes_of(
-    material: Material, nominal: Fit, last: Fit, holds: Sequence[str], known: Sequence[Decision]
+    material: Material,
+    nominal: Fit,
+    last: Fit,
+    holds: Sequence[str],
+    known: Sequence[Decision],
+    named: Sequence[Candidate] = (),
 ) -> tuple[str, ...]:
     """Return the recording's own notes, and what was chosen or is doubtful.
 
@@ -26,16 +40,77 @@ def notes_of(
         Behaviours of the commands between samples that were possible.
     known : sequence of Decision
         Effects that were named on another division.
+    named : sequence of Candidate
+        All effects that were named; `last` holds them.
     """
     data, declared = nominal.problem.data, nominal.problem.graph.parameters
     floor = dict(zip(data.names, map(float, data.floor), strict=True))
     return (
-        *in_doubt(last, declared), *material.recording.notes,
+        *in_doubt(last, declared, taken_over(last, named)),
+        *material.recording.notes, *notes_on_size(last, named),
         *_chosen(last, holds),
         *_noise_notes(material.read, floor, material.sure, material.given),
         *rough_rates(nominal.problem.graph, material.recording, material.data.breaks),
         *_growing_notes(last), *_resumed_notes(known),
     )  # fmt: skip
+
+
+def taken_over(last: Fit, named: Sequence[Candidate]) -> frozenset[str]:
+    """Return the parameters of elements that hold a found effect: it may give what they gave."""
+    graph = last.problem.graph
+    held = [graph[t.element] for t in named if t.element in graph.elements]
+    found = {
+        str(s) for e in held if isinstance(e, C | R | I) for s in graph.coefficient(e).free_symbols
+    }
+    return frozenset(found | {e.name for e in held})
+
+
+def notes_on_size(last: Fit, named: Sequence[Candidate]) -> tuple[str, ...]:
+    """Say of every effect whose strengths may all be zero what they are tied to."""
+    estimates = {e.name: e.ci95 for e in last.estimates}
+    open_ones = []
+    for t in named:
+        ends = [estimates[n] for n in t.insertion.strengths if n in estimates]
+        if ends and all(low < 0.0 < high for low, high in ends):
+            open_ones.append(t)
+    if not open_ones:
+        return ()
+    try:
+        known = practical_of(fitted(*alone(last)))
+    except (BondsightError, np.linalg.LinAlgError):
+        return ()
+    made = ((t, _tied(t.insertion.strengths, known)) for t in open_ones)
+    return tuple(
+        f"{sure_of(t)}, the size of {listed(t.insertion.strengths)} is not, so that their 95 % "
+        f"intervals hold zero: {why}"
+        for t, why in made
+        if why
+    )
+
+
+def sure_of(t: Candidate) -> str:
+    """Return how the note on an effect begins whose strengths may all be zero."""
+    return f"the effect {spaced(t.effect)} at {t.element} is sure"
+
+
+def _tied(names: Collection[str], known: Practical) -> str:
+    """Say what `names` may move together with, unseen; else what they are tied to most."""
+    for block in known.flat:
+        if not set(names) & set(block.names):
+            continue
+        own = [str(c) for c in block.determined if set(names) & set(c.names)]
+        only = f"; only combinations such as {listed(own)} are known" if own else ""
+        return (
+            f"{listed(block.names)} may move together unseen{only}; fix "
+            f"{listed(block.names[: block.missing])}, or add a sensor"
+        )
+    free, rho = known.information.sensitivities.names, np.abs(known.information.correlation)
+    inside = [i for i, n in enumerate(free) if n in names]
+    pairs = [(float(rho[i, j]), i, j) for i in inside for j in range(len(free)) if j != i]
+    if not pairs:
+        return ""
+    size, i, j = max(pairs)
+    return f"{free[i]} is tied to {free[j]} (correlation {size:.3f}); fix it, or add a sensor"
 
 
 def _growing_notes(last: Fit) -> tuple[str, ...]:

@@ -14,13 +14,13 @@ from bondgraph.equations.derivation import equations
 from bondgraph.equations.system import System
 from bondgraph.export.latex import deviation_name, latex, law_name, ordered, pretty, tex
 from bondgraph.graph.bond_graph import BondGraph
-from bondgraph.graph.elements import C, Element, R, Source
+from bondgraph.graph.elements import C, Element, I, R, Source
 from bondgraph.graph.parameter import symbol
 from bondgraph.graph.sensors import Sensor
-from bondgraph.laws.law import Law
 from bondgraph.support.errors import BondsightError
 from bondgraph.support.ops import SYMPY
-from identification.diagnosis.report.law import law_ports
+from identification.diagnosis.catalogue.places import law_of
+from identification.diagnosis.report.law import variable_names
 from identification.diagnosis.search.candidates import Candidate
 from identification.report.canvas import inline
 from identification.report.style import PLOT
@@ -100,15 +100,15 @@ def whole_law(trial: Candidate) -> str:
     graph = trial.fit.problem.graph
     e, n = graph[trial.element], law_name(trial.element)
     w = deviation_name(trial.element)
-    if trial.element not in law_ports(trial.fit):
+    if law_of(e) is None:
         return ""
     if isinstance(e, Source):
         return rf"{n}^{{\mathrm{{drive}}}}(u) = u + {w}"
     if isinstance(e, Sensor):
         return rf"{n}^{{\mathrm{{reading}}}}(s) = s + {w}"
-    if not isinstance(e, C | R):
+    if not isinstance(e, C | I | R):
         return ""
-    slope, s = sp.sympify(graph.coefficient(e)), _argument(e)
+    slope, s = sp.sympify(graph.slope(e)), _argument(e)
     return rf"{n}({s}) = {tex(slope)}\,{s} + {w}"
 
 
@@ -118,14 +118,15 @@ def definition(trial: Candidate) -> tuple[str, str]:
     Laws with memory are told by a formula of their own, if there is a short one; both are empty
     where the equations say it all.
     """
-    e, n = trial.fit.problem.graph[trial.element], pretty(trial.element)
+    graph = trial.fit.problem.graph
+    e, n = graph[trial.element], pretty(trial.element)
     w = deviation_name(trial.element)
-    found, law = _deviation(trial), _law(e)
+    found, law = _deviation(trial), law_of(e)
     if found is not None and law is not None:
         watched = law.watched
         named = f"({_argument(e)}, {tex(symbol(watched))})" if watched else f"({_argument(e)})"
         also = f", {watched} is read beside it" if watched else ""
-        return f"{w}{named} = {tex(found)}", _argument_words(e) + also
+        return f"{w}{named} = {tex(found)}", _argument_words(graph, e) + also
     sign = "" if isinstance(e, C) else "-"
     formulas = {
         "hysteresis": (
@@ -135,8 +136,8 @@ def definition(trial: Candidate) -> tuple[str, str]:
         "polynomial_with_loss": (
             rf"{w}(s, \dot{{s}}) = a_2\,z^2 + a_3\,z^3 + \gamma\,(s - s_r)^2\,\dot{{s}},"
             r"\quad z = (s - s_0)/s_1",
-            "s is the displacement, s_0 and s_1 the centre and half-width of its range, s_r where "
-            "nothing is lost",
+            f"{_argument_words(graph, e)}, s_0 and s_1 the centre and half-width of its range, "
+            "s_r where nothing is lost",
         ),
         "creep": (
             r"\dot{q}_j = \frac{1}{\tau_j}\left(a_j\,q - q_j\right),"
@@ -155,7 +156,7 @@ def definition(trial: Candidate) -> tuple[str, str]:
 def _deviation(trial: Candidate) -> sp.Expr | None:
     """Return what a law without memory adds, from the law itself; None where that says little."""
     e = trial.fit.problem.graph[trial.element]
-    law = _law(e)
+    law = law_of(e)
     watched = (symbol(law.watched),) * 2 if law is not None and law.watched else ()
     if law is None or law.timed or law.n_memory != len(watched):
         return None
@@ -165,11 +166,6 @@ def _deviation(trial: Candidate) -> sp.Expr | None:
     made = min(made, sp.factor_terms(made), key=sp.count_ops)
     short = not made.atoms(sp.Piecewise, sp.floor) and len(tex(made)) < LONGEST
     return made if short else None
-
-
-def _law(e: Element) -> Law | None:
-    """Return the law of an element, or that of its drive."""
-    return getattr(getattr(e, "drive", None), "law", None) or getattr(e, "law", None)
 
 
 def _round(number: sp.Float) -> sp.Expr:
@@ -186,12 +182,12 @@ SMALL = 9
 
 
 def _argument(e: Element) -> str:
-    return "u" if isinstance(e, Source) else "v" if isinstance(e, R) else "s"
+    kinds = {Source: "u", R: "v", I: "p"}
+    return next((letter for kind, letter in kinds.items() if isinstance(e, kind)), "s")
 
 
-def _argument_words(e: Element) -> str:
-    words = {"u": "u is the command", "v": "v is the flow", "s": "s is the displacement"}
-    return "s is the true value" if isinstance(e, Sensor) else words[_argument(e)]
+def _argument_words(graph: BondGraph, e: Element) -> str:
+    return f"{_argument(e)} is the {variable_names(graph, e.name)[2]}"
 
 
 def math_svg(tex: str, name: str, size: float = 13.0) -> str:

@@ -102,7 +102,8 @@ def _left(d: Diagnosis) -> list[str]:
     """Say what the last fit leaves."""
     if d.left is None:
         return []
-    if not d.steps or d.steps[-1].kind == "explained":
+    noise = d.left.is_noise(d.limits.noise)
+    if not d.steps or d.steps[-1].kind == "explained" or noise:
         return [f"No law and no kind of physics improves the last fit; {d.left.words}."]
     return [f"Something is left after the last step; {d.left.words}."]
 

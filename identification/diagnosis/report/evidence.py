@@ -9,7 +9,9 @@ import numpy as np
 from identification.diagnosis.catalogue import CATALOGUE
 from identification.diagnosis.diagnose import Diagnosis
 from identification.diagnosis.evidence.answer import Decision
+from identification.diagnosis.report.found import found_of
 from identification.diagnosis.report.rivals import Standing, nominal_misfit, standings, title
+from identification.diagnosis.verdict.document import law_constants
 from identification.estimation.estimates import Estimate
 from identification.report import html
 from identification.report.numbers import interval, quantity, short
@@ -18,6 +20,8 @@ from identification.report.words import spaced
 KINDS = {"winner": "named", "alike": "maybe", "locates": "quiet"}
 SHOWN = 12
 """Rivals that are listed; the others are behind a line."""
+GIVEN = "of the law, not fitted"
+"""Remark on a number of a law that was chosen."""
 DIVERGED = 1e3
 """Held-out misfit over the nominal one from which a fit is said to diverge."""
 
@@ -98,13 +102,18 @@ def parameters(d: Diagnosis) -> str:
 
     known = ([declared, nominal], ["fitted, nominal", "fitted, repaired"])
     columns, heads = known if d.repaired else ([declared], ["fitted"])
+    chosen = {p.name: p for t in found_of(d) if d.repaired for p in law_constants(t, d)}
+    constants = [
+        [p.name, *["–"] * len(columns), quantity(p.value, p.unit), "–", GIVEN]
+        for p in chosen.values()
+    ]
     new = [bool(d.repaired) and e.name not in nominal for e in f.estimates]
     return html.section(
         "Parameters",
         html.table(
             ["parameter", "declared", *heads, "95 % interval", "remark"],
-            [row(e, *columns) for e in f.estimates], range(1, len(columns) + 3),
-            ["named" if n else "" for n in new],
+            [row(e, *columns) for e in f.estimates] + constants, range(1, len(columns) + 3),
+            [*("named" if n else "" for n in new), *("quiet" for _ in constants)],
         ),
         html.heading("nuisances: offsets and small delays of the readings") if f.nuisances else "",
         html.table(

@@ -8,11 +8,14 @@ import numpy as np
 import sympy as sp
 
 from bondgraph.graph.bond_graph import BondGraph
-from bondgraph.graph.elements import C, R, Source
+from bondgraph.graph.elements import C, I, R, Source
 from bondgraph.graph.sensors import Sensor
 from bondgraph.simulation.exact_run import prepare, run_prepared
 from bondgraph.support.arrays import Array
+from bondgraph.support.errors import BondsightError
+from identification.diagnosis.catalogue.places import law_of
 from identification.diagnosis.localisation.recording.variables import variables_of
+from identification.diagnosis.screening.observation import traced
 from identification.diagnosis.search.candidates import Candidate
 from identification.estimation.single_record import Fit
 from identification.study.residual import by_step, parameters_at, windows
@@ -40,13 +43,13 @@ class LawPath:
 
 
 def path(trial: Candidate) -> LawPath | None:
-    """Path of the law that `trial` inserted; None when it inserted none."""
+    """Path of the law that `trial` inserted; None when it inserted none, or none that is seen."""
     f = trial.fit
-    ports = law_ports(f)
-    if trial.element not in ports:
+    ports, data = law_ports(f), f.problem.data
+    found = _run(f, ports.index(trial.element)) if trial.element in ports else _seen(trial)
+    if found is None:
         return None
-    s, w = _run(f, ports.index(trial.element))
-    data = f.problem.data
+    s, w = found
     good = np.isfinite(s) & np.isfinite(w) & (data.mask("train") | data.mask("held-out"))
     if not good.any():
         return None
@@ -75,14 +78,32 @@ def _run(f: Fit, column: int) -> tuple[Array, Array]:
     return s, w
 
 
+def _seen(trial: Candidate) -> tuple[Array, Array] | None:
+    """Return argument and deviation of a storage's or resistor's law in a general graph."""
+    f, element = trial.fit, trial.element
+    graph = f.problem.graph
+    if not isinstance(graph[element], C | R) or law_of(graph[element]) is None:
+        return None
+    if f.problem.engine.lure is not None:
+        return None
+    try:
+        found = traced(f, element)
+    except BondsightError:
+        return None
+    if found is None:
+        return None
+    argument, output = found
+    return argument, output - slope_of(graph, element, f.values) * argument
+
+
 def slope_of(graph: BondGraph, element: str, values: dict[str, float]) -> float:
     """Linear coefficient of an element at fitted values; 1 for sources and sensors."""
     e = graph[element]
-    if not isinstance(e, C | R):
+    if not isinstance(e, C | I | R):
         return 1.0
     if isinstance(e, R) and e.value == 0:
         return 0.0
-    expression = sp.sympify(graph.coefficient(e))
+    expression = sp.sympify(graph.slope(e))
     known = {v: values[str(v)] for v in expression.free_symbols if str(v) in values}
     found = expression.subs(known)
     return float(found) if found.is_number else 1.0
@@ -100,4 +121,6 @@ def variable_names(graph: BondGraph, element: str) -> tuple[str, str, str, str]:
     v = variables_of(e)
     if isinstance(e, C):
         return v.displacement_unit, v.effort_unit, f"{v.displacement} of {element}", v.effort
+    if isinstance(e, I) and e.law is not None:
+        return v.momentum_unit, v.flow_unit, f"{v.momentum} of {element}", v.flow
     return v.flow_unit, v.effort_unit, f"{v.flow} of {element}", v.effort

@@ -9,6 +9,7 @@ import numpy as np
 
 from bondgraph.support.arrays import Array
 from identification.diagnosis.diagnose import Diagnosis
+from identification.diagnosis.localisation.recording.variables import variables_of
 from identification.diagnosis.report.law import LawPath, path
 from identification.diagnosis.report.views import unit_of
 from identification.diagnosis.search.candidates import Candidate
@@ -90,7 +91,8 @@ def _creep(trial: Candidate) -> tuple[str, str]:
         ax.set_xscale("log")
         logarithmic(ax.xaxis)
 
-    what = "The displacement under a constant effort, over its first value: it keeps growing."
+    of = variables_of(trial.fit.problem.graph[name])
+    what = f"The {of.displacement} under a constant {of.effort}, over its first value: it grows on."
     drawn = _response(t, y, [*times.values()], f"yield of {name} after a step", modelled)
     return drawn, f"{what} Dotted lines: the fitted times."
 

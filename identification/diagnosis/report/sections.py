@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from dataclasses import replace
 
 from bondgraph.drawing.svg import svg
+from bondgraph.graph.parameter import Parameter
 from bondgraph.support.errors import BondsightError
 from identification.diagnosis.catalogue import by_name
 from identification.diagnosis.diagnose import Diagnosis
+from identification.diagnosis.explanation.notes import sure_of
 from identification.diagnosis.report import changed
 from identification.diagnosis.report.found import after_of, found_of, places_of, warmth_of
 from identification.diagnosis.report.law_figures import law_figure
@@ -16,12 +19,12 @@ from identification.diagnosis.report.recording_figure import recording_figure
 from identification.diagnosis.report.views import unit_of
 from identification.diagnosis.search.candidates import Candidate
 from identification.diagnosis.verdict import effect_parameters, normalised_error, sentence
-from identification.diagnosis.verdict.document import parts_of
+from identification.diagnosis.verdict.document import law_constants, parts_of
 from identification.estimation.single_record import Fit
 from identification.report import html
 from identification.report.numbers import percent, quantity
 from identification.report.style import BAD, GOOD, SOFT
-from identification.report.words import spaced
+from identification.report.words import spaced, stopped
 from identification.study.problem import Data
 
 BADGES = {
@@ -135,9 +138,18 @@ def law(d: Diagnosis) -> str:
             html.heading(f"{spaced(trial.effect)} at {trial.element}"),
             html.figure(svg_text, caption, "tiles") if svg_text else html.paragraph(caption),
             html.paragraph(f"Fitted: {listed}{more}." if listed else ""),
+            html.paragraph(_given(law_constants(trial, d))),
+            *(html.paragraph(stopped(n)) for n in d.notes if n.startswith(sure_of(trial))),
             html.paragraph(_about(trial)),
         ]
     return html.section(title, *parts)
+
+
+def _given(constants: Sequence[Parameter]) -> str:
+    """Say the numbers of a law that were not fitted."""
+    said = ", ".join(f"{p.name} = {quantity(p.value, p.unit)}" for p in constants[:MANY])
+    more = f" and {len(constants) - MANY} more (see the parameters)" * (len(constants) > MANY)
+    return f"Of the law, not fitted: {said}{more}." if said else ""
 
 
 def _about(trial: Candidate) -> str:

@@ -7,7 +7,7 @@ only told if undoing it removes nearly all of the misfit.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass, replace
 from itertools import combinations
 
@@ -176,12 +176,15 @@ def stuck(data: Data) -> tuple[str, ...]:
     )
 
 
-def moved(last: Fit, declared: Mapping[str, Parameter]) -> tuple[str, ...]:
+def moved(
+    last: Fit, declared: Mapping[str, Parameter], taken_over: Collection[str] = ()
+) -> tuple[str, ...]:
     """Return a sentence for every declared parameter that a fit carried absurdly far.
 
     One for all where they are several, or where one channel makes up for all: then it is rather its
-    unit that is wrong.
+    unit that is wrong. None for those that a found law has `taken_over`.
     """
+    declared = {n: p for n, p in declared.items() if n not in taken_over}
     found, ratios = [], []
     for e in last.estimates:
         start = declared[e.name].value if e.name in declared else 0.0
@@ -203,8 +206,11 @@ def moved(last: Fit, declared: Mapping[str, Parameter]) -> tuple[str, ...]:
     )
 
 
-def in_doubt(last: Fit, declared: Mapping[str, Parameter]) -> tuple[str, ...]:
+def in_doubt(
+    last: Fit, declared: Mapping[str, Parameter], taken_over: Collection[str] = ()
+) -> tuple[str, ...]:
     """Return sentences on units and on values that are not what was declared, none twice."""
+    declared = {n: p for n, p in declared.items() if n not in taken_over}
     far = moved(last, declared)
     return far if far[:1] and far[0].startswith(FIRST) else (*far, *moved_together(last, declared))
 

@@ -97,6 +97,16 @@ def watched_signals(graph: BondGraph) -> dict[str, tuple[str, str]]:
     return found
 
 
+def traced(made: Fit, element: str) -> tuple[Array, Array] | None:
+    """Return argument and output of one port along a fit; None where it has none."""
+    watched = watched_signals(made.problem.graph)
+    if element not in watched:
+        return None
+    traces = _observe(made, {element: watched[element]})
+    argument, output = (traces.get(n) for n in watched[element])
+    return None if argument is None or output is None else (argument, output)
+
+
 def _ends(graph: BondGraph, e: Element) -> tuple[Bond, Bond] | None:
     into = [b for b in graph.bonds_of(e.name) if b.head == e.name]
     out = [b for b in graph.bonds_of(e.name) if b.tail == e.name]

@@ -9,6 +9,7 @@ from types import MappingProxyType
 from typing import Any
 
 import numpy as np
+from scipy.integrate import cumulative_trapezoid
 
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import C, I, Source, TwoPort
@@ -16,8 +17,10 @@ from bondgraph.graph.sensors import Sensor
 from bondgraph.signals.split import Split, stretches
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import BondsightError
+from identification.diagnosis.catalogue.places import law_of
 from identification.diagnosis.diagnose import Diagnosis
 from identification.diagnosis.explanation.latent_signal import latent
+from identification.diagnosis.localisation.recording.variables import variables_of
 from identification.diagnosis.report.law import path, variable_names
 from identification.diagnosis.report.law_figures import many_valued
 from identification.diagnosis.screening.port_history import FittedModel, PortHistory
@@ -74,10 +77,14 @@ def planes(d: Diagnosis, share: float = 1.0) -> dict[str, Any]:
         if name not in d.graph.elements or not np.ptp(past.argument[known]) > 0:
             continue
         added = _added(scene, probed, tangents, known, name)
-        if added is not None:
-            free = _imitated(scene, probed, basis, known, name)
-            points = (data.time[known], (past.output + added)[known])
-            found[name] = _plane(d, name, past, added, at, points, free, line)
+        if added is None:
+            continue
+        if _bends_flux(d, name):
+            found[name] = _flux_plane(d, name, past, added, known, at, line)
+            continue
+        free = _imitated(scene, probed, basis, known, name)
+        points = (data.time[known], (past.output + added)[known])
+        found[name] = _plane(d, name, past, added, at, points, free, line)
     return {"time": packed(data.time[at], "<f8"), "of": found}
 
 
@@ -160,6 +167,51 @@ def _plane(
     }  # fmt: skip
 
 
+def _bends_flux(d: Diagnosis, name: str) -> bool:
+    """Whether a law of the momentum of an inertia was tried, such as iron that saturates."""
+    tried = [*d.trials, *(t for s in d.steps for t in (*s.possible, *s.same_place))]
+    graphs = (t.fit.problem.graph for t in tried if t.element == name)
+    return isinstance(d.graph[name], I) and any(law_of(g[name]) is not None for g in graphs)
+
+
+def _flux_plane(
+    d: Diagnosis, name: str, past: PortHistory, added: Array, known: Array, at: Array, most: int
+) -> dict[str, Any]:
+    """Return the plane of an inertia: flow over momentum, which its effort only tells the rate of.
+
+    The recovered momentum is the integral of the recovered effort; level and slope of what is
+    missing in time, and its mean slope over the flow, are not known.
+    """
+    assert d.data is not None
+    v, flow, time = variables_of(d.graph[name]), past.argument, past.time
+    straight = _inertance(past) * flow
+    more = cumulative_trapezoid(np.where(known, added, 0.0), dx=past.dt, initial=0.0)
+    momentum = straight + more - np.polyval(np.polyfit(time[known], more[known], 1), time)
+    laws = _laws(d, name, (d.data.time[known], momentum[known]), (0, 1), most)
+    fx, ux = axis_scale(v.momentum_unit, float(np.nanmax(np.abs(momentum))))
+    fy, uy = axis_scale(v.flow_unit, float(np.nanmax(np.abs(flow))))
+    line = _stretch(at.size, most)
+    return {
+        "x": packed(fx * momentum[at]),
+        "y": packed(fy * flow[at]),
+        "power": packed((added * flow)[at]),
+        "xLabel": f"{v.momentum} of {name} ({ux})" if ux else f"{v.momentum} of {name}",
+        "yLabel": f"{v.flow} ({uy})" if uy else v.flow,
+        "open": OPEN[0, 1],
+        "nominal": {"x": packed(fx * straight[at][line]), "y": packed(fy * flow[at][line])},
+        "laws": [
+            {"label": label, "on": on, "x": packed(fx * p), "y": packed(fy * f)}
+            for label, on, f, p in laws
+        ],
+    }  # fmt: skip
+
+
+def _inertance(past: PortHistory) -> float:
+    """Effort of the model as it is over the rate of its flow."""
+    square = float(past.rate @ past.rate)
+    return float(past.rate @ past.output) / square if square else 0.0
+
+
 def _axes(graph: BondGraph, name: str, past: PortHistory) -> tuple[Array, str, str, str, str]:
     """Argument of the law with units and words; an inertia's is the rate of its flow."""
     e = graph[name]
@@ -168,7 +220,7 @@ def _axes(graph: BondGraph, name: str, past: PortHistory) -> tuple[Array, str, s
     xu, yu, xw, yw = variable_names(graph, name)
     if isinstance(e, I):
         # the effort of the model as it is says the rate better than a difference of samples
-        inertance = float(past.rate @ past.output / (past.rate @ past.rate))
+        inertance = _inertance(past)
         rate = past.output / inertance if inertance else past.rate
         return rate, f"{xu}/s" if xu else "", yu, f"rate of the {xw}", yw
     return past.argument, xu, yu, xw, yw
@@ -199,17 +251,19 @@ def _laws(
         run = path(t)
         if run is None:
             continue
-        output = run.slope * run.argument + run.deviation
+        argument, output = run.argument, run.slope * run.argument + run.deviation
+        if isinstance(d.graph[name], I):  # told as the momentum over the flow
+            argument, output = output, argument
         if free:
-            powers = run.argument[:, None] ** np.array(free)
+            powers = argument[:, None] ** np.array(free)
             powers = powers / (np.abs(powers).max(axis=0) + 1e-300)
             missing = np.interp(run.time, *points) - output
             output = output + powers @ np.linalg.lstsq(powers, missing, rcond=None)[0]
         one = not many_valued(run)
-        order = np.argsort(run.argument, kind="stable") if one else np.arange(run.argument.size)
+        order = np.argsort(argument, kind="stable") if one else np.arange(argument.size)
         part = order[:: -(-order.size // most)] if one else order[_stretch(order.size, most)]
         word = "flexible curve" if t.effect == "unknown" else spaced(t.effect)
-        found.append((word, t.label in inside, run.argument[part], output[part]))
+        found.append((word, t.label in inside, argument[part], output[part]))
     return found
 
 

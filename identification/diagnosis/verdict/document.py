@@ -10,15 +10,18 @@ from typing import Any
 
 import numpy as np
 
-from bondgraph.graph.elements import C, I, R, Source
+from bondgraph.graph.elements import C, Element, I, R, Source
+from bondgraph.graph.parameter import Parameter
 from bondgraph.signals.recording import Recording
 from bondgraph.support.whole_file import write_atomically
+from identification.diagnosis.catalogue.places import law_of
 from identification.diagnosis.diagnose import Diagnosis
 from identification.diagnosis.evidence.answer import Decision
 from identification.diagnosis.evidence.hypotheses import Thresholds
 from identification.diagnosis.evidence.kinds_told import open_kinds
 from identification.diagnosis.localisation.element_kind import element_kind
 from identification.diagnosis.localisation.places_without_name import places_of
+from identification.diagnosis.localisation.recording.variables import restoring_words
 from identification.diagnosis.search.candidates import Candidate
 from identification.estimation.estimates import Estimate
 from identification.estimation.single_record import Fit
@@ -27,7 +30,26 @@ KINDS = (
     "explained", "parameters_only", "missing_physics", "unknown_physics", "insufficient_data"
 )  # fmt: skip
 SCHEMA = "bondsight.verdict/1"
+SORTS = {
+    "restoring": "a force that depends on the displacement",
+    "dissipative": "a loss that depends on the flow",
+    "surface": "an effort that depends on displacement and flow together",
+    "memory": "a memory",
+    "slow": "a slow after-effect",
+    "mode": "a resonance",
+    "ratio": "a ratio that is not constant",
+    "command": "a distortion of the command",
+    "sensing": "an error of the reading",
+    "time": "a coefficient that changes in time",
+    "exogenous": "an influence from outside",
+}
+"""Kinds of physics in words."""
 _PART = {"name": str, "sha256": str, "samples": int}
+
+
+def sort_at(kind: str, element: Element) -> str:
+    """Return a kind of physics in words of the element's domain."""
+    return restoring_words(element) if kind == "restoring" else SORTS.get(kind, f"something {kind}")
 
 
 def verdict(d: Diagnosis) -> dict[str, Any]:
@@ -108,11 +130,16 @@ def _named(step: Decision, d: Diagnosis) -> dict[str, Any]:
         "effect": chosen.effect if step.answer in NAMES else "unknown",
         "family": chosen.insertion.family,
         "kind": step.physics,
+        "kind_words": _kind_words(step.physics, chosen.element, d),
+        "sentence": chosen.insertion.sentence if step.answer in NAMES else "",
         "law": chosen.insertion.law,
         "law_fit": _rounded(step.law_fit),
         "confidence": round(step.confidence, 3),
         "probability": round(step.confidence, 3),
         "parameters": [_estimate(e) for e in effect_parameters(chosen, d)],
+        "constants": [
+            {"name": p.name, "value": p.value, "unit": p.unit} for p in law_constants(chosen, d)
+        ],
         "also_possible": [_rival(t) for t in _members(step)],
         "share_of_misfit_explained": round(step.share, 4),
     }
@@ -137,14 +164,24 @@ def _unknown(d: Diagnosis) -> dict[str, Any]:
         "effect": "unknown",
         "family": step.family if step else "outside",
         "kind": step.physics if step and step.answer != "unknown" else "",
+        "kind_words": _kind_words(step.physics, next(iter(step.places), ""), d)
+        if step and step.answer != "unknown"
+        else "",
+        "sentence": "",
         "law": "none",
         "law_fit": _rounded(step.law_fit) if step else None,
         "confidence": 0.0,
         "probability": round(step.confidence, 3) if step else 0.0,
         "parameters": [],
-        "also_possible": _possible(step) if step else [],
+        "constants": [],
+        "also_possible": _possible(step, d) if step else [],
         "share_of_misfit_explained": round(step.share, 4) if step else 0.0,
     }
+
+
+def _kind_words(kind: str, element: str, d: Diagnosis) -> str:
+    held = d.graph.elements.get(element)
+    return sort_at(kind, held) if kind and held is not None else ""
 
 
 def _rounded(v: float) -> float | None:
@@ -198,13 +235,14 @@ def _rival(t: Candidate) -> dict[str, Any]:
     }
 
 
-def _possible(step: Decision) -> list[dict[str, Any]]:
+def _possible(step: Decision, d: Diagnosis) -> list[dict[str, Any]]:
     """Return the laws that come closest, then kinds of physics that the data do not tell apart."""
     kinds = [
         {
             "effect": "unknown",
             "element": k.element,
             "kind": k.kind,
+            "kind_words": _kind_words(k.kind, k.element, d),
             "evidence": f"stretches left out predicted to {np.sqrt(k.score.square):.4g} times the "
             "noise floor",
         }
@@ -233,6 +271,17 @@ def _of_law(trial: Candidate, d: Diagnosis) -> set[str]:
     held = d.repaired.problem.graph.elements.get(trial.element) if d.repaired else None
     law = held.law if isinstance(held, C | R | I) else None
     return {p.name for p in law.parameters(trial.element)} if law is not None else set()
+
+
+def law_constants(trial: Candidate, d: Diagnosis) -> list[Parameter]:
+    """Return the numbers of the law that were chosen, not fitted, as the last repair has them."""
+    graph, declared = (d.repaired or trial.fit).problem.graph, d.graph.parameters
+    held = graph.elements.get(trial.element)
+    law = None if held is None else law_of(held)
+    if law is None:
+        return []
+    own = (p for p in law.parameters(trial.element) if p.fixed and p.name not in declared)
+    return [graph.parameters.get(p.name, p) for p in own]
 
 
 def _estimate(e: Estimate) -> dict[str, Any]:

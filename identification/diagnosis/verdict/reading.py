@@ -52,6 +52,13 @@ class _Estimate:
 
 
 @dataclass(frozen=True, slots=True)
+class _Constant:
+    name: str
+    unit: str
+    value: float
+
+
+@dataclass(frozen=True, slots=True)
 class _Nuisance:
     name: str
     unit: str
@@ -65,6 +72,7 @@ class _Rival:
     element: str
     evidence: str
     kind: str = ""
+    kind_words: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,6 +89,9 @@ class _Finding:
     kind: str = ""
     law_fit: float | None = None
     probability: Annotated[float, _share(0.0)] = 0.0
+    constants: tuple[_Constant, ...] = ()
+    kind_words: str = ""
+    sentence: str = ""
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 import textwrap
 import unicodedata
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 import numpy as np
@@ -17,14 +17,18 @@ from identification.diagnosis.diagnose import Diagnosis
 from identification.diagnosis.evidence.answer import Decision
 from identification.diagnosis.evidence.hypotheses import Thresholds
 from identification.diagnosis.evidence.kinds_told import EXACT, open_kinds
+from identification.diagnosis.explanation.notes import taken_over
 from identification.diagnosis.localisation.element_kind import element_kind
 from identification.diagnosis.localisation.recording.region import multiple
 from identification.diagnosis.localisation.regions import summary
 from identification.diagnosis.screening.mixups import in_doubt, of_units
 from identification.diagnosis.search.candidates import Candidate
 from identification.diagnosis.verdict.document import (
+    SORTS,
     effect_parameters,
+    law_constants,
     normalised_error,
+    sort_at,
     unresolved_place,
 )
 from identification.report.words import listed, spaced
@@ -58,7 +62,8 @@ def sentence(d: Diagnosis) -> str:
     if d.mistakes or d.nominal is None:
         return said
     last = d.repaired or d.nominal
-    doubts = in_doubt(last, d.graph.parameters)
+    named = [s.chosen for s in d.findings if s.chosen is not None]
+    doubts = in_doubt(last, d.graph.parameters, taken_over(last, named))
     told = doubts if d.kind == "parameters_only" else of_units(doubts)
     return "; but ".join((said.removesuffix("."), *told)) + "."
 
@@ -87,12 +92,12 @@ def _answered(d: Diagnosis) -> str:
             also = f" (or {', '.join(same)}: these sensors cannot tell)" if same else ""
             names = [spaced(n) for n in dict.fromkeys(t.effect for t in step.possible)]
             several = step.answer == "family" and len(names) > 1
-            effect = f"one of {listed(names)}" if several else names[0]
+            effect = f"one of {listed(names)}" if several else names[0] + _by_law(step.chosen)
             says = "" if several else step.chosen.insertion.sentence
             parts.append(
                 f"{effect.capitalize()} is missing at the {where} {step.chosen.element}{also}"
                 + (f": {says}" if says else "")
-                + _fits(step)
+                + _fits(step, d)
             )
         before, after = normalised_error(d.nominal), normalised_error(d.repaired)
         n = max(before, key=lambda k: before[k] / max(after[k], 1e-300))
@@ -122,7 +127,7 @@ def _without_name(d: Diagnosis) -> str:
     same = place["indistinguishable_from"]
     also = f" (or {', '.join(same)}: these sensors cannot tell)" if same and where else ""
     if step is not None and step.answer == "kind" and where:
-        sort = SORTS[step.physics]
+        sort = sort_at(step.physics, d.graph[step.places[0]])
         if step.physics == "sensing" and isinstance(d.graph[step.places[0]], Source):
             sort = "an error of the measured input"
         text = f"{sort.capitalize()} is missing at {where}{also}"
@@ -136,7 +141,7 @@ def _without_name(d: Diagnosis) -> str:
     at = f", at {where}{also}" if where else ""
     kinds = open_kinds(step) if step is not None else ()
     if kinds:
-        either = " or ".join(f"{_sort(k.kind)} at {k.element}" for k in kinds)
+        either = " or ".join(f"{sort_at(k.kind, d.graph[k.element])} at {k.element}" for k in kinds)
         at, hint = "", f": {either}, which look alike here{hint}"
     return (
         f"Something is missing in {d.model}{at} that the catalogue cannot name with "
@@ -154,35 +159,30 @@ NO_LAW = "no law of the catalogue fits it"
 UNPROVED = ", but does not predict held-out samples well enough to be named"
 
 
+def _by_law(t: Candidate) -> str:
+    """Name the law, in brackets, where an effect has another at an element of this sort."""
+    made = t.insertion
+    try:
+        own = by_name(t.effect)
+    except BondsightError:
+        return ""
+    return f" ({spaced(made.law)})" if made.law not in (own.law, *own.richer) else ""
+
+
 def _title(t: Candidate) -> str:
     return f"{spaced(t.effect)} at {t.element}"
-
-
-SORTS = {
-    "restoring": "a force that depends on the displacement",
-    "dissipative": "a loss that depends on the flow",
-    "surface": "an effort that depends on displacement and flow together",
-    "memory": "a memory",
-    "slow": "a slow after-effect",
-    "mode": "a resonance",
-    "ratio": "a ratio that is not constant",
-    "command": "a distortion of the command",
-    "sensing": "an error of the reading",
-    "time": "a coefficient that changes in time",
-    "exogenous": "an influence from outside",
-}
-"""Kinds of physics in words."""
 
 
 def _sort(kind: str) -> str:
     return SORTS.get(kind, f"something {kind}")
 
 
-def _fits(step: Decision) -> str:
+def _fits(step: Decision, d: Diagnosis) -> str:
     """How much a named effect explains and how well its law fits, in brackets."""
     said = f"explains {100 * step.share:.0f} % of the misfit"
     if step.physics:
-        said = f"{SORTS[step.physics]}, {said}"
+        assert step.chosen is not None
+        said = f"{sort_at(step.physics, d.graph[step.chosen.element])}, {said}"
     if np.isfinite(step.law_fit) and step.answer != "exact":
         said += f"; the law fits to {100 * step.law_fit:.0f} %"
     return f" ({said})"
@@ -197,15 +197,17 @@ def what_remains(d: Diagnosis) -> str:
     if last is None or last.kind != "unknown_physics":
         return f"{said}, has no place and no kind."
     where = f", sits at {listed(last.places)}" if 0 < len(last.places) <= MOST else ""
-    looks = f" and looks like {SORTS[last.physics]}" if last.physics and where else ""
+    looks = ""
+    if last.physics and where:
+        looks = f" and looks like {sort_at(last.physics, d.graph[last.places[0]])}"
     return f"{said}{where or ', has no place'}{looks}."
 
 
-def in_words(d: Diagnosis, said: Sequence[str] = ()) -> str:
+def in_words(d: Diagnosis) -> str:
     """Answer, numbers, place in the recording, every step, rivals, advice."""
     answer = sentence(d)
     lines = [s for s in (answer, what_remains(d)) if s] + [""]
-    lines += [f"note: {s}" for s in (*said, *d.notes) if s not in answer]
+    lines += [f"note: {s}" for s in d.notes if s not in answer]
     lines += _error_lines(d)
     lines += _parameter_lines(d)
     if d.kind in ("missing_physics", "unknown_physics"):
@@ -245,16 +247,20 @@ def _parameter_lines(d: Diagnosis) -> list[str]:
             lines.append(f"{step.chosen.label} (probability {step.confidence:.2f}):")
         for e in effect_parameters(step.chosen, d):
             lines.append(f"  {e.name} = {e.value:.4g} {e.unit}  [{e.ci95[0]:.4g}, {e.ci95[1]:.4g}]")
+        for p in law_constants(step.chosen, d):
+            unit = f" {p.unit}" if p.unit != "1" else ""
+            lines.append(f"  {p.name} = {p.value:.4g}{unit}  (of the law, not fitted)")
     return lines
 
 
 def _reasons(d: Diagnosis) -> list[str]:
     """Why each step ended as it did; after the first they say which one they belong to."""
     lines = []
+    noise = d.left is not None and d.left.is_noise(d.limits.noise)
     for number, step in enumerate(d.steps, start=1):
         word = "because" if number == 1 else f"step {number}"
         lines += [f"{word}: {r}" for r in step.reasons if r not in d.notes]
-        if number > 1 and step.kind == "unknown_physics":
+        if number > 1 and step.kind == "unknown_physics" and not noise:
             lines.append(f"step {number}: something more is missing that may not be named")
     return lines
 
@@ -339,8 +345,8 @@ def _meaning(f: Data) -> str:
         effect = by_name(f["effect"])
     except (BondsightError, KeyError):
         return ""
-    law = f" Its fitted law: {spaced(f['law'])}." if f["law"] in effect.richer else ""
-    return f"{_effect(f).capitalize()}: {effect.sentence}.{law}"
+    law = f" Its fitted law: {spaced(f['law'])}." if f["law"] not in (effect.law, "none") else ""
+    return f"{_effect(f).capitalize()}: {f.get('sentence') or effect.sentence}.{law}"
 
 
 def _place(f: Data) -> str:
@@ -371,7 +377,9 @@ def _certainty(f: Data) -> str:
                 f" The law that comes closest, {_trial(close[0])}, explains {_percent(fit)} of "
                 f"what can be explained so{UNPROVED if near else ''}."
             )
-        return f"It is {_sort(f['kind'])}{'' if near else f'; {NO_LAW}'}.{law}"
+        return (
+            f"It is {f.get('kind_words') or _sort(f['kind'])}{'' if near else f'; {NO_LAW}'}.{law}"
+        )
     explained = f"it accounts for {_percent(f['share_of_misfit_explained'])} of the misfit above "
     explained += "the noise floor"
     if f["effect"] == "unknown":
@@ -440,7 +448,9 @@ def _left(v: Data) -> list[str]:
         if not (place or regions) or r["over_noise"] is None:
             continue
         at = f", at {listed(place)}" if place else ""
-        like = f", like {_sort(kind)}" if kind else ""
+        # the file does not say in which domain it is
+        like = "an effort that depends on the displacement" if kind == "restoring" else _sort(kind)
+        like = f", like {like}" if kind else ""
         where = f"; above all {_apart(regions[0], n)}" if regions else ""
         lines.append(f"{n}: {r['over_noise']:.3g} times the noise{at}{like}{where}.")
     return lines
@@ -475,7 +485,7 @@ def _rivals(f: Data) -> list[str]:
 
 def _trial(p: Data) -> str:
     what = "a curve without a name" if p["effect"] == "unknown" else spaced(p["effect"])
-    what = _sort(p["kind"]) if p.get("kind") else what
+    what = (p.get("kind_words") or _sort(p["kind"])) if p.get("kind") else what
     return f"{what} at {p['element']}"
 
 
@@ -491,6 +501,10 @@ def _basis(v: Data) -> list[str]:
         if known:
             more = f"; {len(known) - MOST} more in the file" if len(known) > MOST else ""
             lines.append(f"Fitted for {_effect(f)}: {'; '.join(known[:MOST])}{more}.")
+        chosen = [_value({"ci95": (None, None), **p}) for p in f.get("constants", ())]
+        if chosen:
+            more = f"; {len(chosen) - MOST} more in the file" if len(chosen) > MOST else ""
+            lines.append(f"Of its law, not fitted: {'; '.join(chosen[:MOST])}{more}.")
     beyond = [n["name"] for n in v["nuisances"] if not n["within_bounds"]]
     if beyond:
         lines.append(f"At the end of what a nuisance may be: {listed(beyond)}. Look at it.")

@@ -444,7 +444,7 @@ def test_a_law_is_written_in_the_symbols_of_the_fit() -> None:
             fit=SimpleNamespace(problem=SimpleNamespace(graph=graph.with_element(name, law=law))),
             element=name, effect=effect, insertion=SimpleNamespace(form=False, law=effect),
         )  # fmt: skip
-        assert definition(made) == (shown, "v is the flow")
+        assert definition(made) == (shown, "v is the velocity of d")
 
 
 @pytest.mark.parametrize(
@@ -464,5 +464,5 @@ def test_a_law_that_watches_is_written_with_what_it_watches(law: Law, holds: str
     formula, meaning = definition(made)
     assert formula.startswith(rf"w_{{d}}(v, {'e' if 'e_k' in repr(law) else 'q'}_{{k}}) = ")
     assert holds in formula.split(" = ")[1]
-    assert meaning == f"v is the flow, {law.watched} is read beside it"
+    assert meaning == f"v is the velocity of d, {law.watched} is read beside it"
     assert math_svg(formula, "law").startswith("<svg")

@@ -8,7 +8,7 @@ from bondgraph.graph.elements import Element
 from bondgraph.laws import QuadraticDrag
 from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
 from identification.diagnosis.catalogue.places import mechanical_resistors
-from identification.diagnosis.catalogue.starts import at_least, rebalanced
+from identification.diagnosis.catalogue.starts import at_least, rebalanced, rubbing_units
 from identification.diagnosis.screening.port_history import FittedModel
 
 
@@ -35,7 +35,8 @@ class Drag(Effect):
         """Quadratic law beside the viscous one."""
         past = scene.of(element)
         full = past.swing / past.half**2
-        law = QuadraticDrag(0.2 * full)
+        effort, _, way = rubbing_units(element)
+        law = QuadraticDrag(0.2 * full, f"{effort}*s2/{way}2")
         graph, (name,) = self.with_law(scene, element, law)
         start = 0.2 * full if hint is None else at_least(hint.weights[0], 0.02 * full)
         added = start * np.abs(past.argument) * past.argument

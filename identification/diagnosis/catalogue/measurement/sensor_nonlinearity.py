@@ -37,8 +37,10 @@ class SensorNonlinearity(Effect):
     def insert(self, scene: FittedModel, element: Element, hint: Hint | None = None) -> Insertion:
         """Quadratic and cubic term about the centre of the readings."""
         past = _past(scene, element)
-        curve = Polynomial(past.centre, past.half, 0.05 * past.half, unit=unit_of(element))
-        graph, names = self.with_law(scene, element, Parametrised(curve, ("centre", "half")))
+        unit = unit_of(element)
+        curve = Polynomial(past.centre, past.half, 0.05 * past.half, unit=unit)
+        law = Parametrised(curve, ("centre", "half"), (unit, unit))
+        graph, names = self.with_law(scene, element, law)
         start = {} if hint is None else hint.by_name(names)
         return self.inserted(element, graph, (start,), names)
 

@@ -14,6 +14,7 @@ from bondgraph.laws import Parametrised, StopSum
 from bondgraph.support.arrays import Array
 from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
 from identification.diagnosis.catalogue.places import commands, sensors, storages
+from identification.diagnosis.catalogue.starts import law_units
 from identification.diagnosis.screening.port_history import FittedModel, PortHistory
 
 SHARES = (0.03, 0.09, 0.18, 0.3, 0.45, 0.65, 0.9)
@@ -68,7 +69,7 @@ class Hysteresis(Effect):
     def insert(self, scene: FittedModel, element: Element, hint: Hint | None = None) -> Insertion:
         """Insert a stop sum beside the linear law."""
         past = scene.of(element)
-        law = Parametrised(stops_at(element, past), ("thresholds",))
+        law = Parametrised(stops_at(element, past), ("thresholds",), law_units(element)[1:])
         graph, names = self.with_law(scene, element, law)
         starts: dict[str, float] = {}
         if hint is not None:

@@ -13,7 +13,7 @@ from bondgraph.laws import BoucWenMemory, Law, LawSum, Parametrised, Polynomial
 from identification.diagnosis.catalogue.effect import Insertion
 from identification.diagnosis.catalogue.memory.creep import Creep
 from identification.diagnosis.catalogue.memory.hysteresis import Hysteresis, stops_at
-from identification.diagnosis.catalogue.starts import rebalanced
+from identification.diagnosis.catalogue.starts import law_units, rebalanced, rubbing_units
 from identification.diagnosis.screening.port_history import FittedModel
 
 PLAIN = Hysteresis()
@@ -45,10 +45,13 @@ def hysteresis_forms(
         return (state,)
     stops = stops_at(element, past)
     # odd about zero, not about the middle of the record
-    potential = Polynomial(0.0, reach, 0.1 * past.swing, (3, 5))
+    effort, way = law_units(element)
+    potential = Polynomial(0.0, reach, 0.1 * past.swing, (3, 5), unit=effort)
     saturating = LawSum((
-        Parametrised(stops, ("thresholds",)), Parametrised(potential, ("centre", "half")),
+        Parametrised(stops, ("thresholds",), (way,)),
+        Parametrised(potential, ("centre", "half"), (way, way)),
     ))  # fmt: skip
+    rate = rubbing_units(element)[1] if way != "1" else "1"
     rated = replace(stops, rated=True, speed=float(abs(past.rate).max()) or 1.0)
     return (
         _creeping(scene, element, known),
@@ -57,7 +60,7 @@ def hysteresis_forms(
             "it switches with the turning points of the past, and saturates",
         ),
         _beside(
-            scene, element, Parametrised(rated, ("thresholds", "speed")), known,
+            scene, element, Parametrised(rated, ("thresholds", "speed"), (way, rate)), known,
             "rate_dependent_prandtl_ishlinskii", (),
             "its output depends on the turning points of the past, with loops wider with speed",
         ),
@@ -73,7 +76,8 @@ def _bouc_wen(scene: FittedModel, element: Element, reach: float) -> Insertion:
     """Insert a state of its own, which takes half of the slope at first."""
     past = scene.of(element)
     unit = stops_at(element, past).unit
-    law = Parametrised(BoucWenMemory(scale=0.1 * past.slope, unit=unit, reach=reach), ("reach",))
+    loops = BoucWenMemory(scale=0.1 * past.slope, unit=unit, reach=reach)
+    law = Parametrised(loops, ("reach",), law_units(element)[1:])
     graph, (height, beta, gamma) = PLAIN.with_law(scene, element, law)
     half = 0.5 * past.slope
     rest = rebalanced(element, past, half * past.argument)

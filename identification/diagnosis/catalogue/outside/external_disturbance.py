@@ -10,6 +10,7 @@ from bondgraph.laws import Law, Onset, Push, Tone
 from bondgraph.support.arrays import Array
 from bondgraph.support.ops import NUMPY
 from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
+from identification.diagnosis.catalogue.starts import law_units
 from identification.diagnosis.screening.port_history import FittedModel, PortHistory
 
 PEAKS = 4
@@ -83,7 +84,7 @@ class ExternalDisturbance(Effect):
             peaks = spectral_peaks(scene.residual / scene.data.floor, past.dt, 1)
             shape = {"frequency": peaks[0] if peaks else 1.0 / (past.dt * past.n)}
         stores = isinstance(element, C)
-        law = _law(past, shape, stores, _unit(element))
+        law = _law(past, shape, stores, law_units(element)[0])
         name = element.name if stores else f"outside_{element.name}"
         if stores:
             graph = g.with_element(name, law=law)
@@ -200,14 +201,10 @@ def _law(past: PortHistory, shape: dict[str, float], stores: bool, unit: str) ->
     if "frequency" in shape:
         return Tone(shape["frequency"], 1 / duration, 0.1 * past.swing, unit, not stores)
     size = 0.1 * past.swing / (duration if stores else 1.0)
+    unit = f"{unit}/s" if stores and unit != "1" else unit
     common = (shape["time"], shape["rise"], 1.5 * duration / ONSETS, size, unit, stores, not stores)
     return Push(*common, end=shape["end"]) if "end" in shape else Onset(*common)
 
 
 def _beside(graph: BondGraph, element: Element, kind: type[Element]) -> bool:
     return isinstance(graph[graph.neighbour(element.name)], kind)
-
-
-def _unit(element: Element) -> str:
-    known = {"kg": "N", "kg*m2": "N*m", "kg*m^2": "N*m", "H": "V", "F": "V"}
-    return known.get(str(getattr(element, "unit", "")), "1")

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from bondgraph.graph.bond_graph import BondGraph
@@ -11,6 +13,7 @@ from bondgraph.support.arrays import Array
 from bondgraph.support.ops import NUMPY
 from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
 from identification.diagnosis.catalogue.places import commands, sensors, storages
+from identification.diagnosis.catalogue.starts import law_units
 from identification.diagnosis.screening.port_history import FittedModel, PortHistory
 
 KNOTS = 7
@@ -38,7 +41,9 @@ class UnnamedCurve(Effect):
 
     def insert(self, scene: FittedModel, element: Element, hint: Hint | None = None) -> Insertion:
         """Seven knots over the range of the record."""
-        law = Parametrised(_curve(scene.of(element)), ("knots",))
+        output, argument = law_units(element)
+        curve = replace(_curve(scene.of(element)), unit=output)
+        law = Parametrised(curve, ("knots",), (argument,))
         graph, names = self.with_law(scene, element, law)
         starts = {} if hint is None else hint.by_name(names)
         return self.inserted(element, graph, (starts,), names)

@@ -19,7 +19,7 @@ from identification.diagnosis.catalogue.restoring.curves import (
     nearest_magnet,
     saturating_at,
 )
-from identification.diagnosis.catalogue.starts import rebalanced, tamed
+from identification.diagnosis.catalogue.starts import law_units, rebalanced, tamed
 from identification.diagnosis.screening.port_history import FittedModel
 
 
@@ -83,7 +83,9 @@ class NonlinearStiffness(Effect):
         if isinstance(element, I):
             return saturating_at(self, scene, element, hint)
         assert isinstance(element, C)
-        law = Parametrised(Polynomial(past.centre, past.half, 0.1 * past.swing), ("centre", "half"))
+        effort, way = law_units(element)
+        series = Polynomial(past.centre, past.half, 0.1 * past.swing, unit=effort)
+        law = Parametrised(series, ("centre", "half"), (way, way))
         graph, names = self.with_law(scene, element, law)
         starts: tuple[dict[str, float], ...] = ({},)
         if hint is not None:

@@ -12,7 +12,10 @@ from bondgraph.graph.elements import C, Source, TwoPort
 from bondgraph.graph.sensors import Sensor
 from bondgraph.support.arrays import Array
 from identification.diagnosis.localisation.recording.history import since_turning
-from identification.diagnosis.localisation.recording.variables import variables_of
+from identification.diagnosis.localisation.recording.variables import (
+    displacement_words,
+    variables_of,
+)
 from identification.diagnosis.screening.port_history import PortHistory
 
 
@@ -60,7 +63,7 @@ def axes_of(graph: BondGraph, name: str, past: PortHistory) -> tuple[MisfitAxis,
         if not isinstance(e, C):
             moved, rate = past.argument if past.moved is None else past.moved, past.argument
         named = (
-            (f"{v.displacement} of {name}", v.displacement_unit),
+            (displacement_words(e), v.displacement_unit),
             (f"{v.flow} of {name}", v.flow_unit),
         )
     (amplitude, unit), (velocity, per_second) = named

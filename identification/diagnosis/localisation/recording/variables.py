@@ -13,7 +13,7 @@ from bondgraph.support.errors import BondsightError
 
 @dataclass(frozen=True)
 class Variables:
-    """Words and SI units of a port's displacement, flow and effort."""
+    """Words and SI units of a port's displacement, flow, effort and momentum."""
 
     displacement: str
     displacement_unit: str
@@ -21,9 +21,11 @@ class Variables:
     flow_unit: str
     effort: str
     effort_unit: str
+    momentum: str
+    momentum_unit: str
 
 
-GENERIC = Variables("displacement", "", "flow", "", "effort", "")
+GENERIC = Variables("displacement", "", "flow", "", "effort", "", "momentum", "")
 
 
 def variables_of(element: Element) -> Variables:
@@ -45,6 +47,32 @@ def variables_of(element: Element) -> Variables:
     return GENERIC
 
 
+def restoring_words(element: Element) -> str:
+    """Say in words of the element's domain what depends on what where its effort restores.
+
+    Examples
+    --------
+    >>> restoring_words(I("L", 1e-3, unit="H"))
+    'a current that depends on the flux linkage'
+    """
+    v = variables_of(element)
+    if v is GENERIC or v == _variables(DOMAINS["translation"]):
+        return "a force that depends on the displacement"
+    bent, on = (v.flow, v.momentum) if isinstance(element, I) else (v.effort, v.displacement)
+    return f"{'an' if bent[0] in 'aeiou' else 'a'} {bent} that depends on the {on}"
+
+
+MOVES = ("position", "angle", GENERIC.displacement)
+"""Displacements that an element itself has; of all else something passes through it."""
+
+
+def displacement_words(element: Element) -> str:
+    """Return what the integral of an element's flow is called, such as ``charge through L``."""
+    v = variables_of(element)
+    stores = isinstance(element, C) or v.displacement in MOVES
+    return f"{v.displacement} {'of' if stores else 'through'} {element.name}"
+
+
 @cache
 def _parameter_units() -> tuple[tuple[str, tuple[tuple[str, Unit], ...]], ...]:
     """Units that parameters have in each domain: compliance or stiffness, and so on."""
@@ -61,4 +89,4 @@ def _parameter_units() -> tuple[tuple[str, tuple[tuple[str, Unit], ...]], ...]:
 
 def _variables(d: Domain) -> Variables:
     words = (d.displacement.name, d.displacement.unit, d.flow.name, d.flow.unit)
-    return Variables(*words, d.effort.name, d.effort.unit)
+    return Variables(*words, d.effort.name, d.effort.unit, d.momentum.name, d.momentum.unit)

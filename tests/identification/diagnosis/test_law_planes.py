@@ -1,0 +1,102 @@
+"""Curves of found laws where no exact step runs the model, and of iron that saturates."""
+
+from __future__ import annotations
+
+import base64
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+
+from bondgraph import MTF, BondGraph, C, Df, Dq, I, One, R, Se
+from bondgraph.graph.modulation import displacement
+from bondgraph.laws import Law, Polynomial, SaturatingInductance
+from bondgraph.signals.recording import Recording, Split
+from bondgraph.support.arrays import Array
+from identification.diagnosis.diagnose import Diagnosis
+from identification.diagnosis.report.law import law_ports, path
+from identification.diagnosis.screening.observation import scene
+from identification.diagnosis.studio.law_plane import planes
+from identification.estimation.single_record import Fit, fit
+from identification.study.problem import Data, Problem
+from tests.settled import simulate
+
+T = np.asarray(0.01 * np.arange(400), np.float64)
+U = 4 * np.sin(2 * np.pi * 0.7 * T) + 2 * np.sin(2 * np.pi * 2.3 * T)
+
+
+def lever(law: Law | None = None) -> BondGraph:
+    """A graph that is not linear up to laws."""
+    with BondGraph("lever") as g:
+        body, inner = One("body"), One("inner")
+        Se("F", unit="N") >> body >> I("m", 0.5, unit="kg")
+        body >> R("d", 2.0, unit="N*s/m")
+        body >> C("k", stiffness=200.0, unit="N/m", law=law)
+        body >> MTF("arm", ratio=20.0 * displacement("k")) >> inner
+        inner >> C("c", stiffness=30.0, unit="N/m")
+        body >> Dq("x", unit="m")
+    return g
+
+
+def coil(law: Law | None = None) -> BondGraph:
+    with BondGraph("coil") as g:
+        loop = One("loop")
+        Se("F", unit="V") >> loop >> I("L", 0.5, unit="H", law=law)
+        loop >> R("R", 2.0, unit="ohm")
+        loop >> Df("x", unit="A")
+    return g
+
+
+def fitted(graph: BondGraph, truth: BondGraph, steps: int) -> tuple[Fit, Array]:
+    """A fit to a simulated record, and the reading."""
+    x = np.asarray(simulate(truth, T, {"F": U})["x"])
+    x = x + 1e-4 * x.std() * np.random.default_rng(0).standard_normal(T.size)
+    split = Split(slice(0, 300), slice(300, T.size), "first part")
+    data = Data("run", T, {"F": U}, x[:, None], ("x",), np.array([1e-4 * x.std()]), split)
+    return fit(Problem(graph, data), max_iterations=steps), x
+
+
+def tried(made: Fit, element: str) -> Any:
+    """A candidate as far as planes ask it."""
+    label = f"nonlinear_stiffness at {element}"
+    return SimpleNamespace(
+        fit=made, element=element, label=label, effect="nonlinear_stiffness", test=1.0
+    )
+
+
+def test_a_law_in_a_general_graph_has_its_path() -> None:
+    truth = lever(Polynomial(0.0, 0.02, unit="N")).with_values({"a_3_k": 3.0})
+    made, x = fitted(truth, truth, 1)
+    assert law_ports(made) == []
+    run = path(tried(made, "k"))
+    assert run is not None
+    assert (run.argument_unit, run.output_unit) == ("m", "N")
+    assert np.abs(run.argument - x[: run.argument.size]).max() < 0.02 * np.ptp(x)
+    value = made.values["a_2_k"] * (run.argument / 0.02) ** 2
+    value = value + made.values["a_3_k"] * (run.argument / 0.02) ** 3
+    np.testing.assert_allclose(run.deviation, value, atol=1e-6 * np.ptp(value))
+
+
+def test_iron_that_saturates_bends_current_over_flux_linkage() -> None:
+    truth = coil(SaturatingInductance(0.5, 0.25))
+    nominal, x = fitted(coil(), truth, 20)
+    made, _ = fitted(truth, truth, 1)
+    one = tried(made, "L")
+    step: Any = SimpleNamespace(possible=(one,), same_place=(), kind="missing_physics", chosen=one)
+    run = Recording("run", T, {"F": U, "x": x}, {"F": "V", "x": "A"})
+    seen = scene(nominal)
+    d = Diagnosis(
+        "missing_physics", "coil", run, coil(), nominal.problem.data, nominal=nominal, scene=seen,
+        steps=(step,), trials=(one,),
+    )  # fmt: skip
+    plane = planes(d)["of"]["L"]
+    assert plane["xLabel"].startswith("flux linkage of L (")
+    assert plane["yLabel"].startswith("current (")
+    (law,) = plane["laws"]
+    assert law["on"]
+    psi, current = (np.frombuffer(base64.b64decode(plane[k]), "<f4") for k in "xy")
+    flux, i = (np.frombuffer(base64.b64decode(law[k]), "<f4") for k in "xy")
+    # the law and the recovered points bend alike, and away from the nominal straight line
+    at = np.interp(current, i, flux)
+    straight = np.polyval(np.polyfit(current, at, 1), current)
+    assert np.std(psi - at) < 0.2 * np.std(at - straight)

@@ -1,0 +1,174 @@
+"""What is said of a found law: units, numbers that no fit moved, its whole, why it may be zero."""
+
+from __future__ import annotations
+
+import json
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from bondgraph import TF, BondGraph, C, Dq, I, One, R, Se
+from bondgraph.graph.elements import Element
+from bondgraph.laws import Parametrised, Polynomial, SaturatingInductance, StopSum
+from bondgraph.signals.recording import Split
+from bondgraph.support.errors import UnusableInput
+from identification.datasets.opening import match_by_unit
+from identification.diagnosis.catalogue import by_name
+from identification.diagnosis.explanation.notes import notes_on_size, taken_over
+from identification.diagnosis.localisation.recording.variables import (
+    displacement_words,
+    restoring_words,
+)
+from identification.diagnosis.report.changed import definition, whole_law
+from identification.diagnosis.screening.mixups import moved
+from identification.diagnosis.search.asked import asked_of
+from identification.diagnosis.verdict.document import law_constants
+from identification.diagnosis.verdict.reading import parse_verdict
+from identification.diagnosis.verdict.text import retold
+from identification.estimation.single_record import fit
+from identification.study.problem import Data, Problem
+from tests.identification.diagnosis.effect_plants import scene
+from tests.identification.diagnosis.test_explain import finding, verdict
+from tests.settled import simulate
+from tests.spring import spring
+
+PLACES = {"mechanical": ("k", "N", "m"), "electrical": ("C_1", "V", "C")}
+PLACES["hydraulic"] = ("T_1", "Pa", "m^3")
+
+
+def series() -> Parametrised:
+    return Parametrised(Polynomial(1e-3, 2e-3, unit="N"), ("centre", "half"), ("m", "m"))
+
+
+def trial(graph: BondGraph, element: str, effect: str = "nonlinear_stiffness") -> Any:
+    """A candidate as far as its words are asked."""
+    made = SimpleNamespace(form=False, law="polynomial", strengths=(f"a_3_{element}",))
+    held = SimpleNamespace(problem=SimpleNamespace(graph=graph))
+    return SimpleNamespace(fit=held, element=element, effect=effect, insertion=made)
+
+
+@pytest.mark.parametrize("plant", PLACES)
+@pytest.mark.parametrize("effect", ["nonlinear_stiffness", "hysteresis", "unknown"])
+def test_a_law_has_the_units_of_its_place(plant: str, effect: str) -> None:
+    name, effort, way = PLACES[plant]
+    seen = scene(plant)
+    made = by_name(effect).insert(seen, seen.graph[name])
+    assert made.graph.check() == ()
+    declared = [p for n, p in made.graph.parameters.items() if n not in seen.graph.parameters]
+    assert {p.unit for p in declared if p.fixed} == {way}
+    if effect != "hysteresis":
+        assert {p.unit for p in declared if not p.fixed} == {effort}
+
+
+def test_a_drag_has_the_unit_of_its_domain() -> None:
+    e = R("b", 0.1, unit="N*m*s/rad")
+    with BondGraph("wheel") as g:
+        shaft = One("shaft")
+        Se("M", unit="N*m") >> shaft >> I("J", 1.0, unit="kg*m^2")
+        shaft >> e
+    seen: Any = SimpleNamespace(graph=g, of=lambda _: scene("mechanical").past["d"])
+    made = by_name("quadratic_drag").insert(seen, e)
+    assert made.graph.check() == ()
+    assert made.graph.parameters["c_2_b"].unit == "N*m*s2/rad2"
+
+
+def test_lifted_fields_have_a_unit_each_or_none() -> None:
+    with pytest.raises(UnusableInput, match="1 fields are lifted, 2 units are given"):
+        Parametrised(StopSum((1e-3, 2e-3)), ("thresholds",), ("m", "m"))
+    lifted = Parametrised(StopSum((1e-3, 2e-3)), ("thresholds",))
+    assert [p.unit for p in lifted.parameters("k") if p.fixed] == ["1", "1"]
+    told = Parametrised(StopSum((1e-3, 2e-3)), ("thresholds",), ("m",))
+    assert told.structure == lifted.structure  # one kernel serves both
+
+
+def test_numbers_that_no_fit_moved_are_given() -> None:
+    d: Any = SimpleNamespace(repaired=None, graph=spring())
+    found = law_constants(trial(spring(law=series()), "k"), d)
+    assert [(p.name, p.value, p.unit) for p in found] == [
+        ("centre_1_k", 1e-3, "m"), ("half_1_k", 2e-3, "m"),
+    ]  # fmt: skip
+    given = [{"name": p.name, "value": p.value, "unit": p.unit} for p in found]
+    v = parse_verdict(json.dumps(verdict("missing_physics", finding(constants=given))))
+    said = " ".join(retold(v).split())
+    assert "Of its law, not fitted: centre_1_k = 0.001 m; half_1_k = 0.002 m." in said
+
+
+def geared() -> BondGraph:
+    """A spring behind a gear: by what it multiplies, one reading does not tell."""
+    with BondGraph("geared") as g:
+        body, gear = One("body"), TF("gear", ratio=2.0)
+        Se("F", unit="N") >> gear >> body >> I("m", 0.5, unit="kg")
+        body >> R("d", 2.0, unit="N*s/m")
+        body >> C("k", stiffness=200.0, unit="N/m", law=series())
+        body >> Dq("x", unit="m")
+    return g
+
+
+def test_a_whole_law_is_written_in_every_graph() -> None:
+    made = trial(spring(law=series()), "k")
+    assert whole_law(made) == r"\varphi_{k}(s) = k\,s + w_{k}"
+    with BondGraph("coil") as g:
+        Se("V", unit="V") >> One("loop") >> I("L", 1e-3, unit="H", law=SaturatingInductance())
+    made = trial(g, "L")
+    assert whole_law(made) == r"\varphi_{L}(p) = \frac{1}{L}\,p + w_{L}"
+    assert definition(made)[1] == "p is the flux linkage of L"
+
+
+def test_what_a_found_law_took_over_is_not_called_far_off() -> None:
+    last: Any = SimpleNamespace(
+        problem=SimpleNamespace(graph=spring()),
+        estimates=[SimpleNamespace(name=n, value=1e-3 * v, unit="") for n, v in (("d", 2.0),)],
+    )
+    own = taken_over(last, [trial(spring(), "d")])
+    assert own == {"d"}
+    assert moved(last, spring().parameters)
+    assert moved(last, spring().parameters, own) == ()
+
+
+def test_why_the_size_of_a_sure_effect_may_be_zero() -> None:
+    t = np.asarray(0.01 * np.arange(300), np.float64)
+    u = 4 * np.sin(2 * np.pi * 0.7 * t) + 2 * np.sin(2 * np.pi * 2.3 * t)
+    truth = geared().with_values({"a_3_k": 0.5})
+    x = np.asarray(simulate(truth, t, {"F": u})["x"])
+    x = x + 1e-5 * np.random.default_rng(0).standard_normal(t.size)
+    split = Split(slice(0, 200), slice(200, 300), "first part")
+    data = Data("run", t, {"F": u}, x[:, None], ("x",), np.array([1e-5]), split)
+    last = fit(Problem(truth, data), max_iterations=4)
+    made = trial(truth, "k")
+    (low, high) = next(e.ci95 for e in last.estimates if e.name == "a_3_k")
+    assert low < 0 < high
+    (said,) = notes_on_size(last, [made])
+    assert said.startswith("the effect nonlinear stiffness at k is sure, the size of a_3_k is not")
+    assert "gear, m, d, k" in said
+    assert "may move together unseen" in said
+
+
+def test_what_was_matched_by_unit_is_noted_in_the_recording() -> None:
+    t = np.asarray(0.01 * np.arange(20), np.float64)
+    frame = pd.DataFrame({"time (s)": t, "push (N)": np.sin(t), "way (m)": np.cos(t)})
+    (made,) = asked_of(spring(), frame, None, None, {}).given
+    assert "channel push is taken as F (the only one in N)" in made.notes
+    again, said = match_by_unit(made, spring())
+    assert again is made
+    assert said == ()
+
+
+@pytest.mark.parametrize(
+    ("element", "restores", "moved_by"),
+    [
+        (C("k", stiffness=1.0, unit="N/m"), "a force that depends on the displacement",
+         "position of k"),
+        (C("k", stiffness=1.0, unit="N*m/rad"), "a torque that depends on the angle", "angle of k"),
+        (C("Cap", 1.0, unit="F"), "a voltage that depends on the charge", "charge of Cap"),
+        (I("L", 1.0, unit="H"), "a current that depends on the flux linkage", "charge through L"),
+        (R("leak", 1.0, unit="Pa*s/m^3"), "a pressure that depends on the volume",
+         "volume through leak"),
+        (C("q", 1.0), "a force that depends on the displacement", "displacement of q"),
+    ],
+)  # fmt: skip
+def test_words_are_those_of_the_domain(element: Element, restores: str, moved_by: str) -> None:
+    assert restoring_words(element) == restores
+    assert displacement_words(element) == moved_by
