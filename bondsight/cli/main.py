@@ -94,7 +94,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print(f"bondsight: cannot read or write{where}: {error.strerror or error}", file=sys.stderr)
         return 2
     except KeyboardInterrupt as error:
-        said = ["stopped; files already named above are complete"]
+        said = [str(error) or "stopped; files named above, if any, are complete"]
         whole = "; ".join([*said, *getattr(error, "__notes__", ())])
         print(f"bondsight: {' '.join(whole.split())}", file=sys.stderr)
         return INTERRUPTED

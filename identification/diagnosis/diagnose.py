@@ -17,6 +17,7 @@ from bondgraph.graph.sensors import Sensor
 from bondgraph.signals.recording import Recording, Split
 from bondgraph.signals.split import kept_back
 from bondgraph.support.errors import BondsightError, UnusableInput
+from bondgraph.support.parallel import ending
 from identification.diagnosis.evidence.answer import Decision
 from identification.diagnosis.evidence.disturbed import disturbed
 from identification.diagnosis.evidence.hypotheses import Thresholds
@@ -266,7 +267,7 @@ def diagnose(
         made = replace(result, notes=(material.reason,), advice=(material.reason,))
     else:
         # tiny matrices: threads of the linear algebra only get in each other's way
-        with calm():
+        with calm(), ending():
             made = _diagnosed(result, material, options, say, tuple(known))
     say("done", 1.0)
     return replace(made, seconds=time.perf_counter() - begin)
