@@ -5,12 +5,13 @@ from __future__ import annotations
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from types import FunctionType
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
 from bondgraph.graph.bond_graph import BondGraph
-from bondgraph.graph.checking import tried_problems
+from bondgraph.graph.checking import require_graph, tried_problems
 from bondgraph.simulation.exact_run import (
     LARGEST,
     Memories,
@@ -102,6 +103,8 @@ def simulate(
     >>> round(float(moved["x"].max()), 5)  # m
     0.00725
     """
+    if isinstance(model, FunctionType):
+        require_graph(model, "simulate(graph, time, commands)")
     if integrator is not None and integrator not in INTEGRATORS:
         raise unknown_name("integrator", integrator, "simulate", INTEGRATORS)
     if isinstance(model, BondGraph) and is_timed(model):

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from bondgraph.graph.bond_graph import BondGraph
+from bondgraph.graph.checking import require_graph
 from bondgraph.graph.sensors import Sensor
 from bondgraph.signals.recording import Recording, Split
 from bondgraph.signals.split import kept_back
@@ -248,6 +249,8 @@ def diagnose(
     begin = time.perf_counter()
     say = progress or _silent
     options, limits = options or DiagnosisOptions(), limits or Thresholds()
+    if not isinstance(graph, Study):
+        require_graph(graph, "diagnose(graph, recording)", "a BondGraph or a Study")
     asked = asked_of(graph, recording, split, hold, noise or {})
     if asked.hold:
         options = replace(options, holds=(asked.hold,))

@@ -10,6 +10,7 @@ from html import escape
 import numpy as np
 
 from bondgraph.graph.bond_graph import BondGraph
+from bondgraph.graph.checking import require_graph
 from bondgraph.graph.composing.binding import external_signals
 from bondgraph.graph.elements import Source
 from bondgraph.graph.parameter import Parameter
@@ -174,6 +175,7 @@ class Study:
         process_noise: Sequence[str] | Mapping[str, float] | None = None,
     ) -> None:
         """Check everything that can be checked before a simulation."""
+        require_graph(graph, "Study(graph, recordings)")
         records = (recordings,) if isinstance(recordings, Recording) else tuple(recordings)
         judged = (validation,) if isinstance(validation, Recording) else tuple(validation)
         if not records:

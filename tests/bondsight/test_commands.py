@@ -121,3 +121,20 @@ def test_one_sentence_says_that_nothing_was_written(
     when = "the time was over" if seconds else "stopped"
     line = f"bondsight: {when} before anything was found, so nothing was written\n"
     assert capsys.readouterr().err == line
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["diagnose", "run.csv", "--modle", "m.py"], "no option --modle (did you mean --model?)"),
+        (["diagnose", "r.csv", "--model", "m", "--ouut=x"], "no option --ouut (did you mean --out"),
+        (["--versoin"], "no option --versoin (did you mean --version?)"),
+        (["effects", "--zzzz"], "unrecognized arguments: --zzzz"),
+    ],
+)
+def test_a_misspelled_option_names_the_one_meant(
+    words: list[str], said: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(SystemExit):
+        main(words)
+    assert capsys.readouterr().err.startswith(f"bondsight: {said}")
