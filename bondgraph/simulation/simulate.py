@@ -39,7 +39,7 @@ from bondgraph.simulation.timing import (
     rounded,
     without_timing,
 )
-from bondgraph.simulation.trajectory import Trajectory
+from bondgraph.simulation.trajectory import Trajectory, units_of
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import BondsightError, UnusableInput, unknown_name
 
@@ -103,8 +103,9 @@ def simulate(
     >>> round(float(moved["x"].max()), 5)  # m
     0.00725
     """
-    if isinstance(model, FunctionType):
-        require_graph(model, "simulate(graph, time, commands)")
+    given: object = model
+    if isinstance(given, FunctionType):
+        require_graph(given, "simulate(graph, time, commands)")
     if integrator is not None and integrator not in INTEGRATORS:
         raise unknown_name("integrator", integrator, "simulate", INTEGRATORS)
     if isinstance(model, BondGraph) and is_timed(model):
@@ -172,7 +173,7 @@ def simulate(
     laws = {port.element: (run.s[:, j], run.w[:, j]) for j, port in enumerate(compiled.laws)}
     return Trajectory(
         compiled.model.name, time, outputs, laws, n_sub, run.x, run.memory, known, run.settled,
-        hold=hold,
+        hold=hold, units=units_of(compiled.model.graph),
     )  # fmt: skip
 
 
@@ -265,7 +266,7 @@ def simulate_general(
         if change < accuracy:
             return Trajectory(
                 graph.name, time, asked.outputs(made.y), asked.laws(made.y), n_sub, made.x,
-                made.memory, program.states, hold=hold,
+                made.memory, program.states, hold=hold, units=units_of(graph),
             )  # fmt: skip
         last, n_sub = made, 2 * n_sub
     what = "the outputs do not settle"
