@@ -533,6 +533,13 @@ class Study:
         many = "1 recording" if n == 1 else f"{n} recordings"
         return f"Study({self.graph.name!r}, {many}, free: {names})"
 
+    def __str__(self) -> str:
+        """Return the short text, and under it where each free parameter starts."""
+        known = self.graph.parameters
+        starts = (f"  {v.name} starts at {self.starts[v.name]:.6g} {known[v.name].unit}"
+                  for v in self.free)  # fmt: skip
+        return "\n".join([repr(self), *starts])
+
     def _repr_html_(self) -> str:
         """Return the free parameters with their starts and what is known of them."""
         rows = "".join(

@@ -102,6 +102,7 @@ def test_studies_fits_and_runs_show_themselves(frame: pd.DataFrame) -> None:
     assert len(recording.plot()) == 2
     study = Study(spring(), recording)
     assert "1 recording," in repr(study)
+    assert str(study.starting({"m": 0.25})).splitlines()[1] == "  m starts at 0.25 kg"
     assert all(f"<td>{n}</td>" in study._repr_html_() for n in study.free_names)
     fitted = estimate(study)
     ((left, right),) = fitted.plot()
