@@ -120,7 +120,9 @@ def _call(factory: Callable[[], Any], where: str) -> Any:
 def _run(action: Callable[[], Any], where: str) -> Any:
     try:
         return action()
-    except BondsightError:
+    except BondsightError as error:
+        if (place := _place(error)) and not getattr(error, "__notes__", ()):
+            error.add_note(place.strip())
         raise
     except (Exception, SystemExit) as error:
         text = " ".join(str(error).split()) or "no message"
@@ -152,6 +154,6 @@ def _place(error: BaseException) -> str:
 
 
 def _of_the_model(file: str) -> bool:
-    return not file.startswith("<frozen importlib") and not any(
+    return not file.startswith("<") and not any(
         Path(file).is_relative_to(k) for k in _NOT_THE_MODEL
     )

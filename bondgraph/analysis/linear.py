@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
+from bondgraph.equations.decimals import spaced
 from bondgraph.equations.elimination import rational
 from bondgraph.equations.system import System
 from bondgraph.graph.parameter import symbol
@@ -49,7 +50,7 @@ class Linearised:
     def _repr_latex_(self) -> str:
         """Return the matrices for notebooks."""
         pairs = zip("ABCD", (self.a, self.b, self.c, self.d), strict=True)
-        return "$$" + r",\quad ".join(f"{n} = {sp.latex(m)}" for n, m in pairs) + "$$"
+        return "$$" + r",\quad ".join(f"{n} = {spaced(m)}" for n, m in pairs) + "$$"
 
 
 @dataclass(frozen=True)

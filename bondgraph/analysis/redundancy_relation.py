@@ -12,6 +12,7 @@ import sympy as sp
 from bondgraph.analysis.exact_algebra import Row
 from bondgraph.analysis.linear import LAPLACE
 from bondgraph.analysis.residual_space import ResidualSpace
+from bondgraph.equations.decimals import spaced
 from bondgraph.graph.parameter import symbol
 from bondgraph.support.errors import UnusableInput, unknown_name
 
@@ -125,7 +126,7 @@ class RedundancyRelation:
 
     def _repr_latex_(self) -> str:
         """Return the relation for notebooks."""
-        return f"$0 = {sp.latex(self.expression)}$"
+        return f"$0 = {spaced(self.expression)}$"
 
 
 def relation(space: ResidualSpace, multiplier: Row, name: str) -> RedundancyRelation:

@@ -18,6 +18,7 @@ from bondgraph.energy.definiteness import shortened, vanishes
 from bondgraph.energy.passivity import Passivity, judge
 from bondgraph.energy.stores import energy_problems, store_energy, store_names
 from bondgraph.energy.structure import EnergyPort, Forms, ports, resistances
+from bondgraph.equations.decimals import spaced
 from bondgraph.equations.derivation import equations
 from bondgraph.equations.system import System
 from bondgraph.graph.bond_graph import BondGraph
@@ -135,11 +136,11 @@ class PortHamiltonian:
     def _repr_latex_(self) -> str:
         """Return energy and structure for notebooks."""
         x = sp.Matrix([symbol(n) for n in self.states])
-        parts = [rf"x = {sp.latex(x)}", rf"H = {sp.latex(self.energy)}"]
+        parts = [rf"x = {spaced(x)}", rf"H = {spaced(self.energy)}"]
         for name in "JRGPNS":
             m = getattr(self, name)
             if not m.is_zero_matrix:
-                parts.append(rf"{name} = {sp.latex(m)}")
+                parts.append(rf"{name} = {spaced(m)}")
         return "$$" + r",\quad ".join(parts) + "$$"
 
 

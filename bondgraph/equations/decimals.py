@@ -1,11 +1,34 @@
-"""Numbers of equations as a reader wants them: what a float became exact from, as a decimal."""
+"""Equations as a reader wants them: decimals for long fractions, space between factors."""
 
 from __future__ import annotations
 
 import sympy as sp
+from sympy.core.alphabets import greeks
 
 DIGITS = 12
 """Significant digits that are shown: those beyond are rounding noise of what a user wrote."""
+
+
+BETWEEN = r" \, "
+"""Stands between factors in LaTeX: without it, ``b`` by ``belt`` reads as one name."""
+
+
+def spaced(expression: sp.Basic) -> str:
+    r"""Return an expression as LaTeX, with space between factors where a name is a word.
+
+    Examples
+    --------
+    >>> spaced(sp.Symbol("leak") * sp.Symbol("oil"))
+    'leak \\, oil'
+    """
+    apart = BETWEEN if any(map(is_word, expression.free_symbols)) else None
+    return str(sp.latex(expression, mul_symbol=apart))
+
+
+def is_word(name: sp.Symbol) -> bool:
+    """Whether a name is set as several letters in a row; Greek ones are one."""
+    head = str(name).strip("_").partition("_")[0]
+    return len(head.rstrip("0123456789")) > 1 and head.lower() not in greeks
 
 
 def decimals(expression: sp.Expr) -> sp.Expr:

@@ -8,7 +8,7 @@ import unicodedata
 import sympy as sp
 from sympy.printing.latex import LatexPrinter, accepted_latex_functions
 
-from bondgraph.equations.decimals import decimals
+from bondgraph.equations.decimals import BETWEEN, decimals, is_word
 from bondgraph.equations.system import System
 from bondgraph.graph.parameter import symbol
 
@@ -182,7 +182,9 @@ def ordered(model: System) -> list[tuple[str, str, sp.Expr, str]]:
 
 def tex(expression: sp.Expr) -> str:
     """Return an expression as LaTeX with Bondsight's names."""
-    return str(_Printer().doprint(decimals(expression.xreplace({symbol("one"): sp.S.One}))))
+    shown = decimals(expression.xreplace({symbol("one"): sp.S.One}))
+    apart = BETWEEN if any(map(is_word, shown.free_symbols)) else None
+    return str(_Printer({"mul_symbol": apart}).doprint(shown))
 
 
 def rate_of(state: sp.Symbol) -> str:

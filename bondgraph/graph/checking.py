@@ -34,8 +34,24 @@ from bondgraph.graph.unit_check import unit_problems
 from bondgraph.laws.law import Law
 from bondgraph.laws.law_sum import LawSum
 from bondgraph.support.bounds import broken
-from bondgraph.support.errors import BondsightError, UnknownName, unknown_name
+from bondgraph.support.errors import BondsightError, UnknownName, UnusableInput, unknown_name
 from bondgraph.support.typed_reader import hints_of
+
+
+def require_graph(given: object, call: str, kinds: str = "a BondGraph") -> None:
+    """Refuse what stands where a call has its graph: a function that makes one, a recording.
+
+    Raises
+    ------
+    UnusableInput
+        It is no graph; how the call is written.
+    """
+    if isinstance(given, BondGraph):
+        return
+    kind, name = type(given).__name__, getattr(given, "__name__", "")
+    remedy = f"call it, {name}()" if callable(given) and name else f"the graph comes first: {call}"
+    raise UnusableInput(f"{call.partition('(')[0]} takes {kinds}, not a {kind}; {remedy}")
+
 
 _TAPS: dict[type[Element], tuple[tuple[type[Element], ...], str]] = {
     De: ((Zero, X0), "a 0-junction (one effort)"),

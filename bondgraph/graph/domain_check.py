@@ -85,6 +85,9 @@ def domain_problems(graph: BondGraph) -> tuple[str, ...]:
     """
     lines: list[str] = []
     for group in _stated(graph, lines):
+        if stiff := [s for s in group if _meant_stiffness(s, group)]:
+            lines.extend(map(_stiffness_line, stiff))
+            continue
         pair = _contradiction(group)
         if pair is not None:
             lines.append(_line(*pair))
@@ -169,6 +172,29 @@ def _contradiction(said: list[UnitStatement]) -> tuple[UnitStatement, UnitStatem
                 return other, s
         distinct[key] = s
     return None
+
+
+def _meant_stiffness(said: UnitStatement, group: list[UnitStatement]) -> bool:
+    """Whether the unit of a compliance fits no other unit of the group, and as a stiffness all."""
+    e = said.element
+    if not isinstance(e, C) or e.stiffness is not None or said.quantity != "z":
+        return False
+    others = [s.domains for s in group if not isinstance(s.element, C) and s.domains]
+    if not others:
+        return False
+    common = frozenset.intersection(*others)
+    inverse = _fitting(*_as_quotient("k", parse_unit(said.unit).dims))
+    return bool(common & inverse) and not common & said.domains
+
+
+def _stiffness_line(said: UnitStatement) -> str:
+    e = said.element
+    assert isinstance(e, C)
+    value = e.value if e.value is None or isinstance(e.value, str) else f"{e.value:g}"
+    return (
+        f"{said}: a C takes the compliance, displacement over effort, and {said.unit} is a "
+        f'stiffness; write C("{e.name}", stiffness={value}, unit="{said.unit}")'
+    )
 
 
 def _line(first: UnitStatement, second: UnitStatement) -> str:

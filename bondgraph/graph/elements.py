@@ -39,6 +39,8 @@ class Element:
 
     def __post_init__(self) -> None:
         """Refuse names that cannot be addresses; join the graph that is being built."""
+        if not isinstance(self.name, str):
+            raise GraphError(_no_name(self))
         if not self.name.isidentifier() or self.name.startswith("_"):
             raise GraphError(
                 f"element name {self.name!r} is not an identifier: it is the address of the "
@@ -533,6 +535,17 @@ class X1(Switched):
 def common_variable(junction: Element) -> str:
     """Return ``"f"`` for a 1-junction, ``"e"`` for a 0-junction: what its bonds share."""
     return "f" if isinstance(junction, One | X1) else "e"
+
+
+def _no_name(element: Element) -> str:
+    """Return what is wrong with an element whose name is no text."""
+    kind, given = type(element).__name__, [getattr(element, n, None) for n in element.numbers]
+    named = [v for v in given if isinstance(v, str)]
+    start = f"{kind}({element.name!r}, ...): the name comes first and is a text"
+    if not named:
+        return f'{start}; write {kind}("name", {element.name!r}, ...)'
+    turned = f"{kind}({named[0]!r}, {element.name!r}, ...)"
+    return f"{start}; name and value look swapped: write {turned}"
 
 
 def _to_si(element: Element, *fields: str) -> None:

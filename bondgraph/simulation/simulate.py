@@ -5,12 +5,13 @@ from __future__ import annotations
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from types import FunctionType
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
 from bondgraph.graph.bond_graph import BondGraph
-from bondgraph.graph.checking import tried_problems
+from bondgraph.graph.checking import require_graph, tried_problems
 from bondgraph.simulation.exact_run import (
     LARGEST,
     Memories,
@@ -38,7 +39,7 @@ from bondgraph.simulation.timing import (
     rounded,
     without_timing,
 )
-from bondgraph.simulation.trajectory import Trajectory
+from bondgraph.simulation.trajectory import Trajectory, units_of
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import BondsightError, UnusableInput, unknown_name
 
@@ -102,6 +103,9 @@ def simulate(
     >>> round(float(moved["x"].max()), 5)  # m
     0.00725
     """
+    given: object = model
+    if isinstance(given, FunctionType):
+        require_graph(given, "simulate(graph, time, commands)")
     if integrator is not None and integrator not in INTEGRATORS:
         raise unknown_name("integrator", integrator, "simulate", INTEGRATORS)
     if isinstance(model, BondGraph) and is_timed(model):
@@ -169,7 +173,7 @@ def simulate(
     laws = {port.element: (run.s[:, j], run.w[:, j]) for j, port in enumerate(compiled.laws)}
     return Trajectory(
         compiled.model.name, time, outputs, laws, n_sub, run.x, run.memory, known, run.settled,
-        hold=hold,
+        hold=hold, units=units_of(compiled.model.graph),
     )  # fmt: skip
 
 
@@ -262,7 +266,7 @@ def simulate_general(
         if change < accuracy:
             return Trajectory(
                 graph.name, time, asked.outputs(made.y), asked.laws(made.y), n_sub, made.x,
-                made.memory, program.states, hold=hold,
+                made.memory, program.states, hold=hold, units=units_of(graph),
             )  # fmt: skip
         last, n_sub = made, 2 * n_sub
     what = "the outputs do not settle"

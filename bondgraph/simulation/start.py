@@ -12,7 +12,7 @@ from bondgraph.graph.elements import Source
 from bondgraph.signals.band_limited import between_samples
 from bondgraph.signals.recorded_rates import slopes
 from bondgraph.support.arrays import Array
-from bondgraph.support.errors import UnusableInput, unknown_name
+from bondgraph.support.errors import UnknownName, UnusableInput, unknown_name
 
 if TYPE_CHECKING:
     from bondgraph.graph.bond_graph import BondGraph
@@ -73,9 +73,18 @@ def inputs_of(
         if name in compiled.model.recorded and whole is not None:
             given = slopes(whole, float(np.diff(time).mean()) if n > 1 else 1.0, breaks)
         if given is None:
-            raise unknown_name("input", name, "the commands", list(commands))
+            raise missing(compiled.model.name, name, commands)
         u[:, i] = given
     return u
+
+
+def missing(model: str, name: str, commands: Mapping[str, Array]) -> UnknownName:
+    """Return the refusal of a simulation whose commands lack one."""
+    given = ", ".join(commands) or "none"
+    return UnknownName(
+        f"{model}: the command {name} is missing (given: {given}); add {name!r} and its values at "
+        "the samples to the commands"
+    )
 
 
 def own_input(name: str, n: int) -> Array | None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from html import escape
 from typing import Any
@@ -9,7 +10,10 @@ from typing import Any
 import numpy as np
 
 from bondgraph.drawing.courses import courses
+from bondgraph.graph.bond_graph import BondGraph
+from bondgraph.graph.sensors import Sensor
 from bondgraph.signals.files.checks import optional
+from bondgraph.signals.units import read_unit
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import unknown_name
 
@@ -40,6 +44,8 @@ class Trajectory:
         Steps that CVODES or IDAS took in all runs, 0 without them.
     hold : {"hold", "linear", "band-limited"}
         What the inputs did between samples.
+    units : dict of str to str
+        SI units of the outputs, where the sensors name them.
 
     Examples
     --------
@@ -58,6 +64,7 @@ class Trajectory:
     settled: bool = True
     inner_steps: int = 0
     hold: str = "linear"
+    units: Mapping[str, str] = field(default_factory=dict)
 
     def __getitem__(self, name: str) -> Array:
         """Output by name."""
@@ -78,7 +85,7 @@ class Trajectory:
 
     def plot(self) -> Any:
         """Draw the outputs over time; returns matplotlib axes, one an output."""
-        return courses(self.time, self.outputs, {})
+        return courses(self.time, self.outputs, self.units)
 
     def _repr_html_(self) -> str:
         """Return a table of the outputs for notebooks."""
@@ -89,3 +96,9 @@ class Trajectory:
         )
         head = "<tr><th>output</th><th>least</th><th>most</th><th>last</th></tr>"
         return f"<p>{escape(repr(self))}</p><table>{head}{rows}</table>"
+
+
+def units_of(graph: BondGraph) -> dict[str, str]:
+    """Return the SI units of the readings, where they are named."""
+    found = {s.name: read_unit(s.unit) for s in graph.of_type(Sensor) if s.unit}
+    return {n: u.si for n, u in found.items() if u is not None and u.si != "1"}

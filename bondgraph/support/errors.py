@@ -7,6 +7,7 @@ also derives from the built-in class a Python reader expects (`KeyError`, `Value
 from __future__ import annotations
 
 import difflib
+import re
 from collections.abc import Iterable
 
 _SHOWN = 12
@@ -105,7 +106,7 @@ def nearest(name: str, known: Iterable[str], count: int = 3) -> tuple[str, ...]:
         for k in names
     }
     for k in names:  # a part of a longer name: stribek for stribeck_friction
-        for part in k.split("_"):
+        for part in re.split(r"[_\s]+", k):
             alike = difflib.SequenceMatcher(None, name.lower(), part.lower()).ratio()
             if len(part) > 3 and alike >= 0.8:
                 score[k] = max(score[k], 0.9 * alike)

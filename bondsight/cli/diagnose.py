@@ -21,7 +21,7 @@ from bondsight.cli.arguments import (
     positive_number,
     reading_of,
 )
-from bondsight.cli.output import INTERRUPTED, writable
+from bondsight.cli.output import INTERRUPTED, Stopped, writable
 
 if TYPE_CHECKING:
     from bondgraph.graph.bond_graph import BondGraph
@@ -126,12 +126,17 @@ def diagnose_files(
             if watch is not None:
                 watch(text, fraction)
 
-        result = diagnose(
-            study if moved else graph, None if moved else found, split,
-            model=model_name(options.model, graph), hold=options.hold,
-            options=DiagnosisOptions(**settings), progress=Deadline(say, limit),
-            seed=options.seed, noise=noise,
-        )  # fmt: skip
+        deadline = Deadline(say, limit)
+        try:
+            result = diagnose(
+                study if moved else graph, None if moved else found, split,
+                model=model_name(options.model, graph), hold=options.hold,
+                options=DiagnosisOptions(**settings), progress=deadline,
+                seed=options.seed, noise=noise,
+            )  # fmt: skip
+        except KeyboardInterrupt:
+            when = "the time was over" if deadline.over else "stopped"
+            raise Stopped(f"{when} before anything was found, so nothing was written") from None
     path = write_verdict(result, options.out)
     report = write_report(characterised(result), options.out)
     if options.json:

@@ -94,7 +94,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print(f"bondsight: cannot read or write{where}: {error.strerror or error}", file=sys.stderr)
         return 2
     except KeyboardInterrupt as error:
-        said = ["stopped; files already named above are complete"]
+        said = [str(error) or "stopped; files named above, if any, are complete"]
         whole = "; ".join([*said, *getattr(error, "__notes__", ())])
         print(f"bondsight: {' '.join(whole.split())}", file=sys.stderr)
         return INTERRUPTED
@@ -118,6 +118,7 @@ class _OneLine(argparse.ArgumentParser):
 
     def __init__(self, **options: Any) -> None:
         super().__init__(allow_abbrev=False, **options)
+        self._words: tuple[str, ...] = ()
 
     def _check_value(self, action: argparse.Action, value: Any) -> None:
         """Say the nearest word before all words are listed."""
@@ -127,9 +128,27 @@ class _OneLine(argparse.ArgumentParser):
             raise argparse.ArgumentError(action, f"no {value!r} (did you mean {meant}?)")
         super()._check_value(action, value)
 
+    def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
+        """Remember the words, and refuse a misspelled option where it is known what was meant."""
+        self._words = tuple(sys.argv[1:] if args is None else args)
+        found, rest = super().parse_known_args(args, namespace)
+        if rest and self._misspelled():
+            self.error("unknown option")
+        return found, rest
+
     def error(self, message: str) -> NoReturn:
         """Say what is wrong and where the help is."""
-        self.exit(2, f"bondsight: {' '.join(message.split())}; see {self.prog} --help\n")
+        said = self._misspelled() or " ".join(message.split())
+        self.exit(2, f"bondsight: {said}; see {self.prog} --help\n")
+
+    def _misspelled(self) -> str:
+        """Return the first option that is none but like one, and that; empty where all are."""
+        here = self._words[:1] if self._subparsers else self._words
+        for option in (w.partition("=")[0] for w in here if w.startswith("--") and w != "--"):
+            near = nearest(option, (o for o in self._option_string_actions if o[:2] == "--"))
+            if near and option not in self._option_string_actions:
+                return f"no option {option} (did you mean {near[0]}?)"
+        return ""
 
 
 def _parser(called: str = "") -> argparse.ArgumentParser:

@@ -11,6 +11,10 @@ INTERRUPTED = 130
 """Exit code after Ctrl-C."""
 
 
+class Stopped(KeyboardInterrupt):
+    """Ctrl-C, or the end of the time, with the sentence on what became of the results."""
+
+
 def writable(folder: Path) -> None:
     """Refuse a folder that cannot be written before the work is done, not after."""
     try:

@@ -68,9 +68,7 @@ def stoppable(live: LiveStudio) -> Callable[[str, float], None]:
     def told(text: str, fraction: float) -> None:
         live(text, fraction)
         if live.stopped and fraction < SEARCHED:
-            stop = KeyboardInterrupt()
-            stop.add_note("stopped before anything was named, so nothing was written")
-            raise stop
+            raise KeyboardInterrupt
 
     return told
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -11,11 +11,11 @@ from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.composing.binding import external_signals
 from bondgraph.graph.elements import Modulated, Source
 from bondgraph.graph.sensors import Sensor
-from bondgraph.signals.files.checks import means_time
-from bondgraph.signals.files.columns import OTHERS, NoUnit
+from bondgraph.signals.files.checks import map_option, means_time
+from bondgraph.signals.files.columns import OTHERS, NoUnit, is_time
 from bondgraph.signals.recording import Recording, Split
 from bondgraph.signals.units import same_dimension, split_header
-from bondgraph.support.errors import UnusableInput, nearest, unknown_name
+from bondgraph.support.errors import BondsightError, UnusableInput, nearest, unknown_name
 from identification.datasets.catalogue import KNOWN, load, names
 
 
@@ -41,6 +41,11 @@ def open_recording(
             )
         known = (*recorded, *external_signals(graph))
         if name not in known and not means_time(name):
+            if mapping[name] in known and name in _channels(text, reading):
+                raise UnusableInput(
+                    f"--map {name}={mapping[name]}: {mapping[name]} is the name in {graph.name}; "
+                    f"turn it round, {map_option(mapping[name], name)}"
+                )
             raise unknown_name("source or sensor", name, graph.name, known)
     split = None
     if text and (Path(text).exists() or Path(text).suffix):
@@ -67,6 +72,14 @@ def open_recording(
     return recording, split, said
 
 
+def _channels(text: str, reading: Mapping[str, Any]) -> tuple[str, ...]:
+    """Return the channels of a file that can be read as it is."""
+    try:
+        return tuple(Recording.read(Path(text), **reading).channels)
+    except (BondsightError, OSError):
+        return ()
+
+
 def _recorded(graph: BondGraph) -> list[Source | Sensor]:
     """Return what a recording has channels for: no source that the model drives itself."""
     return [e for e in graph.of_type(Source, Sensor) if not isinstance(e, Modulated)]
@@ -75,13 +88,22 @@ def _recorded(graph: BondGraph) -> list[Source | Sensor]:
 def _without_unit(error: NoUnit, mapping: Mapping[str, str], graph: BondGraph) -> str:
     """Return the line on a column without unit, with a name of the model and its unit."""
     asked = [n for n, c in mapping.items() if c.strip() == error.column]
-    left = {e.name: e.unit or "1" for e in _recorded(graph) if e.name not in mapping or asked}
+    taken = set() if asked else {*mapping, *_taken(error.beside, graph)}
+    left = {e.name: e.unit or "1" for e in _recorded(graph) if e.name not in taken}
     if not left:
         return str(error)
     name = [*asked, *nearest(error.column, left), *left][0]
     others = [f"{n} [{u}]" for n, u in left.items() if n != name]
     also = f"; other names of {graph.name}: {', '.join(others)}" if others and not asked else ""
     return error.said(name, left.get(name, "s")) + also
+
+
+def _taken(headers: Sequence[str], graph: BondGraph) -> set[str]:
+    """Return the names of the model that columns with a unit are taken for."""
+    units = dict(split_header(h) for h in headers if not is_time(h))
+    known = {base: unit for base, unit in units.items() if unit}
+    recorded = _recorded(graph)
+    return {e.name for e in recorded if e.name in units} | {*_by_unit(known, recorded).values()}
 
 
 def _require_dimension(e: Source | Sensor, column: str, recording: Recording) -> None:
@@ -115,21 +137,26 @@ def match_by_unit(recording: Recording, graph: BondGraph) -> tuple[Recording, tu
 
     The recording notes what was matched so.
     """
-    wanted = _recorded(graph)
-    open_names = [e for e in wanted if e.name not in recording.channels]
-    free = [n for n in recording.channels if n not in {e.name for e in wanted}]
-    said, renamed = [], {}
-    for e in open_names:
-        if not e.unit:
-            continue
-        same = [n for n in free if same_dimension(recording.units[n], e.unit)]
-        rivals = [o for o in open_names if o.unit and same_dimension(o.unit, e.unit)]
-        if len(same) == 1 and len(rivals) == 1:
-            renamed[same[0]] = e.name
-            said.append(f"channel {same[0]} is taken as {e.name} (the only one in {e.unit})")
+    renamed = _by_unit({n: recording.units[n] for n in recording.channels}, _recorded(graph))
     if not renamed:
         return recording, ()
+    unit = {e.name: e.unit for e in _recorded(graph)}
+    said = tuple(
+        f"channel {n} is taken as {e} (the only one in {unit[e]})" for n, e in renamed.items()
+    )
     table = {renamed.get(n, n): n for n in recording.channels}
     made = recording.select(table)
-    meta = {**made.meta, "notes": (*made.notes, *said)}
-    return replace(made, meta=meta), tuple(said)
+    return replace(made, meta={**made.meta, "notes": (*made.notes, *said)}), said
+
+
+def _by_unit(units: Mapping[str, str], wanted: Sequence[Source | Sensor]) -> dict[str, str]:
+    """Return column -> name of the model, where the unit leaves one of either."""
+    open_names = [e for e in wanted if e.name not in units and e.unit]
+    free = [n for n in units if n not in {e.name for e in wanted}]
+    found = {}
+    for e in open_names:
+        same = [n for n in free if same_dimension(units[n], e.unit)]
+        rivals = [o for o in open_names if same_dimension(o.unit, e.unit)]
+        if len(same) == 1 and len(rivals) == 1:
+            found[same[0]] = e.name
+    return found

@@ -13,10 +13,12 @@ from typing import Any
 import numpy as np
 
 from bondgraph.graph.bond_graph import BondGraph
+from bondgraph.graph.checking import require_graph
 from bondgraph.graph.sensors import Sensor
 from bondgraph.signals.recording import Recording, Split
 from bondgraph.signals.split import kept_back
 from bondgraph.support.errors import BondsightError, UnusableInput
+from bondgraph.support.parallel import ending
 from identification.diagnosis.evidence.answer import Decision
 from identification.diagnosis.evidence.disturbed import disturbed
 from identification.diagnosis.evidence.hypotheses import Thresholds
@@ -247,6 +249,8 @@ def diagnose(
     begin = time.perf_counter()
     say = progress or _silent
     options, limits = options or DiagnosisOptions(), limits or Thresholds()
+    if not isinstance(graph, Study):
+        require_graph(graph, "diagnose(graph, recording)", "a BondGraph or a Study")
     asked = asked_of(graph, recording, split, hold, noise or {})
     if asked.hold:
         options = replace(options, holds=(asked.hold,))
@@ -267,7 +271,7 @@ def diagnose(
         made = replace(result, notes=notes, advice=(material.reason,))
     else:
         # tiny matrices: threads of the linear algebra only get in each other's way
-        with calm():
+        with calm(), ending():
             made = _diagnosed(result, material, options, say, tuple(known))
     say("done", 1.0)
     return replace(made, seconds=time.perf_counter() - begin)

@@ -40,6 +40,8 @@ def readings_drawn(
     import matplotlib as mpl
     from matplotlib.figure import Figure
 
+    from identification.report.canvas import one_legend
+
     colours = (BEFORE, AFTER)[-len(fits) :]
     held_out = (*stretches(split.test), *stretches(split.looked_at))
     with mpl.rc_context({**PLOT, "figure.facecolor": "white"}):
@@ -57,8 +59,8 @@ def readings_drawn(
                     ax.axvspan(time[start], time[stop - 1], color=SOFT, alpha=0.12, lw=0)
             left.set_ylabel(f"{name}, {units[name] or 'SI'}")
             right.set_ylabel("left over, times the noise")
-        axes[0, 0].legend(loc="upper left", ncols=3)
-        axes[0, 0].set_title("shaded: held out")
+        one_legend(figure, axes[:1, 0])
+        axes[0, 1].set_title("shaded: held out", loc="right")
         for ax in axes[-1]:
             ax.set_xlabel("time, s")
     return axes

@@ -15,6 +15,7 @@ from bondgraph.graph.composing.binding import external_signals
 from bondgraph.graph.elements import Modulated, Source
 from bondgraph.graph.parameter import Parameter
 from bondgraph.graph.sensors import Sensor
+from bondgraph.signals.files.checks import map_option
 from bondgraph.signals.recording import Recording, Split
 from bondgraph.signals.split import stretches
 from bondgraph.signals.units import same_dimension
@@ -187,6 +188,19 @@ def rivals_for(unit: str, graph: BondGraph, recording: Recording) -> list[str]:
     return [n for n in free if same_dimension(recording.units[n], unit)]
 
 
+def _left(unit: str, graph: BondGraph, recording: Recording) -> str:
+    """Return in which units the columns are that nothing of the graph is called by."""
+    free = [n for n in recording.channels if n not in graph.elements]
+    told = [f"{n} is in {recording.units[n]}" for n in free if recording.units[n]]
+    if not unit or not told or len(told) > MOST_TOLD:
+        return ""
+    return f"; it is in {unit}, but of the columns that are left {', '.join(told)}"
+
+
+MOST_TOLD = 4
+"""Columns whose units are said one by one."""
+
+
 def gain_name(channel: str) -> str:
     """Return the name of the factor on a channel."""
     return f"gain_{channel}"
@@ -237,12 +251,13 @@ def data_for(
                 if len(same) > 1:
                     raise UnusableInput(
                         f"no channel for {kind} {n!r} in {recording.name}: {' and '.join(same)} "
-                        f"are in {unit}; choose one with --map {n}={same[0]}"
+                        f"are in {unit}; choose one with {map_option(n, same[0])}"
                     )
                 error = unknown_name(f"channel for {kind}", n, recording.name, recording.channels)
                 less = f", or leave it out: graph.remove({n!r})" if kind == "sensor" else ""
                 raise UnusableInput(
-                    f"{error}; name it with --map {n}=COLUMN or Recording.select{less}"
+                    f"{error}{_left(unit, graph, recording)}; name it with --map {n}=COLUMN or "
+                    f"Recording.select{less}"
                 )
     for s in (*drives(graph), *graph.of_type(Sensor)):
         unit = recording.units[s.name]

@@ -10,6 +10,7 @@ from html import escape
 import numpy as np
 
 from bondgraph.graph.bond_graph import BondGraph
+from bondgraph.graph.checking import require_graph
 from bondgraph.graph.composing.binding import external_signals
 from bondgraph.graph.elements import Source
 from bondgraph.graph.parameter import Parameter
@@ -174,6 +175,7 @@ class Study:
         process_noise: Sequence[str] | Mapping[str, float] | None = None,
     ) -> None:
         """Check everything that can be checked before a simulation."""
+        require_graph(graph, "Study(graph, recordings)")
         records = (recordings,) if isinstance(recordings, Recording) else tuple(recordings)
         judged = (validation,) if isinstance(validation, Recording) else tuple(validation)
         if not records:
@@ -530,6 +532,13 @@ class Study:
         names, n = ", ".join(self.free_names), len(self.recordings)
         many = "1 recording" if n == 1 else f"{n} recordings"
         return f"Study({self.graph.name!r}, {many}, free: {names})"
+
+    def __str__(self) -> str:
+        """Return the short text, and under it where each free parameter starts."""
+        known = self.graph.parameters
+        starts = (f"  {v.name} starts at {self.starts[v.name]:.6g} {known[v.name].unit}"
+                  for v in self.free)  # fmt: skip
+        return "\n".join([repr(self), *starts])
 
     def _repr_html_(self) -> str:
         """Return the free parameters with their starts and what is known of them."""

@@ -305,9 +305,9 @@ LOGGED = "time_ms,voltage_V,current_A,speed_rpm"
         (LOGGED, ["q=speed_rpm"], "Known: u, i, w"),
         (LOGGED, ["load=speed_rpm"], "load has no channel, the model motor gives its value"),
         ("time_ms,voltage,current,speed", [], "'voltage[V]' ('1' for a pure number), or say it "
-         "with --map u=voltage[V]; other names of motor: i [A], w [rad/s]"),
-        ("time_ms,voltage_V,current,speed", ["i=current"], "--map i=current[A]"),
-        ("time_ms,voltage_V,w,current_A", [], "--map w=w[rad/s]"),
+         "with --map 'u=voltage[V]'; other names of motor: i [A], w [rad/s]"),
+        ("time_ms,voltage_V,current,speed", ["i=current"], "--map 'i=current[A]'"),
+        ("time_ms,voltage_V,w,current_A", [], "--map 'w=w[rad/s]'"),
         ("time_ms,voltage_V,current_A,brake_A,speed_rpm", [],
          "current and brake are in A; choose one with --map i=current"),
     ],

@@ -9,12 +9,15 @@ import sys
 from collections.abc import Iterator
 from importlib.util import find_spec
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pytest
 
 import bondsight
 from actuators.models.catalogue import MODELS
 from bondsight.cli.main import _parser, main
+from identification.diagnosis import diagnose as whole
 
 ROOT = Path(bondsight.__file__).resolve().parents[1]
 ELSEWHERE = {"compensate", "blind", "conformance", "coverage", "published", "real"}
@@ -78,3 +81,60 @@ def test_a_shell_completes_words(tmp_path: Path) -> None:
     subprocess.run([sys.executable, "-m", "bondsight"], env=env,
                    check=True, cwd=tmp_path)  # fmt: skip
     assert answer.read_text().split() == ["--model"]
+
+
+OSCILLATOR = """
+from bondgraph import BondGraph, C, Dq, I, One, R, Se
+
+def model():
+    with BondGraph("carriage") as g:
+        v = One("v")
+        Se("F", unit="N") >> v >> I("m", 0.5, unit="kg")
+        v >> R("d", 2.0, unit="N*s/m")
+        v >> C("k", stiffness=200.0, unit="N/m")
+        v >> Dq("x", unit="m")
+    return g
+"""
+
+
+@pytest.fixture
+def carriage(tmp_path: Path) -> list[str]:
+    """Words of a diagnosis."""
+    (tmp_path / "carriage.py").write_text(OSCILLATOR)
+    rows = [f"{0.01 * i:.2f},{np.sin(0.3 * i):.6f},{np.cos(0.3 * i):.6f}" for i in range(60)]
+    (tmp_path / "run.csv").write_text("\n".join(["t_s,F[N],x[mm]", *rows]))
+    words = ["run.csv", "--model", "carriage.py", "--out", "out"]
+    return ["diagnose", *(str(tmp_path / w) if w[0] != "-" else w for w in words), "--quiet"]
+
+
+@pytest.mark.parametrize("seconds", [None, "1e-9"])
+def test_one_sentence_says_that_nothing_was_written(
+    seconds: str | None, carriage: list[str], capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:  # fmt: skip
+    def stopped(*_: object, progress: Any, **__: object) -> None:
+        progress("searching", 0.5)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(whole, "diagnose", stopped)
+    assert main([*carriage, *(["--time", seconds] if seconds else [])]) == 130
+    when = "the time was over" if seconds else "stopped"
+    line = f"bondsight: {when} before anything was found, so nothing was written\n"
+    assert capsys.readouterr().err == line
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["diagnose", "run.csv", "--modle", "m.py"], "no option --modle (did you mean --model?)"),
+        (["diagnose", "r.csv", "--model", "m", "--ouut=x"], "no option --ouut (did you mean --out"),
+        (["--versoin"], "no option --versoin (did you mean --version?)"),
+        (["effects", "--zzzz"], "unrecognized arguments: --zzzz"),
+    ],
+)
+def test_a_misspelled_option_names_the_one_meant(
+    words: list[str], said: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(SystemExit):
+        main(words)
+    assert capsys.readouterr().err.startswith(f"bondsight: {said}")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import shlex
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -24,6 +25,17 @@ def frozen(values: ArrayLike) -> FloatArray:
         out = out.copy()
         out.flags.writeable = False
     return out
+
+
+def map_option(name: str, column: str) -> str:
+    """Return the words that name a column on the command line, as a shell takes them.
+
+    Examples
+    --------
+    >>> print(map_option("V", "Source voltage"))
+    --map 'V=Source voltage'
+    """
+    return f"--map {shlex.quote(f'{name}={column}')}"
 
 
 def means_time(name: str) -> bool:

@@ -8,10 +8,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from bondgraph.signals.files.checks import check_name, means_time
+from bondgraph.signals.files.checks import check_name, map_option, means_time
 from bondgraph.signals.units import Unit, parse_unit, split_header
 from bondgraph.support.arrays import FloatArray
-from bondgraph.support.errors import UnusableInput, unknown_name
+from bondgraph.support.errors import UnknownName, UnusableInput, unknown_name
 
 OTHERS = "*"
 """Key of a map that asks for all other columns too."""
@@ -26,11 +26,13 @@ class NoUnit(UnusableInput):
         The file.
     column : str
         The header.
+    beside : sequence of str
+        Headers of the other columns, where they are known.
     """
 
-    def __init__(self, where: str, column: str) -> None:
+    def __init__(self, where: str, column: str, beside: Sequence[str] = ()) -> None:
         super().__init__(where, column)
-        self.where, self.column = where, column
+        self.where, self.column, self.beside = where, column, tuple(beside)
 
     def __str__(self) -> str:
         """Return the line, with a map entry under the column's own name."""
@@ -40,8 +42,8 @@ class NoUnit(UnusableInput):
         """Return the line, with a map entry of a channel and its unit."""
         return (
             f"{self.where}, column {self.column!r}: no unit; write it behind the name, such as "
-            f"'{self.column}[{unit}]' ('1' for a pure number), or say it with --map "
-            f"{name}={self.column}[{unit}]"
+            f"'{self.column}[{unit}]' ('1' for a pure number), or say it with "
+            f"{map_option(name, f'{self.column}[{unit}]')}"
         )
 
 
@@ -113,10 +115,10 @@ def is_rate(header: str) -> bool:
     return header.lower().endswith("fs_hz") or header.lower() == "fs[hz]"
 
 
-def _unit_of(header: str, where: str) -> Unit:
+def _unit_of(header: str, where: str, beside: Sequence[str] = ()) -> Unit:
     base, unit = split_header(header)
     if unit is None:
-        raise NoUnit(where, header)
+        raise NoUnit(where, header, [h for h in beside if h != header])
     if unit == "C" and "temp" in base.lower():
         raise UnusableInput(f"{where}, column {header!r}: C means coulomb; write degC or K")
     return parse_unit(unit, f"{where}, column {header!r}")
@@ -150,6 +152,20 @@ def _find(target: str, headers: Sequence[str], where: str) -> tuple[str, Unit]:
     return matches[0], unit
 
 
+def _asked(name: str, target: str, headers: Sequence[str], where: str) -> tuple[str, Unit]:
+    """Return the column of an entry of the map; what stands the other way round is said so."""
+    try:
+        return _find(target, headers, where)
+    except UnknownName as error:
+        turned = [h for h in headers if name in (h, split_header(h)[0])]
+        if not turned:
+            raise
+        raise UnknownName(
+            f"{error}; or, as {name} is one of them, turn it round, "
+            f"{map_option(target.strip(), name)}"
+        ) from None
+
+
 def choose(
     headers: Sequence[str], map: Mapping[str, str] | None, fs: float | None, where: str
 ) -> ColumnPlan:
@@ -164,7 +180,7 @@ def choose(
     times = [h for h in named if is_time(h)]
     asked = {k: v for k, v in (map or {}).items() if not means_time(k) and k != OTHERS}
     time_asked = [v for k, v in (map or {}).items() if means_time(k)]
-    channels = {k: _find(v, named, where) for k, v in asked.items()}
+    channels = {k: _asked(k, v, named, where) for k, v in asked.items()}
     if map is None or OTHERS in map:
         taken = {*rates, *times, *(h for h, _ in channels.values())}
         if time_asked and fs is None:
@@ -206,9 +222,9 @@ def _by_base(headers: Sequence[str], where: str) -> dict[str, tuple[str, Unit]]:
         if base in found:
             raise UnusableInput(
                 f"{where}: columns {found[base][0]!r} and {h!r} would both be channel "
-                f"{base!r}; choose with --map {base}={h}"
+                f"{base!r}; choose with {map_option(base, h)}"
             )
-        found[base] = (h, _unit_of(h, where))
+        found[base] = (h, _unit_of(h, where, headers))
     return found
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bondgraph.signals.files.arrays import pick_arrays
-from bondgraph.signals.files.checks import check_total, means_time
+from bondgraph.signals.files.checks import check_total, map_option, means_time
 from bondgraph.signals.files.columns import OTHERS, ColumnTable, is_rate, is_time
 from bondgraph.signals.units import parse_unit, split_header
 from bondgraph.support.errors import UnusableInput, unknown_name
@@ -255,5 +255,5 @@ def _check_one(bases: Mapping[StoredArray, _Base], where: str) -> None:
     pick = next(iter(kinds.values()))[0]
     raise UnusableInput(
         f"{where}: the channels lie on {len(kinds)} time bases: {'; '.join(said)}; choose those of "
-        f"one with --map x={pick}"
+        f"one with {map_option('x', pick)}"
     )

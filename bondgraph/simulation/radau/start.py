@@ -11,7 +11,7 @@ import numpy as np
 from bondgraph.equations.program import Program
 from bondgraph.signals.recorded_rates import slopes
 from bondgraph.simulation.radau.recorder import Key
-from bondgraph.simulation.start import own_input
+from bondgraph.simulation.start import missing, own_input
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import BondsightError, UnusableInput, unknown_name
 
@@ -60,7 +60,7 @@ def inputs_of(
             pieces = np.diff(np.asarray(commands[source], float)) / np.diff(time)
             u[:, i] = np.append(pieces, pieces[-1])
         else:
-            raise unknown_name("command for the input", name, "the commands", list(commands))
+            raise missing(program.name, name, commands)
     return u
 
 

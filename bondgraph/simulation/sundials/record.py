@@ -54,7 +54,7 @@ from bondgraph.simulation.sundials.functions import (
     unknowns_of,
 )
 from bondgraph.simulation.sundials.stepper import Accepted, Stepper
-from bondgraph.simulation.trajectory import Trajectory
+from bondgraph.simulation.trajectory import Trajectory, units_of
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import BondsightError, UnusableInput
 from bondgraph.support.interrupts import interrupts
@@ -113,6 +113,7 @@ def simulate_sundials(
                 graph.name, np.asarray(time, float), asked.outputs(y), {}, n_sub,
                 end.x[: len(asked.program.states)], program.memory_by_law(end.m),
                 asked.program.states, inner_steps=steps, hold=hold,
+                units=units_of(graph),
             )  # fmt: skip
         last, n_sub = watched, 2 * n_sub
     raise BondsightError(

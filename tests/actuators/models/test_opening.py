@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from actuators.models.opening import load_model
-from bondgraph.support.errors import UnusableInput
+from bondgraph.support.errors import GraphError, UnusableInput
 
 
 def refused(text: str) -> str:
@@ -157,3 +157,13 @@ def test_annotations_that_are_text_are_read(tmp_path: Path) -> None:
     """Dataclasses look them up in the module of the model."""
     own = MODEL.format(parts="json").replace("json.SIZE", "SIZE").replace("again.", "")
     assert loads(written(tmp_path, PARTS + own)) == 2.0
+
+
+def test_a_refusal_of_an_element_names_the_line_of_the_model(tmp_path: Path) -> None:
+    text = "from bondgraph import R\ndef model():\n    return R(2.0, 'Ra', unit='ohm')\n"
+    with pytest.raises(GraphError, match=r"swapped: write R\('Ra', 2.0, ...\)") as stop:
+        load_model(written(tmp_path, text))
+    assert stop.value.__notes__ == ["at mine.py line 3"]
+    plain = text.replace("R(2.0, 'Ra', ", "R(2.0, ")
+    with pytest.raises(GraphError, match=r'write R\("name", 2.0, ...\)'):
+        load_model(written(tmp_path, plain))

@@ -9,7 +9,7 @@ from actuators import stack_bond_graph
 from bondgraph import MTF, BondGraph, C, De, Df, I, MSe, One, R, Se, System, Zero
 from bondgraph.equations.decimals import as_text
 from bondgraph.equations.derivation import equations
-from bondgraph.export.latex import latex, ordered_latex, pretty
+from bondgraph.export.latex import latex, ordered_latex, pretty, tex
 from bondgraph.export.notations import notation
 
 
@@ -86,7 +86,7 @@ def test_pseudo_inputs_do_not_confuse(drifting: System) -> None:
     for text in (latex(drifting), ordered_latex(drifting)):
         assert "one" not in text
         assert "ramp" not in text
-        assert r"drift_{2} \bar{t}^{2}" in text
+        assert r"drift_{2} \, \bar{t}^{2}" in text
         assert "V_{off}" in text
 
 
@@ -104,3 +104,9 @@ def test_laws_show_as_functions() -> None:
         _ = loop >> I("m", 1.0)
         _ = loop >> R("d_s", 0.0, law=Coulomb())
     assert r"\varphi_{d_{s}}{\left(" in latex(equations(g))
+
+
+def test_long_names_stand_apart() -> None:
+    leak, oil, belt, mu, p = sp.symbols("leak oil belt mu_1 p_J")
+    assert tex(leak * oil / (1 + 2 * belt)) == r"\frac{leak \, oil}{2 \, belt + 1}"
+    assert tex(mu * p) == r"\mu_{1} p_{J}"  # letters with subscripts are told apart

@@ -156,3 +156,23 @@ def test_a_gearbox_on_a_motor_by_mistake_without_the_rack() -> None:
     (line,) = domain_problems(g)
     assert "rotation" in line
     assert "translation" in line
+
+
+def spring(**given: object) -> BondGraph:
+    """A mass on a spring."""
+    with BondGraph("g") as g:
+        body = One("body")
+        Se("F", unit="N") >> body >> I("m", 1.0, unit="kg")
+        body >> C("k", **given)  # type: ignore[arg-type]
+        body >> Dq("x", unit="m")
+    return g
+
+
+def test_a_stiffness_given_as_a_compliance_is_told() -> None:
+    (line,) = domain_problems(spring(value=600.0, unit="N/m"))
+    assert 'write C("k", stiffness=600, unit="N/m")' in line
+    assert "transducer" not in line
+    assert domain_problems(spring(stiffness=600.0, unit="N/m")) == ()
+    assert domain_problems(spring(value=1e-3, unit="m/N")) == ()
+    (other,) = domain_problems(spring(value=1e-3, unit="F"))
+    assert "transducer" in other

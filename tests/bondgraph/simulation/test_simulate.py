@@ -269,3 +269,14 @@ def test_a_memory_is_as_accurate_as_asked_for() -> None:
     for accuracy in (1e-3, 1e-4, 1e-5):
         found = simulate(graph, time, {"V_in": volt}, x0="rest", hold="linear", accuracy=accuracy)
         assert relative_change(found["x"][:, None], exact["x"][:, None]) < accuracy
+
+
+def test_a_command_that_is_missing_is_named() -> None:
+    with BondGraph("turning") as g:
+        s = One("s")
+        Se("T", unit="N*m") >> s >> I("J", 1e-3, unit="kg*m2")
+        s >> Df("w", unit="rad/s")
+    with pytest.raises(UnknownName, match=r"turning: the command T is missing \(given: none\)"):
+        simulate(g, np.arange(5) * 0.1, {})
+    with pytest.raises(UnusableInput, match=r"not a function; call it, block\(\)"):
+        simulate(block, np.arange(5) * 0.1)  # type: ignore[arg-type]

@@ -56,6 +56,9 @@ def test_a_verdict_prints_on_a_screen(found: Diagnosis) -> None:
 def test_it_draws_what_is_left(found: Diagnosis) -> None:
     ((left, right),) = found.plot()
     assert [line.get_label() for line in left.lines] == ["measured", "as it is", "repaired"]
+    assert left.get_legend() is None  # it would lie upon the readings
+    (legend,) = left.figure.legends
+    assert [t.get_text() for t in legend.get_texts()] == ["measured", "as it is", "repaired"]
     before, after = (np.abs(line.get_ydata()).max() for line in right.lines)
     assert after < 10.0 < before
     assert found.nominal is not None
@@ -99,6 +102,7 @@ def test_studies_fits_and_runs_show_themselves(frame: pd.DataFrame) -> None:
     assert len(recording.plot()) == 2
     study = Study(spring(), recording)
     assert "1 recording," in repr(study)
+    assert str(study.starting({"m": 0.25})).splitlines()[1] == "  m starts at 0.25 kg"
     assert all(f"<td>{n}</td>" in study._repr_html_() for n in study.free_names)
     fitted = estimate(study)
     ((left, right),) = fitted.plot()
@@ -107,4 +111,5 @@ def test_studies_fits_and_runs_show_themselves(frame: pd.DataFrame) -> None:
     run = simulate(spring(), T, {"F": U})
     (ax,) = run.plot()
     np.testing.assert_array_equal(ax.lines[0].get_ydata(), run["x"])
+    assert ax.get_ylabel() == "x, m"
     assert "<td>x</td>" in run._repr_html_()
