@@ -91,14 +91,42 @@ def diagnose_files(
     watch : callable, optional
         Told every step, beside the bar.
     """
+    limit = getattr(options, "time", None)
+    try:
+        result = _found(options, graph, watch, limit)
+    except KeyboardInterrupt as stop:
+        when = str(stop) or "stopped"
+        raise Stopped(f"{when} before anything was found, so nothing was written") from None
+    from identification.diagnosis.diagnose import STOPPED, characterised
+    from identification.diagnosis.studio import write_report
+    from identification.diagnosis.verdict import in_words, verdict, write_verdict
+
+    path = write_verdict(result, options.out)
+    report = write_report(characterised(result), options.out)
+    if options.json:
+        print(json.dumps(verdict(result), indent=2, allow_nan=False))
+    else:
+        print(in_words(result))
+        print(f"verdict: {path}\nreport:  {report}")
+    if STOPPED in result.notes:
+        print(f"bondsight: {STOPPED}", file=sys.stderr)
+        return INTERRUPTED if limit is None else 0, result
+    return 0, result
+
+
+def _found(
+    options: argparse.Namespace,
+    graph: BondGraph | None,
+    watch: Callable[[str, float], None] | None,
+    limit: float | None,
+) -> Any:
+    """Read and diagnose."""
     from actuators.models.opening import load_model, model_name
     from bondgraph.causality.assignment import assign_causality
     from bondgraph.signals.recording import Recording
     from bondsight.cli.progress import Bar, Deadline
-    from identification.diagnosis.diagnose import STOPPED, characterised, diagnose
+    from identification.diagnosis.diagnose import diagnose
     from identification.diagnosis.search.candidates import DiagnosisOptions
-    from identification.diagnosis.studio import write_report
-    from identification.diagnosis.verdict import in_words, verdict, write_verdict
     from identification.study.driven import require_driven
     from identification.study.study import ESTIMATED, Study
 
@@ -118,7 +146,6 @@ def diagnose_files(
             graph, found, hold=options.hold or ESTIMATED, noise=noise or "white",
             process_noise=moved,
         )  # fmt: skip
-    limit = getattr(options, "time", None)
     with Bar(quiet=getattr(options, "quiet", False) or not sys.stderr.isatty()) as bar:
 
         def say(text: str, fraction: float) -> None:
@@ -134,20 +161,9 @@ def diagnose_files(
                 options=DiagnosisOptions(**settings), progress=deadline,
                 seed=options.seed, noise=noise,
             )  # fmt: skip
-        except KeyboardInterrupt:
-            when = "the time was over" if deadline.over else "stopped"
-            raise Stopped(f"{when} before anything was found, so nothing was written") from None
-    path = write_verdict(result, options.out)
-    report = write_report(characterised(result), options.out)
-    if options.json:
-        print(json.dumps(verdict(result), indent=2, allow_nan=False))
-    else:
-        print(in_words(result))
-        print(f"verdict: {path}\nreport:  {report}")
-    if STOPPED in result.notes:
-        print(f"bondsight: {STOPPED}", file=sys.stderr)
-        return INTERRUPTED if limit is None else 0, result
-    return 0, result
+        except KeyboardInterrupt as stop:
+            raise KeyboardInterrupt("the time was over" if deadline.over else str(stop)) from None
+    return result
 
 
 def noise_of(texts: Sequence[str]) -> dict[str, float]:

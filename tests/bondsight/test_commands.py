@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 
 import bondsight
+from actuators.models import opening
 from actuators.models.catalogue import MODELS
 from bondsight.cli.main import _parser, main
 from identification.diagnosis import diagnose as whole
@@ -105,6 +106,18 @@ def carriage(tmp_path: Path) -> list[str]:
     (tmp_path / "run.csv").write_text("\n".join(["t_s,F[N],x[mm]", *rows]))
     words = ["run.csv", "--model", "carriage.py", "--out", "out"]
     return ["diagnose", *(str(tmp_path / w) if w[0] != "-" else w for w in words), "--quiet"]
+
+
+def test_ctrl_c_while_files_are_read_says_the_same(
+    carriage: list[str], capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def stopped(*_: object, **__: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(opening, "load_model", stopped)
+    assert main(carriage) == 130
+    line = "bondsight: stopped before anything was found, so nothing was written\n"
+    assert capsys.readouterr().err == line
 
 
 @pytest.mark.parametrize("seconds", [None, "1e-9"])
