@@ -270,7 +270,7 @@ def test_signals_beside_the_sensors_and_no_sensor_at_all() -> None:
         with BondGraph("observed") as g:
             body = One("body")
             Se("F") >> body >> I("m", 1.0)
-            body >> C("k", stiffness=1.0, law=law)
+            body >> C("k", law=law)
             MSe("push", value=0.1 * displacement("k") ** 2) >> body
             if read:
                 body >> Df("v")
