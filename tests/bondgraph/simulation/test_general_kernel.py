@@ -35,6 +35,7 @@ from bondgraph.simulation.radau.start import inputs_of
 from bondgraph.simulation.start import fine_inputs
 from bondgraph.support.arrays import Array
 from bondgraph.support.native import compiler
+from tests.beside import beside
 from tests.bondgraph.simulation.general_reference import Runner
 from tests.counted import calls
 from tests.spring import spring
@@ -97,8 +98,8 @@ def resonator(spring: Law | None = None, friction: Law | None = None) -> BondGra
         g.parameter("a", 0.2, "N")
         body = One("body")
         Se("F") >> body >> I("m", 1.3)
-        body >> R("d", 0.4, law=friction)
-        body >> C("k", stiffness=3.0, law=spring)
+        body >> R("d", beside(friction, 0.4), law=friction)
+        body >> C("k", stiffness=beside(spring, 3.0), law=spring)
         MSe("push", value=sp.Symbol("a", positive=True) * sp.sin(TIME) * effort("k")) >> body
         body >> Dq("x")
         body >> Df("v")

@@ -20,6 +20,7 @@ from bondgraph.simulation.lure import compile_model
 from bondgraph.simulation.radau.native import prepare_general, run_general
 from bondgraph.simulation.simulate import simulate, simulate_general
 from hardware.virtual.steppers import ExactMarch
+from tests.beside import beside
 
 STEP, N = 5e-5, 120
 R_1, C_1, CUBIC = 1e3, 1e-6, 0.6
@@ -29,7 +30,7 @@ def circuit(law: Law) -> BondGraph:
     with BondGraph("circuit") as g:
         loop, node = One("loop"), Zero("node")
         Se("V", unit="V") >> loop >> node
-        loop >> R("R_1", R_1, unit="ohm", law=law)
+        loop >> R("R_1", beside(law, R_1), unit="ohm", law=law)
         node >> C("C_1", C_1, unit="F")
         node >> R("R_L", 1e4, unit="ohm")
         node >> De("v", unit="V")

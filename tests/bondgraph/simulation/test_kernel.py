@@ -32,6 +32,7 @@ from bondgraph.simulation.exact_run import run_record
 from bondgraph.simulation.lure import Compiled, compile_model
 from bondgraph.simulation.lure_march import LANES
 from bondgraph.support import native
+from tests.beside import beside
 
 N, STEP = 60, 0.05
 
@@ -45,8 +46,8 @@ def oscillator_graph(
     with BondGraph("oscillator") as g:
         body = One("body")
         Se("F", drive=Drive(law=drive) if drive else None) >> body >> I("m", 1.3)
-        body >> R("d", 0.4, law=friction)
-        body >> C("k", stiffness=3.0, law=spring)
+        body >> R("d", beside(friction, 0.4), law=friction)
+        body >> C("k", stiffness=beside(spring, 3.0), law=spring)
         body >> Dq("x", law=reading)
         body >> Df("v")
     return g
