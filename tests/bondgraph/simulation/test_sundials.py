@@ -106,7 +106,7 @@ def test_memory_beside_one_state(place: str, integrator: str) -> None:
         tip = One("tip")
         Se("F", drive=Drive(**law) if place == "F" else None) >> tip
         tip >> R("d", 1.0)
-        tip >> C("k", stiffness=1.0, **(law if place == "k" else {}))
+        tip >> (C("k", **law) if place == "k" else C("k", stiffness=1.0))
         tip >> Dq("x", **(law if place == "x" else {}))
     time = 0.02 * np.arange(400)
     force = {"F": 20.0 * np.sin(time)}
