@@ -15,6 +15,7 @@ from bondgraph.laws.wrapping import Wrapping
 from bondgraph.signals.recording import Recording
 from bondgraph.support.errors import UnusableInput
 from identification.diagnosis.diagnose import diagnose
+from identification.diagnosis.search.candidates import DiagnosisOptions
 from identification.estimation.estimate import estimate
 from identification.study.calibration import Known
 from identification.study.specification import Nuisances
@@ -94,7 +95,7 @@ def test_readings_begin_in_the_turn_of_the_model() -> None:
 def test_a_diagnosis_judges_the_model_and_not_the_jumps() -> None:
     r = recorded(rotor(0.8, 0.4), 1.0)
     for asked in ((rotor(1.0, 0.3), r), (Study(rotor(1.0, 0.3), r),)):
-        d = diagnose(*asked)
+        d = diagnose(*asked, options=DiagnosisOptions(jobs=1, keep=2, more=1, effects=1))
         assert d.kind == "parameters_only"
         assert d.repaired is None
         assert d.nominal is not None
