@@ -22,7 +22,7 @@ from bondgraph.signals.recording import Split
 from bondgraph.signals.units import parse_unit
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import BondsightError
-from identification.diagnosis.screening.forgotten_unit import plainly, suspects
+from identification.diagnosis.screening.forgotten_unit import Suspect, plainly, suspects
 from identification.diagnosis.search.base import declared_fit
 from identification.diagnosis.search.nominal import nominal_fit
 from identification.estimation.levenberg_marquardt import FitStatus
@@ -153,14 +153,17 @@ def gross(fit: Fit) -> bool:
     return fit.chi2("test") > NOISE and max(errors, default=0.0) > GROSS
 
 
-def _bent(graph: BondGraph, fit: Fit) -> bool:
-    """Whether parameters were carried to a bound or absurdly far and still leave more than noise.
+def _held(graph: BondGraph, fit: Fit) -> bool:
+    """Whether a bound that was declared holds a parameter, and more than noise is left.
 
-    A reading that drifts has a spread beside which such an error is small.
+    A parameter that is free makes up for a unit. A reading that drifts has a spread beside which
+    such an error is small.
     """
     if fit.chi2("test") <= NOISE:
         return False
-    return any(e.at_bound for e in fit.estimates) or bool(moved(fit, graph.parameters))
+    ends = {e.name for e in fit.estimates if e.at_bound} & set(graph.parameters)
+    known = (graph.parameters[n] for n in ends)
+    return any((p.lower, p.upper, p.spread) != (None, None, None) for p in known)
 
 
 def stuck(data: Data) -> tuple[str, ...]:
@@ -195,7 +198,7 @@ def moved(
                 f"{e.name} is declared as {start:.4g} and fitted as {e.value:.4g} {e.unit}: check "
                 "its value and the units of all channels".replace("  ", " ")
             )
-    blamed = " or of ".join(map(str, suspects(last, declared))) if len(found) > 1 else ""
+    blamed = " or of ".join(map(str, _blamed(last, declared))) if len(found) > 1 else ""
     if len(found) < SEVERAL and not blamed:
         return tuple(found)
     channels = ", ".join((*last.problem.data.commands, *last.problem.data.names))
@@ -204,6 +207,11 @@ def moved(
         f"{FIRST}{whose} first: {len(found)} parameters are fitted absurdly far "
         f"from what is declared, at so many times it: {', '.join(ratios)}",
     )
+
+
+def _blamed(last: Fit, declared: Mapping[str, Parameter]) -> tuple[Suspect, ...]:
+    """Return whose unit the values make up for; nobody's where the model fails all the same."""
+    return () if gross(last) else suspects(last, declared)
 
 
 def in_doubt(
@@ -216,8 +224,8 @@ def in_doubt(
 
 
 def of_units(sentences: tuple[str, ...]) -> tuple[str, ...]:
-    """Return those of `in_doubt` that tell of units rather than of values."""
-    return tuple(s for s in sentences if s.startswith((FIRST, TOGETHER)))
+    """Return those of `in_doubt` that tell of a unit rather than of values."""
+    return tuple(s for s in sentences if s.startswith((f"{FIRST} of ", TOGETHER)))
 
 
 def moved_together(last: Fit, declared: Mapping[str, Parameter]) -> tuple[str, ...]:
@@ -232,7 +240,7 @@ def moved_together(last: Fit, declared: Mapping[str, Parameter]) -> tuple[str, .
             f"{TOGETHER} about {most:.3g} times {'larger' if many > 1 else 'smaller'} than "
             f"declared, as if a unit were forgotten: check those of {names}",
         )
-    found = suspects(last, declared)
+    found = _blamed(last, declared)
     blamed = [str(s) for s in found if s.moves >= SEVERAL and s.miss <= np.log(SPREAD)]
     if not blamed:
         return ()
@@ -337,7 +345,7 @@ def mixups(
 
     Several are returned where these data cannot tell them apart (the sign of the only sensor, or
     of the only command). Nothing is looked for where the misfit is not `gross` and no
-    parameter was carried to a bound or absurdly far to make up for it.
+    parameter is held by a bound that was declared.
 
     Parameters
     ----------
@@ -350,7 +358,7 @@ def mixups(
     jobs : int
         Processes that share the fits.
     """
-    if not (gross(nominal) or _bent(graph, nominal)):
+    if not (gross(nominal) or _held(graph, nominal)):
         return ()
     data, fitted = nominal.problem.data, fitter or _fitted
     brief, share = _brief(data), Parallel(n_jobs=jobs)

@@ -41,7 +41,7 @@ def test_one_value_far_off_is_told_with_its_numbers() -> None:
 def test_several_values_far_off_tell_of_a_unit_and_name_the_channels(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(mixups, "suspects", lambda *_: ())  # nothing to derive from here
+    monkeypatch.setattr(mixups, "_blamed", lambda *_: ())  # nothing to derive from here
     (said,) = moved(fitted(m=1e3, d=1e3, k=1e-3), DECLARED)
     assert said.startswith("check the units of F, x first: 3 parameters")
     assert "m 1e+03, d 1e+03, k 0.001" in said
