@@ -41,9 +41,11 @@ function selfTest() {
   const tall = () => plots.plane.view[3] - plots.plane.view[2], high = tall();
   $('less').click();
   const lower = tall() / high;
+  const line = [-2, -1, 0, 1, 2], bent = c => ({nominal: {x: line, y: line}, x: line, y: line.map(v => v + c * v ** 3), laws: [0]});
+  const slightly = [bent(0.002), bent(0.2)].map(slight);
   const fetched = performance.getEntriesByType('resource').map(e => e.name);
   const widths = [...document.querySelectorAll('#graph .bond polyline:first-of-type')].map(l => parseFloat(l.style.strokeWidth));
-  return {elements, brushedTime, view, brushedPlane, cleared, lower, walked, zoomed, switched, fetched, refused, widths,
+  return {elements, brushedTime, view, brushedPlane, cleared, lower, slightly, walked, zoomed, switched, fetched, refused, widths,
     hatched: document.querySelectorAll('#graph .hatched').length, wide: document.documentElement.scrollWidth - innerWidth,
     said: $('verdict').textContent, parts: plots.recording.bands.length,
     ports: ['map0', 'map1', 'history', 'amplitude'].map(n => coloured(plots[n])), at: $('at').textContent};

@@ -292,6 +292,7 @@ def test_keys_walk_and_zoom_and_a_law_is_switched(tried: dict[str, Any]) -> None
     assert tried["zoomed"][1] - tried["zoomed"][0] < 0.9 * (tried["view"][1] - tried["view"][0])
     assert tried["switched"]
     assert 0 < tried["lower"] < 0.7
+    assert tried["slightly"] == [True, False]  # a slight bend is shown less its line
     assert max(tried["widths"]) > min(tried["widths"])
     assert "Coulomb friction is missing" in tried["said"]
     assert min(tried["ports"]) > 1000

@@ -150,6 +150,12 @@ function runs() {
   return out;
 }
 
+// Whether what a law bends is lost beside the line that it bends.
+function slight(p) {
+  const [a, b] = lineOf(p.nominal), span = v => Math.max(...v) - Math.min(...v);
+  return p.laws.length > 0 && span(p.y.map((v, i) => v - a * p.x[i] - b)) < 0.05 * span(p.y);
+}
+
 function choose(name) {
   const p = planes[name];
   for (const g of document.querySelectorAll('#graph .element')) {
@@ -161,6 +167,7 @@ function choose(name) {
   $('element').textContent = `of ${name}`;
   const plot = plots.plane;
   plot.o.x = p.xLabel; plot.o.y = p.yLabel;
+  if (!state.asked) $('less').checked = state.less = slight(p);
   const [a, b] = state.less ? lineOf(p.nominal) : [0, 0];
   const off = s => ({x: s.x, y: s.y.map((v, i) => v - a * s.x[i] - b)});
   const nominal = {...off(p.nominal), ink: 'nominal', width: 2.2, under: true};
@@ -376,7 +383,7 @@ function start() {
   readings.forEach((r, k) => { made('option', r.name, $('reading')).value = k; });
   $('reading').parentElement.hidden = readings.length < 2;
   $('reading').addEventListener('change', e => showReading(+e.target.value));
-  $('less').addEventListener('change', e => { state.less = e.target.checked; choose(state.element); });
+  $('less').addEventListener('change', e => { state.asked = true; state.less = e.target.checked; choose(state.element); });
   $('clear').addEventListener('click', clear);
   $('all').addEventListener('click', () => plots.recording.show(plots.recording.home[0], plots.recording.home[1]));
   $('zoom').addEventListener('click', () => {
