@@ -36,7 +36,11 @@ Payloads of kinds 1, 2, 4 and 5 are JSON objects in UTF-8; tuples and numbers th
 
 A journal whose writer was killed ends within a record or without kind 5. Reading stops before the
 first record that is not whole; records behind it can be found again by their mark, the CRC of their
-head, and their number.
+head, and their number. Chunks whose stream record is lost still tell how many channels they have.
+
+An SQLite file in its place (write-ahead log, one transaction an append) was tried and left: cut in
+the middle it gives back nothing where the root of its tree was split later, damage within the log
+ends a take in silence, and a take is three files that reading changes.
 """
 
 from __future__ import annotations
@@ -213,6 +217,17 @@ def chunk_payload(
     """Return samples as bytes."""
     parts = [_CHUNK.pack(number, 0, first, flags.size), flags.astype("<u2", copy=False).tobytes()]
     return b"".join(parts + [c.astype("<f8", copy=False).tobytes() for c in columns])
+
+
+def width_of(payload: bytes) -> tuple[int, int]:
+    """Return stream number and number of channels as a chunk's size tells; ValueError if not."""
+    if len(payload) < _CHUNK.size:
+        raise ValueError("too short")
+    number, _, _, n = _CHUNK.unpack_from(payload)
+    columns, rest = divmod(len(payload) - _CHUNK.size - 2 * n, 8 * max(n, 1))
+    if rest or columns < 1:
+        raise ValueError("of no stream")
+    return number, columns
 
 
 def split_chunk(

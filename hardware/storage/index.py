@@ -16,8 +16,12 @@ from hardware.storage.frames import (
     document,
     frames,
     split_chunk,
+    width_of,
 )
 from hardware.storage.stream import StreamLayout
+
+MAX_STREAMS = 1000
+"""A chunk of a stream with a higher number is none whose names were lost."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,6 +77,7 @@ class Index:
         self._headed = False
         self._next: dict[int, int] = {}
         self._strange = 0
+        self._nameless: list[int] = []
         self.size = self._scan(stream, size)
 
     def _scan(self, stream: BinaryIO, size: int) -> int:
@@ -101,7 +106,7 @@ class Index:
                 "nothing can be read from this journal"
             )
         if self._beyond:
-            self.cut = _stepped_over(skipped, self._strange, size)
+            self.cut = _stepped_over(skipped, self._strange, self._nameless, size)
         elif end < size:
             stream.seek(end)
             self.cut = (
@@ -119,6 +124,8 @@ class Index:
         elif frame.kind is FrameKind.STREAM:
             self._take_stream(document(payload))
         elif frame.kind is FrameKind.CHUNK:
+            if self._beyond:
+                self._name_again(payload)
             number, first, flags, _ = split_chunk(payload, self.widths)
             self.chunks[number].append(frame)
             self._next[number] = first + flags.size
@@ -127,6 +134,19 @@ class Index:
             self.notes.append(_note(document(payload), samples))
         else:
             self.closed = True
+
+    def _name_again(self, payload: bytes) -> None:
+        """Let a chunk whose stream record is lost tell how many channels there were."""
+        number, width = width_of(payload)
+        if number in self.widths or number > MAX_STREAMS:
+            return
+        units = {f"channel_{k + 1}": "1" for k in range(width)}
+        self._enter(number, StreamLayout(f"stream_{number}", units))
+        self._nameless.append(number)
+
+    def _enter(self, number: int, layout: StreamLayout) -> None:
+        self.layouts[number], self.chunks[number] = layout, []
+        self.widths[number], self._next[number] = len(layout.units), 0
 
     def _take_header(self, content: dict[str, Any]) -> None:
         if content["format"] != FORMAT:
@@ -143,7 +163,7 @@ class Index:
     def _take_stream(self, content: dict[str, Any]) -> None:
         number, name = content["number"], content["name"]
         channels, units = content["channels"], content["units"]
-        after = number >= len(self.layouts) if self._beyond else number == len(self.layouts)
+        after = number not in self.layouts if self._beyond else number == len(self.layouts)
         if not after or name in [s.name for s in self.layouts.values()]:
             raise ValueError("a stream twice")
         if not all(isinstance(text, str) for text in [name, *channels, *units]):
@@ -151,8 +171,7 @@ class Index:
         layout = StreamLayout(name, dict(zip(channels, units, strict=True)))
         if len(layout.units) != len(channels) or not channels:
             raise ValueError("a channel twice")
-        self.layouts[number], self.chunks[number] = layout, []
-        self.widths[number], self._next[number] = len(channels), 0
+        self._enter(number, layout)
 
 
 @final
@@ -168,7 +187,9 @@ def _check_magic(name: str, magic: bytes) -> None:
     raise UnusableInput(f"{name}: this is no journal of an acquisition, or its start is lost")
 
 
-def _stepped_over(skipped: list[tuple[int, int]], strange: int, size: int) -> str:
+def _stepped_over(
+    skipped: list[tuple[int, int]], strange: int, nameless: list[int], size: int
+) -> str:
     """Say what was left out when reading went on behind it."""
     parts = []
     if skipped:
@@ -179,6 +200,9 @@ def _stepped_over(skipped: list[tuple[int, int]], strange: int, size: int) -> st
         )
     if strange:
         parts.append(f"{strange} whole records belong to none that is left")
+    if nameless:
+        names = ", ".join(f"stream_{k}" for k in nameless)
+        parts.append(f"what {names} and its channels were called, and their units, is lost")
     return "; ".join(parts)
 
 

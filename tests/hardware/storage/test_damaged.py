@@ -10,8 +10,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from bondgraph.signals.recording import Recording
 from bondgraph.support.errors import UnusableInput
-from hardware.storage import JournalFile, open_journal
+from hardware.storage import JournalFile, open_journal, recover
 from hardware.storage.frames import MAGIC, FrameKind, head
 from tests.hardware.storage.samples import chunk, expected_x, written
 
@@ -125,6 +126,27 @@ def test_a_damaged_record_is_stepped_over_on_request(tmp_path: Path) -> None:
     assert "stepped over" in found.cut
 
 
+@pytest.mark.parametrize("lost", [0, 1])
+def test_a_stream_whose_names_are_lost_keeps_its_samples(lost: int, tmp_path: Path) -> None:
+    path = tmp_path / "a.journal"
+    parts = [chunk(n=4), chunk("output", n=2), chunk(first=4, n=300), chunk("output", 2, 5)]
+    written(path, parts, [])
+    before = open_journal(path)
+    names = tuple(before.streams)
+    whole = bytearray(path.read_bytes())
+    whole[whole.index(b'"name":"' + names[lost].encode()) + 3] ^= 1
+    path.write_bytes(whole)
+    found = open_journal(path, beyond=True)
+    assert f"what stream_{lost} and its channels were called" in found.cut
+    assert set(found.streams) == {names[1 - lost], f"stream_{lost}"}
+    data, kept = found.read(f"stream_{lost}"), before.read(names[lost])
+    assert np.array_equal(data.numbers, kept.numbers)
+    for nameless, own in zip(data.channels.values(), kept.channels.values(), strict=True):
+        assert np.array_equal(nameless, own)
+    (saved,) = recover(path, {f"stream_{lost}": 1000.0})
+    assert Recording.read(saved).time.size == kept.n
+
+
 @settings(max_examples=40, deadline=None)
 @given(st.data())
 def test_beyond_damage_nothing_wrong_is_accepted(
@@ -146,7 +168,8 @@ def test_beyond_damage_nothing_wrong_is_accepted(
     except UnusableInput:
         return
     for part in (found.read(s) for s in found.streams):
-        assert np.array_equal(part.channels["x"], expected_x(part.numbers))
+        # names that are lost leave the samples, in their order
+        assert np.array_equal(next(iter(part.channels.values())), expected_x(part.numbers))
         assert part.repeated == 0
     kept = opened(path)
     if kept is not None and kept.streams:
