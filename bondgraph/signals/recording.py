@@ -158,6 +158,7 @@ class Recording:
         name: str | None = None,
         rows: tuple[int | None, int | None] = (None, None),
         resample: float | None = None,
+        fill: int = 0,
     ) -> Recording:
         """Read a file of measurements and convert it to SI.
 
@@ -184,6 +185,9 @@ class Recording:
             First and last row that are kept, by the numbers that errors use.
         resample : float, optional
             Samples a second of an even grid, Hz, for stamps that are uneven.
+        fill : int
+            Across so many missing samples in a row (empty, NaN, or left out by the stamps) straight
+            lines are drawn, which `notes` says; none if left out.
 
         Returns
         -------
@@ -204,10 +208,10 @@ class Recording:
                 raise UnusableInput(
                     f"{file.name}: a saved recording has its own time; leave the sampling rate out"
                 )
-            if rows != (None, None) or resample is not None:
+            if rows != (None, None) or resample is not None or fill:
                 raise UnusableInput(
-                    f"{file.name}: a saved recording has no rows to choose nor stamps to resample; "
-                    "open it and use slice"
+                    f"{file.name}: a saved recording has no rows to choose nor stamps to resample "
+                    "nor gaps to fill; open it and use slice"
                 )
             saved = cls.open(file)
             named = replace(saved, name=name) if name else saved
@@ -215,7 +219,7 @@ class Recording:
         table = read_table(file, map, fs)
         if rows != (None, None):
             table = table.kept(*rows, file.name)
-        even = make_even(table, file.name, fs, resample)
+        even = make_even(table, file.name, fs, resample, fill)
         return cls(
             name or file.stem, even.time, even.channels, even.units,
             file.name, sha256_of(file), {"notes": even.notes},
@@ -283,6 +287,7 @@ class Recording:
         *,
         fs: float | None = None,
         map: Mapping[str, str] | None = None,
+        fill: int = 0,
     ) -> Recording:
         """Make a recording from arrays named like column headers.
 
@@ -295,6 +300,8 @@ class Recording:
         fs : float, optional
             Sampling rate, Hz, in place of a time array.
         map : mapping of str to str, optional
+            As in `read`.
+        fill : int
             As in `read`.
 
         Returns
@@ -314,7 +321,7 @@ class Recording:
         2e-06
         """
         table = pick_arrays({k: np.asarray(v) for k, v in arrays.items()}, map, fs, name)
-        even = make_even(table, name, fs)
+        even = make_even(table, name, fs, fill=fill)
         return cls(name, even.time, even.channels, even.units, name, meta={"notes": even.notes})
 
     @property

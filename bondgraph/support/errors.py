@@ -21,6 +21,9 @@ class BondsightError(Exception):
     ----------
     message : str
         What is wrong, where, why, and what to try. Line breaks become spaces.
+    remedies : iterable of str
+        What to try, one by one, where a caller may have to leave some out: an option of the command
+        line stands in the remedy that it is. They end the line.
 
     Examples
     --------
@@ -31,9 +34,16 @@ class BondsightError(Exception):
     no element 'mas' in positioner. Known: body, F, m, d, k, x
     """
 
+    remedies: tuple[str, ...] = ()
+
+    def __init__(self, *message: object, remedies: Iterable[str] = ()) -> None:
+        super().__init__(*message)
+        self.remedies = tuple(remedies)
+
     def __str__(self) -> str:
         """Return the message as one plain line (`KeyError` would quote it)."""
-        return " ".join(" ".join(str(part).splitlines()) for part in self.args)
+        what = " ".join(" ".join(str(part).splitlines()) for part in self.args)
+        return "; ".join([what, ", or ".join(self.remedies)]) if self.remedies else what
 
 
 class UnknownName(BondsightError, KeyError):

@@ -27,7 +27,7 @@ def add_map(p: argparse.ArgumentParser) -> None:
 
 
 def add_reading(p: argparse.ArgumentParser) -> None:
-    """Add ``--map``, ``--fs``, ``--rows`` and ``--resample``: how files are read."""
+    """Add ``--map``, ``--fs``, ``--rows``, ``--resample`` and ``--fill``: how files are read."""
     add_map(p)
     p.add_argument("--fs", type=positive_number, default=None, metavar="HZ",
                    help="sampling rate of files; a time column is ignored then")  # fmt: skip
@@ -35,11 +35,13 @@ def add_reading(p: argparse.ArgumentParser) -> None:
                    help="rows of files that are kept, as errors number them")  # fmt: skip
     p.add_argument("--resample", type=positive_number, default=None, metavar="HZ",
                    help="put files with uneven stamps on an even grid")  # fmt: skip
+    p.add_argument("--fill", type=positive, default=None, metavar="N",
+                   help="draw straight lines across up to N missing samples in a row")  # fmt: skip
 
 
 def reading_of(options: argparse.Namespace) -> dict[str, Any]:
     """Return what the options of `add_reading` say beside the map, where they were asked."""
-    given = {n: getattr(options, n, None) for n in ("fs", "rows", "resample")}
+    given = {n: getattr(options, n, None) for n in ("fs", "rows", "resample", "fill")}
     return {n: v for n, v in given.items() if v not in (None, (None, None))}
 
 
@@ -61,11 +63,10 @@ def fitting(error: UnusableInput, *options: str, unit: str = "m") -> UnusableInp
             f"{error.where}, column {error.column!r}: no unit; write it behind the name, such as "
             f"'{error.column}[{unit}]'"
         )
-    what, _, remedies = str(error).rpartition("; ")
-    if set(re.findall(r"--[a-z]+", remedies)) <= set(options):
+    kept = tuple(r for r in error.remedies if set(re.findall(r"--[a-z]+", r)) <= set(options))
+    if kept == error.remedies:
         return error
-    kept = [r for r in remedies.split(", or ") if set(re.findall(r"--[a-z]+", r)) <= set(options)]
-    return UnusableInput(f"{what}; {', or '.join(kept) or EVEN}")
+    return UnusableInput(*error.args, remedies=kept or (EVEN,))
 
 
 def positive_number(text: str) -> float:

@@ -59,7 +59,9 @@ def pick_arrays(
             sizes[header] = columns[header].size
     if len(set(sizes.values())) > 1:
         text = ", ".join(f"{k} {v}" for k, v in sizes.items())
-        raise UnusableInput(f"{where}: arrays differ in length ({text}); choose some with --map")
+        raise UnusableInput(
+            f"{where}: arrays differ in length ({text})", remedies=["choose some with --map"]
+        )
     if 0 in sizes.values():
         raise UnusableInput(f"{where}: the arrays hold no sample; export the recording again")
     used = [n for n in notes if any(n.startswith(repr(h)) for h in plan.headers)]

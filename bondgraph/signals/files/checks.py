@@ -16,6 +16,8 @@ from bondgraph.support.arrays import FloatArray
 from bondgraph.support.errors import BondsightError, UnusableInput
 
 MAX_BYTES = 2**31
+SHORT = 10
+"""Missing samples in a row up to which it is proposed to draw lines across."""
 
 
 def frozen(values: ArrayLike) -> FloatArray:
@@ -72,19 +74,23 @@ def check_finite(values: FloatArray, what: str, place: Callable[[int], str]) -> 
             if starts.size > 1
             else f" up to {place(int(bad[-1]))} without a gap"
         )
-    clean = ""
+    remedies = ["remove or fill them"]
     if bad.size < values.size:
         heads = np.concatenate(([0], stops))
         tails = np.concatenate((starts, [values.size]))
         best = int(np.argmax(tails - heads))
         first_kept, last_kept = place(int(heads[best])), place(int(tails[best]) - 1)
         rows = ":".join(p.rpartition(" ")[2] for p in (first_kept, last_kept))
-        clean = (
-            f", or keep (--rows {rows}) the longest part without any, {first_kept} to {last_kept}"
+        remedies.append(
+            f"keep (--rows {rows}) the longest part without any, {first_kept} to {last_kept}"
         )
+    most = int((stops - starts).max())
+    if most <= SHORT and good[0] and good[-1] and np.isnan(values[bad]).all():
+        remedies.append(f"draw straight lines across (--fill {most})")
     raise UnusableInput(
         f"{what}: {bad.size} of {values.size} values are NaN, infinite or empty, the first in "
-        f"{first}{bursts}; remove or fill them{clean}"
+        f"{first}{bursts}",
+        remedies=remedies,
     )
 
 

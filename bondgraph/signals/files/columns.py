@@ -197,7 +197,8 @@ def choose(
         times = [_find_time(time_asked[0], named, where)]
     if len(times) > 1:
         raise UnusableInput(
-            f"{where}: columns {', '.join(times)} could all be the time; choose with --map t=..."
+            f"{where}: columns {', '.join(times)} could all be the time",
+            remedies=["choose with --map t=..."],
         )
     if times:
         unit = split_header(times[0])[1]
@@ -208,8 +209,8 @@ def choose(
     fitting = [r for r in rates if all(h.startswith(r[:-5]) for h in chosen)]
     if not fitting:
         raise UnusableInput(
-            f"{where}: no time column; add a column 't_s' or 'fs_hz', or give the sampling rate, "
-            f"--fs (columns: {', '.join(named)})"
+            f"{where}: no time column (columns: {', '.join(named)})",
+            remedies=["add a column 't_s' or 'fs_hz'", "give the sampling rate, --fs"],
         )
     return ColumnPlan(channels, None, max(fitting, key=len))
 
@@ -221,8 +222,8 @@ def _by_base(headers: Sequence[str], where: str) -> dict[str, tuple[str, Unit]]:
         base = split_header(h)[0]
         if base in found:
             raise UnusableInput(
-                f"{where}: columns {found[base][0]!r} and {h!r} would both be channel "
-                f"{base!r}; choose with {map_option(base, h)}"
+                f"{where}: columns {found[base][0]!r} and {h!r} would both be channel {base!r}",
+                remedies=[f"choose with {map_option(base, h)}"],
             )
         found[base] = (h, _unit_of(h, where, headers))
     return found

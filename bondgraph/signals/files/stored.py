@@ -224,8 +224,8 @@ def _base(
         best = [t for t in near if len(_group(t.path, separator)) == longest]
         if len(best) > 1:
             raise UnusableInput(
-                f"{where}: {', '.join(t.path for t in best)} could all be the time; choose with "
-                "--map t=..."
+                f"{where}: {', '.join(t.path for t in best)} could all be the time",
+                remedies=["choose with --map t=..."],
             )
         if best:
             return best[0]

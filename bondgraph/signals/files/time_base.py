@@ -7,12 +7,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bondgraph.signals.files.checks import check_finite
+from bondgraph.signals.files.checks import SHORT, check_finite
 from bondgraph.signals.files.columns import ColumnTable
+from bondgraph.signals.files.filling import MILD, filled, rows_left_out
 from bondgraph.support.arrays import FloatArray
 from bondgraph.support.errors import UnusableInput
 
-_EVEN, _MILD = 0.01, 0.20
+_EVEN = 0.01
 _FINEST = 10.0
 """Largest ratio of a resampled rate to the recorded one: more adds rows, not knowledge."""
 
@@ -27,8 +28,16 @@ class Even:
     notes: tuple[str, ...]
 
 
-def make_even(table: ColumnTable, where: str, fs: float | None, onto: float | None = None) -> Even:
-    """Check values, make the time even (at `onto` samples a second), convert to SI."""
+def make_even(
+    table: ColumnTable, where: str, fs: float | None, onto: float | None = None, fill: int = 0
+) -> Even:
+    """Check values, make the time even (at `onto` samples a second), convert to SI.
+
+    Up to `fill` missing samples in a row are filled in before.
+    """
+    if isinstance(fill, bool) or int(fill) != fill or fill < 0:
+        raise UnusableInput(f"{where}: fill = {fill!r}; give how many missing samples in a row")
+    table = filled(table, int(fill)) if fill else table
     plan, notes = table.plan, list(table.notes)
     for header, values in table.columns.items():
         check_finite(values, f"{where}, column {header!r}", table.place)
@@ -73,8 +82,8 @@ def even_time(
         i = int(wrong[0]) + 1
         if np.ptp(t) == 0.0:
             raise UnusableInput(
-                f"{where}: all {t.size} time stamps are {t[0]:.9g} s; give the sampling rate, "
-                "--fs, or a column that counts the time"
+                f"{where}: all {t.size} time stamps are {t[0]:.9g} s",
+                remedies=["give the sampling rate, --fs", "a column that counts the time"],
             )
         what = "repeats the one before" if steps[i - 1] == 0.0 else "is earlier than the one before"
         raise UnusableInput(
@@ -92,8 +101,8 @@ def even_time(
         if onto * typical > _FINEST * (1.0 + 1e-9):
             raise UnusableInput(
                 f"{where}: resampling onto {onto:.6g} Hz is more than {_FINEST:g} times the "
-                f"recorded {1 / typical:.6g} Hz and adds rows without knowledge; give the recorded "
-                f"rate (--resample {1 / typical:.6g})"
+                f"recorded {1 / typical:.6g} Hz and adds rows without knowledge",
+                remedies=[f"give the recorded rate (--resample {1 / typical:.6g})"],
             )
         note = (
             f"resampled by linear interpolation onto {onto:.9g} Hz; the widest step was "
@@ -104,7 +113,7 @@ def even_time(
     jitter = float(abs(steps[worst] - typical) / typical)
     if jitter <= _EVEN:
         return t, ""
-    if jitter < _MILD:
+    if jitter < MILD:
         note = (
             f"uneven time (up to {100 * jitter:.2g} % of the step): resampled by linear "
             f"interpolation onto {mean:.9g} s"
@@ -112,7 +121,20 @@ def even_time(
         return np.linspace(t[0], t[-1], t.size), note
     raise UnusableInput(
         f"{where}, {place(worst + 1)}: uneven time, a step of {steps[worst]:.6g} s where "
-        f"{typical:.6g} s is usual; resample evenly (--resample {1 / typical:.6g}), "
-        f"keep the rows on one side of a gap (--rows FIRST:LAST), or give the sampling rate (--fs) "
-        f"if the stamps are only rounded"
+        f"{typical:.6g} s is usual",
+        remedies=[
+            *_lines_across(t),
+            f"resample evenly (--resample {1 / typical:.6g})",
+            "keep the rows on one side of a gap (--rows FIRST:LAST)",
+            "give the sampling rate (--fs) if the stamps are only rounded",
+        ],
     )
+
+
+def _lines_across(t: FloatArray) -> list[str]:
+    """Propose to fill what is left out of an otherwise even course, where that is little."""
+    left_out, even = rows_left_out(t)
+    most = int(left_out.max())
+    if not (even and 1 <= most <= SHORT):
+        return []
+    return [f"draw straight lines across the samples that were left out (--fill {most})"]

@@ -88,6 +88,53 @@ def test_uneven_stamps_are_put_on_a_grid_that_is_asked_for(tmp_path: Path) -> No
     assert Recording.read(path, resample=100.0).n > 5 * r.n
 
 
+def table(path: Path, t: np.ndarray, x: np.ndarray) -> Path:
+    rows = (f"{a:.2f},{b},{2 * a:.2f}\n" for a, b in zip(t, x, strict=True))
+    return write(path, "t_s,x[m],F[N]\n" + "".join(rows))
+
+
+def test_lines_are_drawn_across_missing_samples_that_are_few(tmp_path: Path) -> None:
+    t = 0.1 * np.arange(12)
+    x = 3.0 * t
+    x[4] = np.nan
+    path = table(tmp_path, np.delete(t, 8), np.delete(x, 8))  # one value and one row are missing
+    with pytest.raises(UnusableInput, match=r"row 6; remove or fill them.*\(--fill 1\)"):
+        Recording.read(path)
+    r = Recording.read(path, fill=1)
+    assert r.time == pytest.approx(t)
+    assert r["x"] == pytest.approx(3.0 * t)
+    assert r["F"] == pytest.approx(2.0 * t)
+    (note,) = r.notes
+    assert "at most 1 in a row: 2 of 'x[m]', 1 of 'F[N]'; the first beside row 6" in note
+    # without a column of time a row that is left out cannot be seen
+    assert Recording.read(path, fs=10.0, fill=1).n == 11
+    with pytest.raises(UnusableInput, match=r"fill = 1\.5"):
+        Recording.read(path, fill=1.5)  # type: ignore[arg-type]
+
+
+def test_a_row_that_is_left_out_is_offered_to_be_filled(tmp_path: Path) -> None:
+    t = np.delete(0.1 * np.arange(12), [5, 6])
+    path = table(tmp_path, t, t)
+    with pytest.raises(UnusableInput, match=r"uneven.*\(--fill 2\).*--resample 10.*--rows.*--fs"):
+        Recording.read(path)
+    with pytest.raises(UnusableInput, match="uneven"):
+        Recording.read(path, fill=1)
+    assert Recording.read(path, fill=2).n == 12
+
+
+@pytest.mark.parametrize("bad", [(0,), (11,), (3, 4)])
+def test_ends_and_longer_gaps_are_not_filled(bad: tuple[int, ...], tmp_path: Path) -> None:
+    t = 0.1 * np.arange(12)
+    x = t.copy()
+    x[list(bad)] = np.nan
+    with pytest.raises(UnusableInput, match="NaN, infinite or empty"):
+        Recording.read(table(tmp_path, t, x), fill=1)
+    x[list(bad)] = np.inf
+    with pytest.raises(UnusableInput, match="NaN, infinite or empty") as refused:
+        Recording.read(table(tmp_path, t, x), fill=2)
+    assert "--fill" not in str(refused.value)
+
+
 MODEL = """
 from bondgraph import BondGraph, Dq, I, One, Se
 
