@@ -28,7 +28,7 @@ class DriveLimits:
     slew : float
         Largest rate of change, units per second.
     current : float
-        Largest current, A; needs the capacitance.
+        Largest current, A; needs the capacitance. Nothing else does.
     capacitance : float, optional
         Of the load, F; the current is ``C dV/dt``.
 
@@ -59,7 +59,9 @@ class DriveLimits:
             raise UnusableInput("drive limits: slew and current must be positive")
         if math.isfinite(self.current) and self.capacitance is None:
             raise UnusableInput(
-                "drive limits: a limit of current needs the capacitance of the load"
+                f"drive limits: current = {self.current:g} A needs the capacitance of the load, "
+                "through which alone it bounds the slew (i = C dV/dt): give capacitance in F, or "
+                "slew in place of current"
             )
         if self.capacitance is not None and not self.capacitance > 0.0:
             raise UnusableInput("drive limits: the capacitance must be positive")

@@ -129,5 +129,8 @@ def test_what_cannot_be_is_refused() -> None:
         fitted(examples()["sharp"], DriveLimits(3.0, 20.0))
     with pytest.raises(UnusableInput, match="leaves no room"):
         DriveLimits(2.0, 1.0)
-    with pytest.raises(UnusableInput, match="needs the capacitance"):
+    with pytest.raises(
+        UnusableInput, match=r"needs the capacitance .* give capacitance in F, or slew"
+    ):
         DriveLimits(current=1.0)
+    assert DriveLimits(-1.0, 1.0, slew=2.0).steepest == 2.0  # nothing else needs a load
