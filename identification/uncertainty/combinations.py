@@ -17,6 +17,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from bondgraph.signals.units import same_dimension
 from bondgraph.support.arrays import FloatArray
 from identification.uncertainty.integer_vectors import HOLDS, integer_vectors
 
@@ -165,6 +166,7 @@ def flat_blocks(
     values: Sequence[FloatArray],
     nulls: Sequence[FloatArray],
     forms: Sequence[str] = FORMS,
+    units: Sequence[str] = (),
 ) -> tuple[FlatBlock, ...]:
     """Return the blocks of flat directions, each with what it does determine.
 
@@ -178,7 +180,10 @@ def flat_blocks(
         Flat directions at each point, in relative changes ``dp / p`` (``dp`` where p is 0).
     forms : sequence of str
         Forms to try, in this order.
+    units : sequence of str, optional
+        Of the parameters: only those of one dimension are added. Without them all are of one.
     """
+    units = units or ("1",) * len(names)
     basis = nulls[0]
     found = []
     for part in _components(basis):
@@ -190,7 +195,8 @@ def flat_blocks(
             continue
         determined: tuple[Combination, ...] = ()
         if all(null.shape[1] == missing for null in inside):
-            determined = _determined(own, [v[part] for v in values], inside, forms)
+            there = [v[part] for v in values]
+            determined = _determined(own, there, inside, forms, [units[i] for i in part])
         directions = tuple(tuple(map(float, d)) for d in inside[0].T)
         found.append(FlatBlock(own, missing, determined, directions))
     return tuple(found)
@@ -246,6 +252,7 @@ def _determined(
     values: Sequence[FloatArray],
     nulls: Sequence[FloatArray],
     forms: Sequence[str],
+    units: Sequence[str],
 ) -> tuple[Combination, ...]:
     """Return independent short combinations, the simplest first whatever their form."""
     n, missing = nulls[0].shape
@@ -253,6 +260,8 @@ def _determined(
     for order, form in enumerate(forms):
         turned = [_coordinates(null, v, form) for null, v in zip(nulls, values, strict=True)]
         for c in integer_vectors(turned):
+            if form != "product" and not _of_one_dimension(units, c):
+                continue  # numbers that agree by accident, or by a known number of 1
             candidates.append(((sum(v != 0 for v in c), sum(map(abs, c)), order), form, c))
     chosen: list[tuple[str, tuple[int, ...]]] = []
     gradients = np.zeros((0, n))
@@ -265,6 +274,11 @@ def _determined(
             chosen.append((form, c))
             gradients = tried
     return _named(names, chosen)
+
+
+def _of_one_dimension(units: Sequence[str], weights: Sequence[int]) -> bool:
+    first, *others = [u or "1" for u, w in zip(units, weights, strict=True) if w]
+    return all(same_dimension(first, u) for u in others)
 
 
 def _slope(form: str, values: FloatArray) -> FloatArray:

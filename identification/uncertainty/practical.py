@@ -168,4 +168,4 @@ def _flat(
         nulls.append(null_space(rows) * (s.slopes / relative)[:, None])
     if not part.names or not nulls[0].shape[1]:
         return ()
-    return flat_blocks(part.names, [s.values for s in points], nulls)
+    return flat_blocks(part.names, [s.values for s in points], nulls, units=part.units)

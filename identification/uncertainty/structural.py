@@ -186,7 +186,8 @@ def _exact(graph: BondGraph, names: tuple[str, ...], seed: int) -> StructuralIde
     ]
     values = [np.array([float(p[n]) for n in names]) for _, p in generic]
     blocks = []
-    for b in flat_blocks(names, values, nulls) if rank < len(names) else ():
+    units = _units(graph, names)
+    for b in flat_blocks(names, values, nulls, units=units) if rank < len(names) else ():
         proved = tuple(
             c
             for c in b.determined
@@ -194,6 +195,11 @@ def _exact(graph: BondGraph, names: tuple[str, ...], seed: int) -> StructuralIde
         )
         blocks.append(FlatBlock(b.names, b.missing, proved, b.direction))
     return StructuralIdentifiability(graph.name, names, rank, True, float("inf"), tuple(blocks))
+
+
+def _units(graph: BondGraph, names: Sequence[str]) -> list[str]:
+    known = graph.parameters
+    return [known[n].unit for n in names]
 
 
 def _proved(
@@ -216,5 +222,6 @@ def _by_gap(
 ) -> StructuralIdentifiability:
     at, nulls, gap = rich_nulls(graph, names, values, seed)
     rank = len(names) - nulls[0].shape[1]
-    blocks = flat_blocks(names, at, nulls) if rank < len(names) else ()
+    units = _units(graph, names)
+    blocks = flat_blocks(names, at, nulls, units=units) if rank < len(names) else ()
     return StructuralIdentifiability(graph.name, names, rank, False, gap, blocks)

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from bondgraph.signals.units import same_dimension
 from identification.report.numbers import quantity
 from identification.validation.remark import Remark, fault, fine, note
 from identification.validation.validation_data import Number, ValidationData
@@ -62,4 +63,6 @@ def _pairs(m: ValidationData) -> Iterator[Remark]:
 def _together(a: Number, b: Number, rho: float) -> str:
     if a.value > 0 and b.value > 0:
         return "their ratio" if rho > 0 else "their product"
+    if not same_dimension(a.unit or "1", b.unit or "1"):
+        return "one combination of the two"
     return "their difference" if rho > 0 else "their sum"

@@ -43,6 +43,14 @@ def test_sums_and_reciprocals() -> None:
     assert said(blocks([[1 / 2.3, 1 / 3.7]], "k_1 k_2", [2.3, 3.7])) == ["1/k_1 + 1/k_2"]
 
 
+def test_only_parameters_of_one_unit_are_added() -> None:
+    rows = np.random.default_rng(0).standard_normal((25, 1)) @ np.array([[2.3, 3.7]])
+    for units, known in ((("N", "mN"), ["R_1 + R_2"]), (("N", "m"), [])):
+        null = [null_space(rows)]
+        found = flat_blocks(["R_1", "R_2"], [np.array([2.3, 3.7])], null, units=units)
+        assert said(found) == known
+
+
 def test_a_block_may_mix_forms() -> None:
     found = blocks([[2.3, 3.7, 0], [1, 0, 1]], "R_1 R_2 c", [2.3, 3.7, 5.1])
     assert sorted(said(found)) == ["R_1 + R_2", "R_1*c"]

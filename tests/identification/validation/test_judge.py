@@ -178,3 +178,14 @@ def test_what_is_no_fit_is_refused() -> None:
         material(record(white(1)), record(white(2)))
     with pytest.raises(UnusableInput, match="noise floor"):
         record(white(1), floor=0.0)
+
+
+@pytest.mark.parametrize(
+    ("unit", "said"), [("N", "their sum"), ("m", "one combination of the two")]
+)
+def test_only_numbers_of_one_unit_are_added(unit: str, said: str) -> None:
+    numbers = (Number("F_0", -2.0, "N", (-2.1, -1.9)), Number("b", 1.0, unit, (0.9, 1.1)))
+    tied = np.array([[1.0, -0.999], [-0.999, 1.0]])
+    j = judge(replace(material(record(white(7)), numbers=numbers), correlation=tied))
+    (note,) = (r.text for r in j.notes if "trade off" in r.text)
+    assert said in note
