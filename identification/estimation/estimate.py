@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 
@@ -16,6 +16,7 @@ from identification.estimation.cautions import (
     cautions,
     coarse_steps,
     doubts,
+    far_levels,
     final_cost,
     miscalibrated,
     runs_away,
@@ -23,7 +24,7 @@ from identification.estimation.cautions import (
 )
 from identification.estimation.covariance import interval_covariance
 from identification.estimation.estimates import estimates_of
-from identification.estimation.holds import chosen, possible
+from identification.estimation.holds import CLEARLY, chosen, possible
 from identification.estimation.levenberg_marquardt import FitStatus, foreseen
 from identification.estimation.methods import METHODS
 from identification.estimation.methods.method import FitOptions, FitTask, Method, MethodSolution
@@ -31,7 +32,7 @@ from identification.estimation.result import Estimation, simulate_validation
 from identification.estimation.settling import same_setting, settled_setting
 from identification.estimation.threads import calm
 from identification.study.joint import JointPoint, JointProblem, held_out_states
-from identification.study.residual import ResidualEvaluation, evaluate
+from identification.study.residual import ResidualEvaluation, evaluate, slots
 from identification.study.study import ESTIMATED, SettledSetting, Study
 
 Progress = Callable[[str, float], None]
@@ -163,39 +164,76 @@ def _with_best_hold(
     if method.hears_noise and start is None:
         # a filter explains a wrong command by noise: free runs choose
         free_run = METHODS["single_shooting"]
-        hold = _with_best_hold(study, free_run, replace(options, report=None), None)[0].hold
-        made = _settled(study, method, options, None, hold)
-    else:
-        made = _settled(study, method, options, start)
-        hold = made[0].hold
-        with suppress(KeyboardInterrupt):
-            hold = hold if start is not None else _better_hold(study, method, options, *made)
-        if hold != made[0].hold:
-            again = _settled(study, method, options, None, hold)
-            made = min((made, again), key=_level)
-    setting = made[0]
-    best = ": fits best" if setting.hold != USUAL else ""
-    note = f"the commands are taken as {_HOLD_WORDS[setting.hold]} between samples{best}"
+        heard = _with_best_hold(study, free_run, replace(options, report=None), None)
+        return (*_settled(study, method, options, None, heard[0].hold), heard[3])
+    made = _settled(study, method, options, start)
+    costs: dict[str, float] = {}
+    with suppress(KeyboardInterrupt):
+        costs = {} if start is not None else _costs_of_holds(study, method, options, *made)
+    if costs and (hold := chosen(costs, USUAL)) != made[0].hold:
+        again = _settled(study, method, options, None, hold)
+        made = min((made, again), key=_level)
+    made, late = _within_bounds(study, method, options, made, costs)
+    hold = made[0].hold
+    best = ": fits best" if hold != USUAL else ""
+    note = f"the commands are taken as {_HOLD_WORDS[hold]} between samples{late or best}"
     return (*made, (note,))
+
+
+def _within_bounds(
+    study: Study, method: Method, options: FitOptions, made: Made, costs: Mapping[str, float]
+) -> tuple[Made, str]:
+    """Return a fit that is as good under another behaviour, and why, where a delay was stopped.
+
+    Half a sample more or less of a delay looks like another behaviour: of two that fit equally well
+    the one is right whose delays are what they may be.
+    """
+    own = made[0].hold
+    stopped = _delays_near_bounds(made, 0.0)
+    tied = [h for h, c in costs.items() if h != own and c * CLEARLY <= costs.get(own, 0.0)]
+    for hold in tied if stopped else ():
+        again = _settled(study, method, options, None, hold)
+        as_good = _going(again[2]) and _level(again) <= _level(made) - np.log(CLEARLY)
+        if as_good and not _delays_near_bounds(again, INSIDE):
+            return again, f": as {_HOLD_WORDS[own]} ones they fit no better, {stopped} at its bound"
+    return made, ""
+
+
+INSIDE = 0.05
+"""Samples by which a delay has to be off its bounds to be what it may be."""
+
+
+def _delays_near_bounds(made: Made, margin: float) -> str:
+    """Return the first delay that lies so many samples from a bound; empty where none does."""
+    _, stack, solution = made
+    lower, upper = stack.bounds
+    for r, p in enumerate(stack.problems):
+        at = slots(p)
+        late = [j for j, n in enumerate(p.delays, at.delays.start) if n not in p.skews]
+        for i in stack.columns[r][[*range(*at.lags.indices(at.size)), *late]]:
+            room = min(solution.point.theta[i] - lower[i], upper[i] - solution.point.theta[i])
+            if upper[i] > lower[i] and room <= margin + 1e-9:
+                return str(stack.names[i])
+    return ""
 
 
 _HOLD_WORDS = {"linear": "linear", "hold": "held", "band-limited": "band-limited"}
 
 
-def _better_hold(
+def _costs_of_holds(
     study: Study,
     method: Method,
     options: FitOptions,
     setting: SettledSetting,
     stack: JointProblem,
     solution: MethodSolution,
-) -> str:
-    """Return the behaviour that would leave the least misfit after one step of the unknowns.
+) -> dict[str, float]:
+    """Return the misfit that each behaviour would leave after one step of the unknowns.
 
     With the sub-steps that the fit came to: with few of them a wrong behaviour may fit best.
     """
     if not _going(solution):
-        return setting.hold
+        return {}
     costs: dict[str, float] = {}
     rates = [n for p in stack.problems for n in p.engine.input_rates]
     for hold in possible(HOLDS, rates):
@@ -212,7 +250,7 @@ def _better_hold(
         left = foreseen(there, there.normal(found, solution.point), solution.point)
         if np.isfinite(left):
             costs[hold] = left / max(there.count(found), 1)
-    return chosen(costs, USUAL) if costs else setting.hold
+    return costs
 
 
 def _otherwise_held(stack: JointProblem, hold: str, steps: Sequence[int]) -> JointProblem:
@@ -346,7 +384,7 @@ def _finished(
             *notes, *solution.notes, *(w for w in (words, doubt) if w),
             *doubts(study, stack, found, solution), *cautions(study),
             *miscalibrated(study.graph, study.nuisances.gains, (*estimates, *nuisances)),
-            *coarse_steps(study, setting, stack, point, found),
+            *coarse_steps(study, setting, stack, point, found), *far_levels(stack, point),
         ),
         filtered=solution.filtered,
     )  # fmt: skip

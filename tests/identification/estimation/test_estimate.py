@@ -212,6 +212,14 @@ def test_behaviour_between_samples_is_found(hold: str) -> None:
     assert max(misses(found, truth).values()) < FAR
 
 
+def test_of_holds_that_fit_equally_well_that_with_possible_delays_is_taken() -> None:
+    """A held command looks half a sample late to one that is linear; a lag may be a quarter."""
+    found = estimate(study(record(600, hold="hold", noise=3e-3, seed=6)))
+    assert found.setting.hold == "hold"
+    assert any("as linear ones they fit no better, delay x at its bound" in n for n in found.notes)
+    assert not found.estimate_of("delay x").at_bound
+
+
 # -- windows, validation, sub-steps -----------------------------------------------------------
 def test_windows_with_states_of_their_own() -> None:
     made = record(1200)
