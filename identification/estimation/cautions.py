@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
+from sympy import Expr
 
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.sensors import Sensor
@@ -21,12 +22,14 @@ from identification.estimation.sub_steps import FINEST
 from identification.study.calibration import Known
 from identification.study.joint import JointPoint, JointProblem
 from identification.study.problem import drives, gain_name, stated_gains
-from identification.study.residual import ResidualEvaluation
+from identification.study.residual import ResidualEvaluation, offset_scale, slots, values_at
 from identification.study.study import SettledSetting, Study
 
 FAR = 100.0
 ROUGH = 0.1
 """Difference of a rate taken from all samples and from half of them that is worth a word."""
+BEYOND = 10.0
+"""Times the largest reading from which an offset of its sensor is worth a word."""
 STRAINED = 4.0
 """Cost from which residuals or priors contradict what was said of them."""
 
@@ -161,6 +164,33 @@ def cautions(study: Study) -> tuple[str, ...]:
     for r in study.records:
         said += rough_rates(study.graph, study.with_silence(r))
     return tuple(dict.fromkeys(said))
+
+
+def far_levels(stack: JointProblem, point: JointPoint) -> tuple[str, ...]:
+    """Say which offsets of sensors moved far beyond all that was read: they hide a wrong level."""
+    said = []
+    for r, p in enumerate(stack.problems):
+        theta = stack.local(point, r).theta
+        offsets = theta[slots(p).offsets] * offset_scale(p)
+        fitted, declared = values_at(p, theta), values_at(p, np.zeros_like(theta))
+        for c, n in enumerate(p.data.names):
+            own = p.graph.channel_value(p.graph[n], "offset")
+            if own is not None:
+                offsets[c] += _number(own, fitted) - _number(own, declared)
+            largest = float(np.abs(p.data.readings[:, c]).max())
+            if largest > 0 and abs(offsets[c]) > BEYOND * largest:
+                unit, times = getattr(p.graph[n], "unit", ""), abs(offsets[c]) / largest
+                said.append(
+                    f"the offset of {n} moved by {offsets[c]:.3g} {unit}, {times:.2g} times the "
+                    f"largest reading of {p.data.name}: "
+                    "the level of the model is far from what was recorded; check units, weights "
+                    "and preloads, or declare the offset at the sensor"
+                )
+    return tuple(dict.fromkeys(said))
+
+
+def _number(value: Expr, known: Mapping[str, float]) -> float:
+    return float(value.subs({s: known[str(s)] for s in value.free_symbols}))
 
 
 def rough_rates(graph: BondGraph, r: Recording, breaks: Sequence[int] = ()) -> tuple[str, ...]:

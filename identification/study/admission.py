@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -85,6 +85,28 @@ def admit_sign(values: Mapping[str, float], known: Mapping[str, Parameter]) -> N
             raise UnusableInput(
                 f"{n} = {v:g} must be positive: check sign and unit, or declare "
                 f"Parameter({n!r}, ..., positive=False)"
+            )
+
+
+FARTHEST = 1e6
+"""Times the largest reading up to which an offset of its sensor may be: no unit makes more."""
+
+
+def admit_offset(name: str, sensor: str, unit: str, values: Iterable[float], read: float) -> None:
+    """Refuse an offset of a sensor (its start or its bounds) that no reading is anywhere near.
+
+    Parameters
+    ----------
+    name : str
+        The parameter.
+    read : float
+        Largest magnitude that the sensor reads in any recording, SI.
+    """
+    for v in values:
+        if np.isfinite(v) and abs(v) > FARTHEST * read > 0:
+            raise UnusableInput(
+                f"{name} = {v:g} {unit}, of the offset of sensor {sensor}, is {abs(v) / read:.2g} "
+                f"times its largest reading, {read:.4g} {unit}: check the digits; SI is meant"
             )
 
 

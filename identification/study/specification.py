@@ -101,7 +101,13 @@ class Nuisances:
     gains: Mapping[str, Known] = field(default_factory=dict, hash=False)
 
     def __post_init__(self) -> None:
-        """Refuse clocks that are no clocks, and gains that are none."""
+        """Refuse clocks that are no clocks, gains that are none, and numbers for yes and no."""
+        for what in ("offsets", "lags", "commands"):
+            if type(given := getattr(self, what)).__name__ not in ("bool", "bool_"):
+                raise UnusableInput(
+                    f"{what} = {given!r}: say True or False; what is known of one sensor stands at "
+                    "it in the graph, such as Dq(..., offset=...)"
+                )
         if not isinstance(self.gains, Mapping):
             raise UnusableInput(
                 f"gains = {self.gains!r}: give them by channel, such as {{'x': Known(1.0, 0.02)}}"

@@ -22,6 +22,7 @@ from bondgraph.support.errors import UnusableInput, real_number, unknown_name
 from identification.study.admission import (
     admit_counts,
     admit_noise,
+    admit_offset,
     admit_recordings,
     admit_sign,
     admit_split,
@@ -240,11 +241,24 @@ class Study:
             self._one(i, recording)
         admit_sign(self.starts, self.graph.parameters)
         self.gains, self._freedom  # names, bounds and starts are checked here
+        self._check_offsets()
         self.straight_records  # and that readings tell their turns
         if self.process_noise:
             engine = self.problem(0, self.first_setting).engine
             for place in self.process_noise:
                 diffusion_at(engine, self.graph, place)
+
+    def _check_offsets(self) -> None:
+        known = self.graph.parameters
+        for s in self.graph.of_type(Sensor):
+            offset = self.graph.channel_value(s, "offset")
+            if offset is None or str(offset) not in known:
+                continue
+            p = self._freedom.get(str(offset), known[str(offset)])
+            bounds = _ends(p) if p.name in self._freedom else ()
+            read = [np.abs(r[s.name]).max() for r in self.records if s.name in r.channels]
+            values = (self.starts.get(p.name, p.value), *bounds)
+            admit_offset(p.name, s.name, p.unit, values, float(max(read, default=0.0)))
 
     @property
     def records(self) -> tuple[Recording, ...]:
@@ -308,6 +322,10 @@ class Study:
             )
             start = p.value if v.start is None else v.start
             low, high = _ends(p)
+            if not low <= high:
+                raise UnusableInput(
+                    f"{v.name}: its lower bound {low:g} is not below the upper bound {high:g}"
+                )
             if not low <= start <= high:
                 raise UnusableInput(
                     f"{v.name}: its declared value {start:g} lies outside of its bounds {low:g} to "

@@ -169,6 +169,15 @@ def test_huge_offsets_are_offsets(offset: float) -> None:
     assert found.estimate_of("offset x").value == pytest.approx(offset, rel=1e-4)
 
 
+def test_an_offset_that_hides_a_wrong_level_is_said() -> None:
+    """A known offset of 50 m at a reading of centimetres: the nuisance takes all of it back."""
+    level = spring(m=0.7).with_element("x", offset=50.0)
+    said = [n for n in estimate(Study(level, record(400), FREE)).notes if "offset of x" in n]
+    assert len(said) == 1
+    assert "moved by -50 m" in said[0]
+    assert not any("offset of x" in n for n in estimate(study(record(400, offset=50.0))).notes)
+
+
 def test_offset_that_may_not_be_fitted_shows() -> None:
     found = estimate(study(record(600, offset=1e-2), nuisances=Nuisances(offsets=False)))
     assert found.rmse()["x"] > 3 * NOISE

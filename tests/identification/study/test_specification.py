@@ -9,6 +9,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
+from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.parameter import Parameter
 from bondgraph.signals.recording import Recording, Split
 from bondgraph.support.errors import UnusableInput
@@ -123,3 +124,33 @@ def test_nuisances_refuse_a_clock_that_is_none() -> None:
             Nuisances(clock=clock)
     assert not NO_NUISANCES.offsets
     assert not NO_NUISANCES.lags
+
+
+@pytest.mark.parametrize("what", ["offsets", "lags", "commands"])
+def test_nuisances_are_said_by_yes_and_no(what: str) -> None:
+    with pytest.raises(UnusableInput, match=rf"{what} = .*True or False"):
+        Nuisances(**{what: {"u": 1e9}})  # type: ignore[arg-type]
+
+
+def offset_ohm(offset: float, **bounds: float) -> BondGraph:
+    known = Parameter("u_0", offset, "V", positive=False, **bounds)  # type: ignore[arg-type]
+    return ohm().with_parameters([known]).with_element("u", offset="u_0")
+
+
+@pytest.mark.parametrize(
+    ("offset", "bounds", "said"),
+    [
+        (1e9, {}, "u_0 = 1e.09 V, of the offset of sensor u, is .* times its largest reading"),
+        (0.0, {"lower": -1.0, "upper": 1e12}, "u_0 = 1e.12 V"),
+        (0.0, {"lower": 1.0, "upper": -1.0}, "lower bound 1 is not below the upper bound -1"),
+        (0.0, {"lower": math.nan}, "lower bound nan"),
+    ],
+)
+def test_an_offset_far_beyond_its_readings_is_refused(
+    offset: float, bounds: dict[str, float], said: str
+) -> None:
+    with pytest.raises(UnusableInput, match=said) as refused:
+        Study(offset_ohm(offset, **bounds), measured()[0])
+    assert len(str(refused.value).splitlines()) == 1
+    # a level that a unit or an absolute scale makes is none of it
+    assert Study(offset_ohm(300.0, lower=-1e3, upper=1e3), measured()[0]).starts["u_0"] == 300.0
