@@ -29,6 +29,7 @@ from identification.diagnosis.explanation.latent_signal import Latent, latent
 from identification.diagnosis.explanation.next_experiment import Experiment, next_experiments
 from identification.diagnosis.explanation.notes import notes_of
 from identification.diagnosis.localisation.blind_relations import BlindRelation
+from identification.diagnosis.localisation.places_without_name import places_of
 from identification.diagnosis.localisation.regions import Region, regions
 from identification.diagnosis.localisation.structural_classes import (
     Isolability,
@@ -159,7 +160,8 @@ class Diagnosis:
     def study(self) -> Study:
         """The same study with the repaired model (as it is, where nothing was named).
 
-        It begins at the fitted values: `estimate`, `profiles` and `judge` go on from there.
+        It begins where the fit ended, with its noise, its bounds, its sub-steps and what it takes
+        the commands to do between samples: `estimate`, `profiles` and `judge` go on from there.
 
         Raises
         ------
@@ -169,7 +171,7 @@ class Diagnosis:
         last = self.repaired or self.nominal
         if last is None or self.asked is None:
             raise UnusableInput(f"{self.model}: nothing was fitted ({self.kind}), nothing to study")
-        return self.asked.about(last)
+        return self.asked.again(last)
 
     def __repr__(self) -> str:
         """Verdict in words."""
@@ -324,7 +326,7 @@ def _diagnosed(
         return _mistaken(result, mistakes)
     result = replace(
         result, kind=kind, scene=made.scene, steps=decisions, trials=decisions[0].trials,
-        ranking=made.ranking, regions=regions(base.fit, made.scene), structure=classes,
+        ranking=made.ranking, structure=classes,
         relations=made.relations, experiments=_experiments(decisions),
         notes=asked.notes_of(last) + (STOPPED,) * made.stopped + notes_of(
             material, nominal, last, options.holds, known, _named(decisions, kind)
@@ -334,6 +336,7 @@ def _diagnosed(
     if asked.disturbed:
         say("judging by one-step predictions", 0.97)
         result = _predicted(result, options, unseen)
+    result = replace(result, regions=_where(result, whole))
     from identification.diagnosis.explanation.advice import advice
 
     return replace(result, advice=advice(result, frequencies))
@@ -405,6 +408,21 @@ def _with_rest(result: Diagnosis, whole: Split) -> Diagnosis:
         steps = (*result.steps[:-1], _unexplained(result.steps[-1], left))
         result = replace(result, kind="unknown_physics", steps=steps)
     return replace(result, left=left, regions_left=where)
+
+
+def _where(result: Diagnosis, whole: Split) -> tuple[Region, ...]:
+    """Return where the model as it is fails, in the variables of what was found first.
+
+    On all samples, whatever the search has worked on: terminal and page say the same.
+    """
+    assert result.nominal is not None
+    shown, seen = judged_on(result.nominal, whole), result.scene
+    if seen is None or seen.data.n != shown.problem.data.n:
+        seen = scene(shown)
+    named = [s.chosen.element for s in result.findings if s.chosen is not None]
+    if result.kind == "unknown_physics":
+        named = list(places_of(result.steps[0], result.structure)[:1])
+    return regions(shown, seen, named)
 
 
 def judged_on(f: Fit, split: Split) -> Fit:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from identification.diagnosis.diagnose import Diagnosis
 from identification.diagnosis.localisation.recording.plausible import confidence_of_places
-from identification.diagnosis.localisation.regions import Region, regions
+from identification.diagnosis.localisation.regions import Region
 from identification.diagnosis.search.candidates import Candidate
 from identification.diagnosis.verdict import unresolved_place
 from identification.estimation.single_record import Fit
@@ -69,9 +69,5 @@ def after_of(d: Diagnosis) -> Fit | None:
 
 
 def regions_of(d: Diagnosis) -> tuple[Region, ...]:
-    """Regions told in the variables of the ports, those of the found place first."""
-    if d.nominal is None or d.kind not in NAMED:
-        return ()
-    if d.scene is None:
-        return d.regions
-    return regions(d.nominal, d.scene, tuple(places_of(d)[0]))
+    """Where the model as it is fails, if something is missing."""
+    return d.regions if d.nominal is not None and d.kind in NAMED else ()

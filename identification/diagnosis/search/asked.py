@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -23,6 +23,7 @@ from identification.study.admission import distinct_names
 from identification.study.joined import between_samples, picked
 from identification.study.problem import Data, Problem, drives
 from identification.study.residual import windows
+from identification.study.scaled import Free
 from identification.study.specification import Nuisances, Vary
 from identification.study.study import ESTIMATED, Study, default_splits
 from identification.study.turns import (
@@ -119,7 +120,7 @@ class Asked:
 
     def about(self, last: Fit) -> Study:
         """Return the study of another model of the same recordings, to begin where a fit ended."""
-        values = {n: v for n, v in last.values.items() if n in last.problem.graph.parameters}
+        values = _inside(last)
         graph = last.problem.graph.with_values(values)
         if self.declared is not None:
             graph = turning_graph(graph, self.declared)
@@ -131,6 +132,44 @@ class Asked:
         new = [Vary(n) for n, p in graph.parameters.items() if n not in old and not p.fixed]
         begun, steps = self.study.starting(values), self.study.n_sub and last.problem.n_sub
         return begun.changed(graph=graph, hold=hold, n_sub=steps, free=(*begun.free, *new))
+
+    def again(self, last: Fit) -> Study:
+        """Return the study that a fit of the search answers, to begin and to end where that did.
+
+        Noise and sub-steps are those of the fit, and bounds stay where they were: a spread around
+        a declared value does not move with the value. A filter settles its noise by itself.
+        """
+        study, fitted, split = self.about(last), last.problem, self.split
+        bounded = {f.parameter.name: f for f in fitted.free if f.parameter.spread is not None}
+        free = [_between(v, bounded[v.name], last) if v.name in bounded else v for v in study.free]
+        more: dict[str, Any] = {"free": free}
+        if not study.process_noise and study.noise != "coloured":
+            floors = map(float, fitted.data.floor)
+            more["noise"] = dict(zip(fitted.data.names, floors, strict=True))
+        if not study.process_noise and not fitted.exact:
+            more["n_sub"] = fitted.n_sub
+        if self.study is None and len(self.given) == 1 and split is not None and _plain(split):
+            more["splits"] = split
+        return study.changed(**more)
+
+
+def _inside(last: Fit) -> dict[str, float]:
+    """Return the values of a fit by the names of its graph; rounding leaves none beyond a bound."""
+    known, found = last.problem.graph.parameters, dict(last.values)
+    for n in (*(f.parameter.name for f in last.problem.free), *last.problem.delays):
+        if (p := known.get(n)) is not None:
+            low, high = (-np.inf if p.lower is None else p.lower), p.upper
+            found[n] = float(np.clip(found[n], low, np.inf if high is None else high))
+    return {n: v for n, v in found.items() if n in known}
+
+
+def _between(v: Vary, fitted: Free, last: Fit) -> Vary:
+    low, high = map(fitted.value, fitted.bounds())
+    return replace(v, lower=low, upper=high, start=min(max(last.values[v.name], low), high))
+
+
+def _plain(split: Split) -> bool:
+    return isinstance(split.train, slice) and isinstance(split.test, slice)
 
 
 def asked_of(

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from bondgraph import BondGraph, C, Da, Df, Dq, I, One, R, Sf, Zero
+from bondgraph.graph.parameter import Parameter
 from bondgraph.laws import Polynomial
 from bondgraph.signals.recording import Recording, Split
 from bondgraph.support.errors import UnusableInput
@@ -18,6 +19,7 @@ from identification.diagnosis.search.candidates import DiagnosisOptions
 from identification.diagnosis.search.material import material_of
 from identification.diagnosis.search.nominal import nominal_fit
 from identification.estimation.estimate import estimate
+from identification.estimation.single_record import fit
 from identification.study.calibration import Known
 from identification.study.priors import LogNormal
 from identification.study.residual import windows
@@ -92,6 +94,25 @@ def test_the_same_study_with_the_repaired_model_is_fitted_on() -> None:
     made = estimate(again)
     assert made.rmse("train")["x"] == pytest.approx(NOISE, rel=0.1)
     assert {e.name: e.value for e in made.estimates}["k"] == pytest.approx(200.0, rel=0.02)
+
+
+def test_a_study_of_a_fit_ends_where_the_fit_ended() -> None:
+    """At a spread around a declared value, and at a bound: neither moves with the value."""
+    known = (
+        Parameter("k_0", 150.0, "N/m", spread=1.2),
+        Parameter("d_0", 1.5, "N*s/m", upper=1.9),
+    )
+    graph = spring().with_parameters(known)
+    graph = graph.with_element("k", stiffness="k_0").with_element("d", value="d_0")
+    split = Split(slice(0, 900), slice(900, N), "the last 600")
+    asked = asked_of(graph, record(cubic=0.0), split, "linear", {})
+    made = fit(asked.problem(material_of(asked).data))
+    assert (made.values["k_0"], made.values["d_0"]) == pytest.approx((180.0, 1.9))
+    again = asked.again(made)
+    assert again.noise == pytest.approx({"x": made.problem.data.floor[0]})
+    assert (again.hold, again.splits) == ("linear", (split,))
+    assert again.starts == pytest.approx(made.values)
+    assert estimate(again).values == pytest.approx(made.values, rel=1e-3)
 
 
 def test_recordings_to_judge_are_held_out() -> None:

@@ -36,9 +36,11 @@ from identification.diagnosis.diagnose import Diagnosis, diagnose
 from identification.diagnosis.evidence.hypotheses import Thresholds
 from identification.diagnosis.explanation.next_experiment import Experiment
 from identification.diagnosis.localisation.blind_relations import BlindRelation
+from identification.diagnosis.localisation.regions import summary
 from identification.diagnosis.report import sections
 from identification.diagnosis.report.changed import changes, definition, math_svg, whole_law
-from identification.diagnosis.report.found import confidence_of
+from identification.diagnosis.report.evidence import parameters
+from identification.diagnosis.report.found import confidence_of, regions_of
 from identification.diagnosis.report.law import law_ports, path
 from identification.diagnosis.report.law_figures import law_figure
 from identification.diagnosis.report.rivals import standings, title
@@ -46,8 +48,8 @@ from identification.diagnosis.search.candidates import DiagnosisOptions
 from identification.diagnosis.studio import page, write_report
 from identification.diagnosis.verdict.document import verdict
 from identification.diagnosis.verdict.reading import parse_verdict
-from identification.diagnosis.verdict.text import retold
-from identification.report.numbers import axis_scale, percent, prefixed, quantity, short
+from identification.diagnosis.verdict.text import in_words, retold
+from identification.report.numbers import axis_scale, interval, percent, prefixed, quantity, short
 from tests.patience import HANGS
 from tests.settled import simulate
 from tests.spring import spring
@@ -199,6 +201,20 @@ def test_a_diagnosis_carries_its_limits() -> None:
     own = Thresholds(law=0.5)
     assert diagnose(spring(), recording(25), limits=own).limits == own
     assert diagnose(spring(), recording(25)).limits == Thresholds()
+
+
+def test_terminal_page_and_file_give_the_same_intervals_and_stretches(found: Diagnosis) -> None:
+    d = as_kind(found, "missing_physics")
+    lines, page = in_words(d).splitlines(), parameters(d)
+    (said,) = verdict(d)["findings"]
+    assert said["parameters"]
+    for p in said["parameters"]:
+        low, high = p["ci95"]
+        assert any(f"{p['name']} = " in s and f"[{low:.4g}, {high:.4g}]" in s for s in lines)
+        assert interval(low, high, p["unit"]) in page
+    seen = [s.removeprefix("seen: ") for s in lines if s.startswith("seen: ")]
+    assert seen
+    assert seen == list(summary(regions_of(d)))[:3]
 
 
 def test_places_carry_their_confidence(found: Diagnosis) -> None:

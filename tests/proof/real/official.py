@@ -41,7 +41,7 @@ def official_errors(
     rule = f"all but the first {SKIP} samples train"
     splits = [Split(slice(SKIP, r.n), slice(r.n, r.n), rule) for r in parts.train]
     study = found.study.changed(
-        recordings=parts.train, splits=splits, n_sub=found.repaired.problem.n_sub
+        recordings=parts.train, splits=splits, n_sub=found.repaired.problem.n_sub, noise="white"
     )
     made = estimate(study, max_iterations=STEPS)
     init = parts.init
