@@ -102,7 +102,8 @@ class Study:
         (SI) and the others fitted.
     hold : {"estimate", "linear", "hold", "band-limited"}
         What the commands do between samples; "estimate" takes linear, unless that leaves more than
-        the noise and another fits clearly better.
+        the noise and another fits clearly better, or as well with delays that are possible where
+        linear would need one beyond its bound.
     noise : {"white", "coloured"} or mapping of str to float or sequence of float
         Noise of the readings: estimated as white or as autoregressive, or known standard
         deviations of some readings (SI; the others white).

@@ -38,6 +38,7 @@ def _options(e: Estimation) -> list[tuple[str, str]]:
     noise = study.noise if isinstance(study.noise, str) else "known: " + ", ".join(study.noise)
     initial = study.initial if isinstance(study.initial, str) else "some known, others fitted"
     fixed = ", ".join(f"{k} = {v:.6g}" for k, v in study.fixed.items())
+    read = dict.fromkeys(f"{r.name}: {note}" for r in study.records for note in r.notes)
     return [
         ("method", spaced(e.method)),
         ("optimiser", spaced(e.optimiser)),
@@ -49,4 +50,5 @@ def _options(e: Estimation) -> list[tuple[str, str]]:
         ("initial states", initial),
         ("held fixed", fixed),
         ("splits", "; ".join(dict.fromkeys(s.rule for s in study.splits))),
+        ("on reading", "; ".join(read)),
     ]
