@@ -13,7 +13,7 @@ from bondgraph.graph import elements as el
 from bondgraph.graph.elements import Element
 from bondgraph.support.errors import UnusableInput
 from tests.benchmarks.bounds import Measured, best, judged
-from tests.bondgraph.export.test_graph_json import HOSTILE
+from tests.bondgraph.export.test_hostile_graph_json import HOSTILE
 
 
 def refuse(text: str) -> None:

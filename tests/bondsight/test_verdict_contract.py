@@ -1,4 +1,4 @@
-"""What is written keeps the contract that other programs read, where too little was recorded too."""
+"""What is written keeps the contract that other programs read; too little to go on, too."""
 
 from __future__ import annotations
 
