@@ -1,0 +1,141 @@
+"""The decision, from hand-made scores: places."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from identification.diagnosis.evidence.answer import Decision
+from identification.diagnosis.evidence.decision import decide
+from identification.diagnosis.evidence.remaining import Remaining
+from tests.identification.diagnosis.decision_cases import (
+    LOUD,
+    QUIET,
+    Case,
+    label,
+    lag,
+    scored,
+    times,
+)
+
+
+def test_where_only_one_place_is_left_the_decision_is_made_there() -> None:
+    case = Case(5.0).law("backlash at k", 0.0).law("creep at k_2", lag(1.0))
+    case.kind("memory", "k_2", 0.0).kind("restoring", "k", lag(1.0))
+    assert case.decided().answer == "look_alikes"
+    d = decide(replace(case.evidence(), located=("k", "b")))
+    assert (label(d), d.answer, d.places) == ("backlash at k", "exact", ("k",))
+    assert {t.label for t in d.trials} == {"backlash at k", "creep at k_2"}
+    elsewhere = decide(replace(case.evidence(), located=("m",)))
+    assert (elsewhere.kind, elsewhere.answer, elsewhere.places) == (
+        "unknown_physics", "unknown", ("m",)
+    )  # fmt: skip
+
+
+def test_a_law_elsewhere_that_explains_nearly_as_much_leaves_kind_and_place_open() -> None:
+    """A filter of the command does what creep of the spring does, and more of it by chance."""
+
+    def answer(law: float) -> Decision:
+        case = Case(5.0).law("creep at k", law).kind("slow", "k", 2.0)
+        return case.kind("command", "V", 0.0).decided()
+
+    near = answer(0.8)  # 97.4 % of it
+    assert (near.answer, near.physics) == ("unknown", "")
+    assert set(near.places) == {"V", "k"}
+    far = answer(1.5)
+    assert (far.answer, far.physics, far.places) == ("kind", "command", ("V",))
+
+
+def test_a_place_stays_known_where_laws_explain_little_or_fail() -> None:
+    little = Case(9.0).law("backlash at k", 8.5).kind("restoring", "k", 8.5)
+    assert decide(little.evidence()).places == ()
+    assert decide(replace(little.evidence(), located=("k", "b"))).places == ("k", "b")
+    failing = Case(9.0).law("backlash at k", 0.0, test=80.0).kind("restoring", "k", 0.0)
+    d = decide(replace(failing.evidence(), located=("k",)))
+    assert (d.answer, d.physics, d.places) == ("unknown", "", ("k",))
+
+
+@pytest.mark.parametrize(("left", "places"), [(6.0, ("k",)), (6.8, ())])
+def test_a_form_that_removes_most_tells_its_place_before_its_kind(
+    left: float, places: tuple[str, ...]
+) -> None:
+    d = Case(9.0).kind("restoring", "k", left).decided()
+    assert (d.kind, d.answer, d.physics, d.places) == ("unknown_physics", "unknown", "", places)
+    many = Case(9.0)
+    for name in "abcdefgh":
+        many.kind("restoring", name, left)
+    assert many.decided().places == ()
+
+
+@pytest.mark.parametrize("before", [QUIET, LOUD])
+def test_what_shows_elsewhere_is_not_explained_because_it_cannot_sit_there(
+    before: Remaining,
+) -> None:
+    shows = Case(1.0, before).kind("memory", "k", 0.0).evidence()
+    assert decide(shows).kind == "unknown_physics"
+    d = decide(replace(shows, located=("m",)))
+    assert (d.kind, d.places) == ("unknown_physics", ("m",))
+
+
+def test_noise_is_what_a_law_leaves_if_that_may_be_noise() -> None:
+    """A floor read far too low makes the gain look small beside what is left."""
+    unknown = Remaining({"x": 3.4}, False, 0.0)
+    case = Case(0.4, unknown).law("hysteresis at k", 0.0).kind("memory", "k", 0.0)
+    evidence = case.evidence()
+    scale = 3.0
+    louder = [replace(s, score=times(s.score, scale), left=unknown) for s in evidence.laws]
+    kinds = [replace(k, score=times(k.score, scale)) for k in evidence.kinds]
+    read = replace(
+        evidence, plain=times(evidence.plain, scale), laws=tuple(louder), kinds=tuple(kinds),
+        nominal=scale**2 * evidence.nominal, trained=scale**2 * evidence.trained,
+    )  # fmt: skip
+    assert label(decide(read)) == "hysteresis at k"
+    loud = [replace(s, left=LOUD) for s in louder]  # what it leaves is no noise
+    assert label(decide(replace(read, laws=tuple(loud)))) == ""
+    # nor is there anything to guess where the noise was measured
+    sure = replace(read, before=Remaining({"x": 3.4}, True, 0.0))
+    assert label(decide(sure)) == ""
+    # a law that explains nothing, and leaves what may be noise, says nothing of another one
+    worse = replace(louder[0], score=times(scored(0.5, 7), scale))
+    assert label(decide(replace(read, laws=(*loud, worse)))) == ""
+
+
+def test_many_equals_are_nothing_known() -> None:
+    case = Case(5.0).kind("memory", "k", lag(0.5))
+    for i, name in enumerate(
+        ("hysteresis at k", "nonlinear_stiffness at k", "creep at k", "coulomb_friction at d")
+    ):
+        case.law(name, lag(0.2 * i)).kind("slow", name[-1], lag(0.4))
+    assert case.decided().answer == "unknown"
+
+
+@pytest.mark.parametrize("plain", [5.0, 50.0, 500.0])
+def test_a_law_that_leaves_ten_times_the_noise_is_as_good_as_none(plain: float) -> None:
+    """However much both explain: one leaves nothing but noise, the other does not."""
+    d = (
+        Case(plain).law("nonlinear_stiffness at k", 0.0).law("hysteresis at k", 10.0)
+        .kind("restoring", "k", lag(0.5)).decided()
+    )  # fmt: skip
+    assert (d.kind, label(d)) == ("missing_physics", "nonlinear_stiffness at k")
+    assert d.rivals == ()
+
+
+def test_the_same_effect_elsewhere_is_a_matter_of_place() -> None:
+    d = (
+        Case(5.0).law("hysteresis at C_nl", 0.0).law("hysteresis at k", lag(1.0))
+        .kind("memory", "C_nl", lag(0.5)).kind("memory", "k", lag(1.0)).decided()
+    )  # fmt: skip
+    assert (d.kind, label(d)) == ("missing_physics", "hysteresis at C_nl")
+    assert [t.element for t in d.same_place] == ["k"]
+    assert d.places == ("C_nl", "k")
+    assert d.rivals == ()
+
+
+def test_unusual_places_need_a_clear_lead() -> None:
+    def chosen(usual: float) -> str:
+        case = Case(5.0).law("hysteresis at k", usual).law("hysteresis at F", 0.0, home=False)
+        return label(case.kind("memory", "k", 0.0).kind("command", "F", 0.0).decided())
+
+    assert chosen(lag(4.0)) == "hysteresis at k"
+    assert chosen(2.0) == "hysteresis at F"
