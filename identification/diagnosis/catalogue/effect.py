@@ -291,7 +291,7 @@ class Effect:
         called = dict(zip(free, names, strict=True))
         starts = []
         for values in self.tried(at, law, hint):
-            start = {called[n]: float(v) for n, v in values.items()}
+            start = {called.get(n, n): float(v) for n, v in values.items()}
             if self.rebalances and values and isinstance(element, C | R):
                 share = rebalanced(element, at.past, self.added(at, law, values))
                 starts.append({**start, **share})

@@ -7,7 +7,8 @@ import numpy as np
 from bondgraph.graph.elements import Element
 from bondgraph.support.arrays import Array
 from identification.diagnosis.catalogue.effect import Hint, Signature
-from identification.diagnosis.screening.port_history import FittedModel
+from identification.diagnosis.catalogue.site import Site
+from identification.diagnosis.screening.port_history import FittedModel, PortHistory
 
 LAGS = (0.4, 2.0, 6.0, 20.0, 100.0)
 """Time constants to try, in samples."""
@@ -43,16 +44,16 @@ def lagged(u: Array, dt: float, tau: float) -> Array:
     return np.asarray(lfilter([now, gone - now], [1.0, -keep], moved) + u[0])
 
 
-def reading_without_offset(scene: FittedModel, element: Element) -> Array:
-    """Return the simulated reading of a sensor before its fitted offset, shape (N,), SI."""
+def reading(scene: FittedModel, element: Element) -> Site:
+    """Return a sensor with its simulated reading before the fitted offset as its history."""
     # the catalogue is listed without loading what simulates
     from identification.study.residual import offset_scale, slots
 
-    past = scene.of(element)
     problem = scene.nominal.problem
     at = scene.data.names.index(element.name)
     theta = scene.nominal.point.theta[slots(problem).offsets]
-    return np.asarray(past.argument - float(theta[at] * offset_scale(problem)[at]))
+    y = scene.of(element).argument - float(theta[at] * offset_scale(problem)[at])
+    return Site(scene, element, PortHistory(y, y, scene.data.dt))
 
 
 def unit_of(element: Element) -> str:
