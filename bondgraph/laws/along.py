@@ -12,9 +12,7 @@ from bondgraph.support.errors import UnusableInput
 from bondgraph.support.ops import CASADI, NUMPY
 
 
-def along(
-    law: Law, s: FloatArray, dt: float, p: Sequence[float]
-) -> tuple[FloatArray, FloatArray]:
+def along(law: Law, s: FloatArray, dt: float, p: Sequence[float]) -> tuple[FloatArray, FloatArray]:
     """Return the deviation of a law along a record and its memory, at rest at the first sample.
 
     Parameters

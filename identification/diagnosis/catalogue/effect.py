@@ -224,7 +224,8 @@ class Effect:
             law = self.made(at, **shape)
             columns = [self.added(at, law, values) for values in self.parts(law)]
             found.append(Signature.of(columns, **shape))
-        return tuple(found)
+        # an empty tuple would exempt it: where no shape is worth trying, nothing is added
+        return tuple(found) or (Signature.of((np.zeros(at.past.n),)),)
 
     def forms(
         self, scene: FittedModel, element: Element, ended: Mapping[str, Mapping[str, float]]

@@ -103,6 +103,11 @@ class PortHistory:
         return self.centre + share * self.half
 
 
+def moved_by(flow: Array, dt: float) -> Array:
+    """Return the displacement that belongs to a flow, from zero, by the trapezoidal rule."""
+    return np.concatenate([[0.0], np.cumsum(0.5 * (flow[1:] + flow[:-1]) * dt)])
+
+
 @dataclass(frozen=True, eq=False)
 class FittedModel:
     """Fitted model, data, residual and the past of every port.

@@ -13,9 +13,6 @@ from identification.diagnosis.catalogue.signal_traces import weight_of
 from identification.diagnosis.catalogue.site import Site, Values, over, times
 from identification.diagnosis.screening.port_history import PortHistory
 
-WIDTHS = (0.01, 0.03, 0.08, 0.2)
-"""Half widths to try, in spans of the command."""
-
 
 def _centres(past: PortHistory) -> tuple[float, ...]:
     """Middle of the range, zero and median, if they differ."""
@@ -46,15 +43,15 @@ class DeadZoneEffect(Effect):
     source = "describing-function texts, e.g. Gelb and Vander Velde 1968"
     where = staticmethod(commands)
 
-    shapes = over(centre=_centres, width=times("half", *(2 * w for w in WIDTHS)))
+    shapes = over(centre=_centres, width=times("half", 0.02, 0.06, 0.16, 0.4))
     strengths = ("width",)
     at_shape = False
 
-    def made(self, at: Site, centre: float | None = None, width: float = 0.0) -> Law:
-        """Return a dead band at the middle, unless it is said where."""
-        span = 2 * at.past.half
-        centre = at.past.centre if centre is None else centre
-        return DeadZone(centre, width or 0.02 * span, span, at.unit or "1")
+    def made(self, at: Site, **shape: float) -> Law:
+        """Return a dead band, at the middle unless it is said where."""
+        past = at.past
+        width, centre = shape.get("width", 0.04 * past.half), shape.get("centre", past.centre)
+        return DeadZone(centre, width, 2 * past.half, at.unit or "1")
 
     def tried(self, at: Site, law: Law, hint: Hint | None) -> Sequence[Values]:
         """Return the band of the hint, or some at the middle, the median and zero."""

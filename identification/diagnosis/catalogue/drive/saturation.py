@@ -9,8 +9,6 @@ from identification.diagnosis.catalogue.effect import Effect, Hint
 from identification.diagnosis.catalogue.places import commands
 from identification.diagnosis.catalogue.site import Site, Values, numbers, over, plain
 
-INSIDE = (0.02, 0.05, 0.1, 0.18, 0.27, 0.36)
-"""Limits to try, in spans of the command inside its ends."""
 KNEE = 0.02
 FAR = 0.1
 """Spans beyond its end at which a limit does nothing."""
@@ -37,7 +35,7 @@ class SaturationEffect(Effect):
     source = "hyperbolic corner, common in describing-function texts"
     where = staticmethod(commands)
 
-    shapes = over(inside=plain(*INSIDE))
+    shapes = over(inside=plain(0.02, 0.05, 0.1, 0.18, 0.27, 0.36))
     strengths = ("low", "high")
     at_shape = False
 

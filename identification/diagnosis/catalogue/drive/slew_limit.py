@@ -41,15 +41,14 @@ class SlewLimitEffect(Effect):
     strengths = ("slowness", "falling")
 
     def grid(self, at: Site) -> Sequence[Values]:
-        """Return the slownesses that would show; none at all if the command stands still."""
-        return [{"slowness": float(s)} for s in _candidates(at.past)] or [{"slowness": 0.0}]
+        """Return the slownesses that would show."""
+        return [{"slowness": float(s)} for s in _candidates(at.past)]
 
-    def made(self, at: Site, slowness: float | None = None) -> Law:
+    def made(self, at: Site, slowness: float = 0.0) -> Law:
         """Return the same limit for both directions."""
         found, unit = _candidates(at.past), f"s/({at.unit or '1'})"
-        size = float(found[0]) if found.size else at.past.dt
-        slowness = size if slowness is None else slowness
-        return SlewLimit(slowness, slowness or size, unit, even=False, falling=slowness)
+        s = slowness or (float(found[0]) if found.size else at.past.dt)
+        return SlewLimit(s, s, unit, even=False, falling=s)
 
     def signatures(self, scene: FittedModel, element: Element) -> tuple[Signature, ...]:
         """How far the output stays behind where the command rises and where it falls."""

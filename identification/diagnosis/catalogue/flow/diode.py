@@ -12,11 +12,6 @@ from identification.diagnosis.catalogue.places import electrical_resistors, has_
 from identification.diagnosis.catalogue.site import Site, Values, over, plain
 from identification.diagnosis.catalogue.starts import shared_slope
 
-ONSETS = (0.0, 0.15, 0.35, 0.6)
-"""Flows at which it may begin to conduct, in largest flows."""
-WIDTHS = (0.02, 0.1)
-"""Rounding to try, likewise."""
-
 
 class DiodeEffect(Effect):
     """A diode, with some resistance in series, lies across a resistor."""
@@ -36,17 +31,13 @@ class DiodeEffect(Effect):
     where = staticmethod(electrical_resistors)
 
     weights = ("share",)
-    shapes = over(sense=plain(1.0, -1.0), onset=plain(*ONSETS), width=plain(*WIDTHS))
+    shapes = over(sense=plain(1.0, -1.0), onset=plain(0.0, 0.15, 0.35, 0.6), width=plain(0.02, 0.1))
 
-    def made(
-        self, at: Site, sense: float = 1.0, onset: float = ONSETS[1], width: float = WIDTHS[1]
-    ) -> Law:
+    def made(self, at: Site, sense: float = 1.0, onset: float = 0.15, width: float = 0.1) -> Law:
         """Share, onset and rounding; the last two in largest flows."""
         most, unit = at.past.largest, "A" if has_unit(at.element, ("ohm",)) else f"V/({at.unit})"
-        return Diode(
-            **shared_slope(at.element, at.past), onset=onset * most, width=width * most,
-            sense=sense, unit=unit,
-        )  # fmt: skip
+        slope = shared_slope(at.element, at.past)
+        return Diode(**slope, onset=onset * most, width=width * most, sense=sense, unit=unit)
 
     def tried(self, at: Site, law: Law, hint: Hint | None) -> Sequence[Values]:
         """Return a part of the resistance, at the place of the hint."""

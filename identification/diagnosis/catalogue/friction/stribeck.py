@@ -13,9 +13,6 @@ from identification.diagnosis.catalogue.places import mechanical_resistors
 from identification.diagnosis.catalogue.site import Site, Values, over, times
 from identification.diagnosis.catalogue.starts import at_least
 
-SPEEDS = (0.04, 0.1, 0.3, 1.0)
-"""Stribeck speeds tried, over the root mean square of the flow."""
-
 
 class StribeckFriction(Effect):
     """Dry friction whose level falls with speed."""
@@ -38,7 +35,7 @@ class StribeckFriction(Effect):
     forms = staticmethod(friction_forms)
 
     weights = ("F_c", "F_d")
-    shapes = over(speed=times("rms", *SPEEDS))
+    shapes = over(speed=times("rms", 0.04, 0.1, 0.3, 1.0))
     at_shape = False
 
     def made(self, at: Site, speed: float = 0.0) -> Law:

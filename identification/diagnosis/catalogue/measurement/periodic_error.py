@@ -6,15 +6,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from bondgraph.graph.elements import Element
 from bondgraph.laws import Law, Periodic
 from bondgraph.support.arrays import Array
-from identification.diagnosis.catalogue.effect import Effect, Hint, Signature
+from identification.diagnosis.catalogue.effect import Effect, Hint
 from identification.diagnosis.catalogue.measurement.grid_step import quantisation_step
 from identification.diagnosis.catalogue.places import sensors
 from identification.diagnosis.catalogue.signal_traces import reading
 from identification.diagnosis.catalogue.site import Site, Values
-from identification.diagnosis.screening.port_history import FittedModel
 
 TRIED = 10
 """Periods that become signatures."""
@@ -56,14 +54,15 @@ class PeriodicError(Effect):
         """Return the most promising periods; rounding is periodic too, and no encoder's error."""
         readings = at.scene.data.readings[:, at.scene.data.names.index(at.element.name)]
         least = GRIDS * (quantisation_step(readings) or 0.0)
-        tried = (_span(at) / float(c) for c in promising_cycles(at.past.argument, at.residual, TRIED))
-        return [{"period": p} for p in tried if p >= least]
+        cycles = promising_cycles(at.past.argument, at.residual, TRIED)
+        found = [2 * at.past.half / float(c) for c in cycles]
+        return [{"period": p} for p in found if p >= least]
 
     def made(self, at: Site, period: float = 0.0) -> Law:
         """Return one period."""
         if not period:
             cycles = promising_cycles(at.past.argument, at.residual, 1)
-            period = _span(at) / float(cycles[0] if cycles.size else 4.0)
+            period = 2 * at.past.half / float(cycles[0] if cycles.size else 4.0)
         unit, half = at.unit or "1", at.past.half
         return Periodic(period, 0.02 * half, half, unit, unit)
 
@@ -72,16 +71,6 @@ class PeriodicError(Effect):
         if hint is None:
             return ({"a": 0.01 * at.past.half, "b": 0.01 * at.past.half},)
         return super().tried(at, law, hint)
-
-    def signatures(self, scene: FittedModel, element: Element) -> tuple[Signature, ...]:
-        """Sine and cosine along the reading; nothing where no period is promising."""
-        span = 2 * scene.of(element).half
-        nothing = Signature(np.zeros((scene.data.n, 2)), shape={"period": span})
-        return super().signatures(scene, element) or (nothing,)
-
-
-def _span(at: Site) -> float:
-    return 2 * at.past.half
 
 
 def promising_cycles(y: Array, residual: Array, count: int) -> Array:

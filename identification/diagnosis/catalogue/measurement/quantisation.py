@@ -11,13 +11,12 @@ from bondgraph.graph.elements import Element
 from bondgraph.graph.sensors import Sensor
 from bondgraph.laws import Law, Rounding
 from bondgraph.support.arrays import Array
-from identification.diagnosis.catalogue.effect import Effect, Hint, Signature
+from identification.diagnosis.catalogue.effect import Effect, Hint
 from identification.diagnosis.catalogue.measurement.grid_step import quantisation_step
 from identification.diagnosis.catalogue.measurement.periodic_error import promising_cycles
 from identification.diagnosis.catalogue.places import sensors
 from identification.diagnosis.catalogue.signal_traces import reading
 from identification.diagnosis.catalogue.site import Site, Values
-from identification.diagnosis.screening.port_history import FittedModel
 
 
 class Quantisation(Effect):
@@ -69,11 +68,6 @@ class Quantisation(Effect):
     def tried(self, at: Site, law: Law, hint: Hint | None) -> Sequence[Values]:
         """Return rounding in full: it is never anything else."""
         return ({"amount": 1.0},)
-
-    def signatures(self, scene: FittedModel, element: Element) -> tuple[Signature, ...]:
-        """Return the rounding error of the simulated reading; nothing where no grid is likely."""
-        found = super().signatures(scene, element)
-        return found or (Signature.of((np.zeros(scene.data.n),)),)
 
 
 COARSER = 2.0

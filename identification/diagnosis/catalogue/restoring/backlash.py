@@ -15,8 +15,8 @@ from identification.diagnosis.catalogue.site import Site, Values, over, times
 from identification.diagnosis.catalogue.starts import rubbing_units, shared_slope
 from identification.diagnosis.screening.port_history import FittedModel, PortHistory
 
-SHARES = (0.02, 0.08, 0.25, 0.5)
-"""Half widths tried, over half the range."""
+GRIP = 0.01
+"""Way over which a damper grips behind the gap, over half the range."""
 
 
 def _centres(past: PortHistory) -> tuple[float, ...]:
@@ -43,17 +43,15 @@ class BacklashEffect(Effect):
     where = staticmethod(springs)
     richer = ("backlash_with_damper",)
 
-    shapes = over(centre=_centres, width=times("half", *SHARES))
+    shapes = over(centre=_centres, width=times("half", 0.02, 0.08, 0.25, 0.5))
     strengths = ("gap",)
     at_shape = False
 
-    def made(self, at: Site, centre: float | None = None, width: float = 0.0) -> Law:
+    def made(self, at: Site, **shape: float) -> Law:
         """Return a gap that takes away what the spring itself gives."""
-        past = at.past
-        return Backlash(
-            **shared_slope(at.element, past, "N/m"), width=width or 0.05 * past.half,
-            centre=past.centre if centre is None else centre, size=past.half, unit=at.units[2],
-        )  # fmt: skip
+        past, slope = at.past, shared_slope(at.element, at.past, "N/m")
+        gap = {"width": 0.05 * past.half, "centre": past.centre, **shape}
+        return Backlash(**slope, **gap, size=past.half, unit=at.units[2])
 
     def tried(self, at: Site, law: Law, hint: Hint | None) -> Sequence[Values]:
         """Return the gap of the hint, also beside: its corners are sharp, few fits pass them."""
@@ -98,7 +96,3 @@ class BacklashEffect(Effect):
                 sentence="it has free play: within a gap neither spring nor damper carries a force",
             ))  # fmt: skip
         return tuple(found)
-
-
-GRIP = 0.01
-"""Way over which a damper grips behind the gap, over half the range."""

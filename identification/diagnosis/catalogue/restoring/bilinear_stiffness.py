@@ -9,12 +9,18 @@ import numpy as np
 from bondgraph.laws import Bilinear, Law
 from identification.diagnosis.catalogue.effect import Effect, Hint
 from identification.diagnosis.catalogue.places import springs
-from identification.diagnosis.catalogue.site import Site, Values
+from identification.diagnosis.catalogue.site import Site, Values, over
+from identification.diagnosis.screening.port_history import PortHistory
 
-SHARES = (-0.7, -0.4, -0.15, 0.0, 0.15, 0.4, 0.7)
-"""Knees tried, over half the range from its middle."""
 STIFFEST = 3.0
 """Change of slope over the slope from which a spring's second part is a stop."""
+
+
+def _knees(past: PortHistory) -> tuple[float, ...]:
+    """Return knees in the range, and the natural length of a spring, a likely corner."""
+    knees = [past.reach(share) for share in (-0.7, -0.4, -0.15, 0.0, 0.15, 0.4, 0.7)]
+    natural = 0.05 * past.half < abs(past.centre) < 0.7 * past.half
+    return (*knees, 0.0) if natural else tuple(knees)
 
 
 class BilinearStiffness(Effect):
@@ -36,20 +42,14 @@ class BilinearStiffness(Effect):
     where = staticmethod(springs)
 
     weights = ("dk",)
+    shapes = over(knee=_knees)
     at_shape = False
 
-    def grid(self, at: Site) -> Sequence[Values]:
-        """Return knees in the range, and at the natural length, which is a likely corner."""
-        knees, centre, half = [at.past.reach(s) for s in SHARES], abs(at.past.centre), at.past.half
-        return [{"knee": k} for k in (*knees, *([0.0] if 0.05 * half < centre < 0.7 * half else []))]
-
-    def made(self, at: Site, knee: float | None = None) -> Law:
+    def made(self, at: Site, **shape: float) -> Law:
         """Change of slope and knee."""
-        past = at.past
-        return Bilinear(
-            0.0, past.centre if knee is None else knee, past.slope, past.half, at.units[2],
-            at.unit or "N/m",
-        )  # fmt: skip
+        past, unit = at.past, at.unit or "N/m"
+        knee = shape.get("knee", past.centre)
+        return Bilinear(0.0, knee, past.slope, past.half, at.units[2], unit)
 
     def tried(self, at: Site, law: Law, hint: Hint | None) -> Sequence[Values]:
         """Return the knee of the hint, one further inside, and half of the change."""

@@ -10,8 +10,6 @@ from identification.diagnosis.catalogue.places import springs
 from identification.diagnosis.catalogue.site import Site, Values, numbers
 from identification.diagnosis.catalogue.starts import at_least, shared_slope
 
-SHARES = (0.85, 0.6, 0.3, 0.0, -0.4)
-"""Places of the loss tried, over half the range from its middle."""
 OUTSIDE = 1.5
 """Half ranges from the middle at which a contact without the effect would open."""
 
@@ -37,20 +35,17 @@ class ContactLossEffect(Effect):
 
     def grid(self, at: Site) -> Sequence[Values]:
         """Return several preloads, on either side."""
-        return [
-            {"side": side, "lift": at.past.reach(-side * share)}
-            for side in (1.0, -1.0) for share in SHARES
-        ]  # fmt: skip
+        places = [(side, share) for side in (1.0, -1.0) for share in (0.85, 0.6, 0.3, 0.0, -0.4)]
+        return [{"side": side, "lift": at.past.reach(-side * share)} for side, share in places]
 
-    def made(self, at: Site, side: float = 1.0, lift: float | None = None) -> Law:
+    def made(self, at: Site, side: float = 1.0, **place: float) -> Law:
         """Return a contact that opens on one side at a place."""
-        past = at.past
+        past, slope = at.past, shared_slope(at.element, at.past, "N/m")
         edge = past.reach(-side * OUTSIDE)
-        lift = past.reach(-side * 0.6) if lift is None else lift
+        depth = side * (place.get("lift", past.reach(-side * 0.6)) - edge)
         return ContactLoss(
-            **shared_slope(at.element, past, "N/m"),
-            depth=at_least(side * (lift - edge), 0.1 * past.half), size=past.half,
-            edge=edge, side=side, unit=at.units[2],
+            **slope, depth=at_least(depth, 0.1 * past.half), size=past.half, edge=edge, side=side,
+            unit=at.units[2],
         )  # fmt: skip
 
     def shape_of(self, hint: Hint) -> Values:
@@ -63,9 +58,8 @@ class ContactLossEffect(Effect):
 
     def tried(self, at: Site, law: Law, hint: Hint | None) -> Sequence[Values]:
         """Return the place of the law, and ones that open less."""
-        depth, half = numbers(law)[1], at.past.half
-        shallow = (OUTSIDE - 0.9) * half
-        tried = [depth, (OUTSIDE - 0.2) * half] if hint is None else [
-            depth, 0.5 * (depth + shallow), shallow,
-        ]  # fmt: skip
-        return [{"depth": d} for d in tried]
+        depth, shallow = numbers(law)[1], (OUTSIDE - 0.9) * at.past.half
+        less = [0.5 * (depth + shallow), shallow]
+        if hint is None:
+            less = [(OUTSIDE - 0.2) * at.past.half]
+        return [{"depth": d} for d in (depth, *less)]

@@ -11,8 +11,6 @@ from identification.diagnosis.catalogue.effect import Effect, Hint
 from identification.diagnosis.catalogue.places import springs
 from identification.diagnosis.catalogue.site import Site, Values, over, plain
 
-SHARES = (0.3, 0.5, 0.7, 0.85, 0.95)
-"""Gaps tried, over half the range from its middle."""
 LOW, HIGH, BOTH = -1.0, 1.0, 0.0
 AWAY = 6.0
 """Place of a stop that is never touched, half ranges from the middle."""
@@ -39,11 +37,11 @@ class EndStopEffect(Effect):
     where = staticmethod(springs)
 
     weights = ("k_s",)
-    shapes = over(share=plain(*SHARES), side=plain(HIGH, LOW, BOTH))
+    shapes = over(share=plain(0.3, 0.5, 0.7, 0.85, 0.95), side=plain(HIGH, LOW, BOTH))
     at_shape = False
 
     def made(self, at: Site, side: float = BOTH, share: float = 0.7) -> Law:
-        """Stops on both sides; one that is not there stays outside the motion."""
+        """Return stops on both sides; one that is not there stays outside the motion."""
         low, high = _ends(at, side, share)
         return EndStop(
             10 * at.past.slope, low, high, "both", at.past.half, at.units[2], at.unit or "N/m"

@@ -10,9 +10,8 @@ from identification.diagnosis.catalogue.places import tanks
 from identification.diagnosis.catalogue.site import Site, Values, numbers, over, within_range
 from identification.diagnosis.catalogue.starts import at_least, shared_slope
 
-SHARES = (0.9, 0.75, 0.5, 0.2)
-"""Rims tried, over half the range from its middle."""
 OUTSIDE = 1.5
+"""Half ranges above the middle at which a rim is never reached."""
 
 
 class OverflowEffect(Effect):
@@ -33,18 +32,15 @@ class OverflowEffect(Effect):
     where = staticmethod(tanks)
 
     strengths = ("depth",)
-    shapes = over(rim=within_range(*SHARES))
+    shapes = over(rim=within_range(0.9, 0.75, 0.5, 0.2))
     rebalances = False  # what stands below the rim is all the spring's
 
-    def made(self, at: Site, rim: float | None = None) -> Law:
+    def made(self, at: Site, **shape: float) -> Law:
         """Return a rim below the highest level."""
-        past = at.past
+        past, slope = at.past, shared_slope(at.element, at.past, "m3/Pa")
         top = past.reach(OUTSIDE)
-        depth = top - (past.reach(0.8) if rim is None else rim)
-        return Overflow(
-            **shared_slope(at.element, past, "m3/Pa"), depth=at_least(depth, 0.1 * past.half),
-            size=past.half, top=top,
-        )  # fmt: skip
+        depth = at_least(top - shape.get("rim", past.reach(0.8)), 0.1 * past.half)
+        return Overflow(**slope, depth=depth, size=past.half, top=top)
 
     def tried(self, at: Site, law: Law, hint: Hint | None) -> Sequence[Values]:
         """Return the rim, and a lower one: what flowed in meanwhile lifts the linear model."""

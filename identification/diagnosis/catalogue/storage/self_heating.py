@@ -62,7 +62,7 @@ class SelfHeatingEffect(Effect):
         return [{"r_heat": r, "tau_heat": tau} for r, tau in rises]
 
     def holds(self, at: Site) -> Mapping[str, tuple[float, float]]:
-        """What work thins may be warm oil or a fluid that lost its structure; heat is not quick."""
+        """Return a slow gain: what work thins may be a fluid that lost its structure."""
         quickest = SHARES[0] * at.past.duration
         return {"r_heat": (0.0, np.inf), "tau_heat": (quickest, np.inf)}
 

@@ -12,7 +12,7 @@ from bondgraph.laws import Law, Periodic
 from bondgraph.support.arrays import Array
 from identification.diagnosis.catalogue.effect import Effect
 from identification.diagnosis.catalogue.site import Site, Values
-from identification.diagnosis.screening.port_history import FittedModel, PortHistory
+from identification.diagnosis.screening.port_history import FittedModel, PortHistory, moved_by
 
 PERIODS = 40
 SEEN = 2.0
@@ -83,8 +83,7 @@ def way_of(past: PortHistory) -> Array:
     """Displacement of an inertia from its start, shape (N,)."""
     if past.moved is not None:
         return np.asarray(past.moved - past.moved[0])
-    steps = 0.5 * past.dt * (past.argument[1:] + past.argument[:-1])
-    return np.concatenate([[0.0], np.cumsum(steps)])
+    return moved_by(past.argument, past.dt)
 
 
 def periods(way: Array, count: int = PERIODS) -> Array:
