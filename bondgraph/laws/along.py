@@ -49,7 +49,7 @@ def along(law: Law, s: FloatArray, dt: float, p: Sequence[float]) -> tuple[Float
             "course, run a graph that holds it"
         )
     if law.counts_time and law.n_memory == 1:
-        time = dt * np.arange(s.size)
+        time = np.asarray(dt * np.arange(s.size), np.float64)
         return _wide(law.deviation(NUMPY, s, (time,), (*p, 0.0)), s.size), time[:, None]
     if law.n_memory or law.timed:
         return _step_by_step(law, s, dt, p)

@@ -50,8 +50,9 @@ class BacklashEffect(Effect):
     def made(self, at: Site, **shape: float) -> Law:
         """Return a gap that takes away what the spring itself gives."""
         past, slope = at.past, shared_slope(at.element, at.past, "N/m")
-        gap = {"width": 0.05 * past.half, "centre": past.centre, **shape}
-        return Backlash(**slope, **gap, size=past.half, unit=at.units[2])
+        width, centre = shape.get("width", 0.05 * past.half), shape.get("centre", past.centre)
+        unit = at.units[2]
+        return Backlash(**slope, width=width, centre=centre, size=past.half, unit=unit)
 
     def tried(self, at: Site, law: Law, hint: Hint | None) -> Sequence[Values]:
         """Return the gap of the hint, also beside: its corners are sharp, few fits pass them."""
