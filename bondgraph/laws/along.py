@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Hashable, Sequence
+from dataclasses import dataclass, field
+from functools import lru_cache
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -11,9 +14,15 @@ from bondgraph.support.arrays import FloatArray
 from bondgraph.support.errors import UnusableInput
 from bondgraph.support.ops import CASADI, NUMPY
 
+if TYPE_CHECKING:
+    from bondgraph.hysteresis.compiled import RecordLoops
 
-def along(law: Law, s: FloatArray, dt: float, p: Sequence[float]) -> tuple[FloatArray, FloatArray]:
-    """Return the deviation of a law along a record and its memory, at rest at the first sample.
+
+def along(law: Law, s: FloatArray, dt: float, p: Sequence[float]) -> FloatArray:
+    """Return the deviation of a law along a record, at rest at the first sample, shape (N,).
+
+    Without memory it is one evaluation; with memory a compiled loop, shared by laws of equal
+    `structure`.
 
     Parameters
     ----------
@@ -24,13 +33,6 @@ def along(law: Law, s: FloatArray, dt: float, p: Sequence[float]) -> tuple[Float
     p : sequence of float
         Its parameters, in the order of `Law.parameters`.
 
-    Returns
-    -------
-    ndarray, shape (N,)
-        The deviation.
-    ndarray, shape (N, n_memory)
-        The memory after each sample.
-
     Raises
     ------
     UnusableInput
@@ -40,7 +42,7 @@ def along(law: Law, s: FloatArray, dt: float, p: Sequence[float]) -> tuple[Float
     --------
     >>> from bondgraph.laws import SlewLimit
     >>> u = np.array([0.0, 1.0, 1.0])
-    >>> (u + along(SlewLimit(), u, 0.1, [0.25])[0]).tolist()
+    >>> (u + along(SlewLimit(), u, 0.1, [0.25])).tolist()
     [0.0, 0.4, 0.8]
     """
     if law.watched:
@@ -49,31 +51,45 @@ def along(law: Law, s: FloatArray, dt: float, p: Sequence[float]) -> tuple[Float
             "course, run a graph that holds it"
         )
     if law.counts_time and law.n_memory == 1:
-        time = np.asarray(dt * np.arange(s.size), np.float64)
-        return _wide(law.deviation(NUMPY, s, (time,), (*p, 0.0)), s.size), time[:, None]
+        return _wide(law.deviation(NUMPY, s, (dt * np.arange(s.size),), (*p, 0.0)), s.size)
     if law.n_memory or law.timed:
         return _step_by_step(law, s, dt, p)
-    return _wide(law.deviation(NUMPY, s, (), tuple(p)), s.size), np.zeros((s.size, 0))
+    return _wide(law.deviation(NUMPY, s, (), tuple(p)), s.size)
 
 
 def _wide(value: FloatArray, n: int) -> FloatArray:
     return np.asarray(np.broadcast_to(value, n), float)
 
 
-def _step_by_step(
-    law: Law, s: FloatArray, dt: float, p: Sequence[float]
-) -> tuple[FloatArray, FloatArray]:
-    """Run a law with memory by CasADi; the first step takes no time."""
+def _step_by_step(law: Law, s: FloatArray, dt: float, p: Sequence[float]) -> FloatArray:
+    """Run a law with memory; the first step takes no time."""
+    x, known = np.ascontiguousarray(s, float), (*p, *([0.0] if law.timed else []))
+    rest = law.initial_memory(float(x[0]))
+    first = float(law.deviation(NUMPY, x[0], rest, known))
+    begun = np.array(law.advance(NUMPY, x[0], rest, known), float)
+    loops = _loops(_Kind(law.structure, len(p), law))
+    return np.concatenate([[first], loops.forwards(x[1:], begun, dt, np.array(p, float))[0]])
+
+
+@dataclass(frozen=True)
+class _Kind:
+    """A law up to its numbers."""
+
+    structure: Hashable
+    n_parameters: int
+    example: Law = field(compare=False)
+
+
+@lru_cache(maxsize=64)
+def _loops(kind: _Kind) -> RecordLoops:
     import casadi as ca  # late: most of the time to import bondgraph
 
-    sizes = {"memory": law.n_memory, "argument": 1, "step": 1, "parameters": len(p)}
-    symbols = {name: ca.SX.sym(name, n) for name, n in sizes.items()}
-    m, u, h, q = symbols.values()
-    memory, known = split(m), (*split(q), *([h] if law.timed else []))
-    after = ca.vertcat(*law.advance(CASADI, u, memory, known))
-    step = ca.Function("step", [m, u, h, q], [after, law.deviation(CASADI, u, memory, known)])
-    steps = np.full((1, s.size), dt)
-    steps[0, 0] = 0.0
-    start, numbers = np.reshape(law.initial_memory(float(s[0])), (-1, 1)), np.reshape(p, (-1, 1))
-    memories, w = step.mapaccum(s.size)(start, s[None, :], steps, numbers)
-    return w.full().ravel(), memories.full().T
+    from bondgraph.hysteresis.compiled import loops_of
+
+    law = kind.example
+    u, h = ca.SX.sym("u"), ca.SX.sym("h")
+    m, p = ca.SX.sym("m", law.n_memory), ca.SX.sym("p", kind.n_parameters)
+    memory, known = split(m), (*split(p), *([h] if law.timed else []))
+    value = ca.densify(ca.SX(law.deviation(CASADI, u, memory, known)))
+    after = ca.densify(ca.vertcat(*law.advance(CASADI, u, memory, known)))
+    return loops_of(ca.Function("operator_step", [u, m, h, p], [value, after], {"cse": True}))

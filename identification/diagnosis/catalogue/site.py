@@ -47,7 +47,7 @@ class Site:
 
     def added(self, law: Law, values: Values = NOTHING) -> Array:
         """Return what a law adds along the history, shape (N,), with some `values` of its own."""
-        return along(law, self.past.argument, self.past.dt, numbers(law, values))[0]
+        return along(law, self.past.argument, self.past.dt, numbers(law, values))
 
 
 def own_parameters(law: Law) -> dict[str, Parameter]:

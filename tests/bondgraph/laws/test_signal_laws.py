@@ -108,8 +108,7 @@ def test_slew_limit_over_a_record() -> None:
     for v in u[1:]:
         wanted.append(wanted[-1] + float(np.clip(v - wanted[-1], -dt / 0.03, dt / 0.03)))
     np.testing.assert_allclose(y, wanted, atol=1e-12)
-    behind, _ = along(SlewLimit(), u, dt, [0.03])
-    np.testing.assert_allclose(u + behind, wanted, atol=1e-12)
+    np.testing.assert_allclose(u + along(SlewLimit(), u, dt, [0.03]), wanted, atol=1e-12)
     h = 1e-7
     difference = (run(0.03 + h)[0] - run(0.03 - h)[0]) / (2 * h)
     # where a ramp meets the command the derivative jumps: all samples but those few agree

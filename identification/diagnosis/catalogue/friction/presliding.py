@@ -63,6 +63,8 @@ class PreslidingFriction(Effect):
         """Return the force along the motion as such: the law would add up the flow anew."""
         force, length = numbers(law, values)
         way = way_of(at.scene, at.element)
+        if not np.isfinite(way).all():
+            return np.full(way.size, np.nan)
         return np.asarray(Dahl(force / length, force).run(way - way[0])[0])
 
     def tried(self, at: Site, law: Law, hint: Hint | None) -> Sequence[Values]:

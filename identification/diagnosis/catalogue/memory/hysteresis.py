@@ -9,10 +9,9 @@ import numpy as np
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import C, Element, Source
 from bondgraph.graph.sensors import Sensor
-from bondgraph.hysteresis import play_record
 from bondgraph.laws import Law, Parametrised, StopSum
 from bondgraph.support.arrays import Array
-from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
+from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion
 from identification.diagnosis.catalogue.places import commands, sensors, storages
 from identification.diagnosis.catalogue.site import Site, Values
 from identification.diagnosis.catalogue.starts import law_units
@@ -61,11 +60,6 @@ class Hysteresis(Effect):
         """Return a stop sum beside the linear law."""
         stops = stops_at(at.element, at.past)
         return Parametrised(stops, ("thresholds",), law_units(at.element)[1:])
-
-    def signatures(self, scene: FittedModel, element: Element) -> tuple[Signature, ...]:
-        """One stop a threshold, all run as one bank; the weights are the heights of the law."""
-        past = scene.of(element)
-        return (Signature(_sign(element) * stops(past, _thresholds(past))),)
 
     def tried(self, at: Site, law: Law, hint: Hint | None) -> Sequence[Values]:
         """Return the heights of the hint, and what hardly is a spring any more."""
@@ -117,12 +111,6 @@ def _switching(at: Site) -> tuple[Values, ...]:
     found = {f"h_{i}": float(level / r) for i, r in enumerate(_thresholds(past), start=1)}
     slope = SOFTER * past.slope
     return ({**found, own.name: slope if element.stiffness is not None else 1.0 / slope},)
-
-
-def stops(past: PortHistory, thresholds: Array) -> Array:
-    """Return the stops of the argument, relaxed at its first value, shape (N, n)."""
-    x = np.ascontiguousarray(past.argument, dtype=float)
-    return np.asarray(x[:, None] - play_record(x, thresholds, np.full(thresholds.size, x[0])))
 
 
 def _thresholds(past: PortHistory) -> Array:

@@ -7,10 +7,9 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from bondgraph.laws import Law, SelfHeating
-from bondgraph.laws.along import along
 from identification.diagnosis.catalogue.effect import Effect, Hint
 from identification.diagnosis.catalogue.places import mechanical_resistors, warming_resistors
-from identification.diagnosis.catalogue.site import Site, Values, numbers, over, times
+from identification.diagnosis.catalogue.site import Site, Values, over, times
 
 SHARES = (0.003, 0.02, 0.1, 0.5)
 """Thermal time constants tried, over the duration of the record."""
@@ -68,6 +67,6 @@ class SelfHeatingEffect(Effect):
 
     def _most(self, at: Site, tau: float) -> float:
         """Return what heat may take away: no resistance below zero, which drives what it damps."""
-        law = self.made(at, tau)
-        warmth = along(law, at.past.argument, at.past.dt, numbers(law))[1][:, 0]
+        flow = np.where(at.past.argument == 0.0, np.inf, at.past.argument)
+        warmth = at.added(self.made(at, tau), {"r_heat": 1.0}) / flow
         return 0.5 * at.past.slope / max(float(np.max(warmth)), 1.0)
