@@ -126,14 +126,23 @@ Backwards = Callable[
 
 
 @dataclass(frozen=True, slots=True)
-class _Loops:
+class RecordLoops:
+    """A step function over whole records, and its inverse."""
+
     forwards: Forwards
     backwards: Backwards
 
 
 @lru_cache(maxsize=256)
-def _loops(structure: _Structure) -> _Loops:
-    step = _step_function(structure.example)
+def _loops(structure: _Structure) -> RecordLoops:
+    return loops_of(_step_function(structure.example))
+
+
+def loops_of(step: ca.Function) -> RecordLoops:
+    """Compile the loops of a step ``(input, memory, time, parameters) -> (output, memory)``.
+
+    The function is called ``operator_step`` and has no sparse output.
+    """
     loops = files("bondgraph.hysteresis").joinpath("compiled.c").read_text(encoding="utf-8")
     library = build(c_source(step) + loops)
     return _machine_loops(step) if library is None else _native_loops(str(library), step)
@@ -152,7 +161,7 @@ def _step_function(operator: Operator) -> ca.Function:
     )  # fmt: skip
 
 
-def _native_loops(library: str, step: ca.Function) -> _Loops:
+def _native_loops(library: str, step: ca.Function) -> RecordLoops:
     handle = ctypes.CDLL(library)
     pointer = ctypes.POINTER(ctypes.c_double)
     long, real = ctypes.c_longlong, ctypes.c_double
@@ -191,10 +200,10 @@ def _native_loops(library: str, step: ca.Function) -> _Loops:
             raise _unreached(int(bad), float(y[bad]))
         return x, tuple(m.tolist())
 
-    return _Loops(forwards, backwards)
+    return RecordLoops(forwards, backwards)
 
 
-def _machine_loops(step: ca.Function) -> _Loops:
+def _machine_loops(step: ca.Function) -> RecordLoops:
     def forwards(
         x: FloatArray, m: FloatArray, h: float, p: FloatArray
     ) -> tuple[FloatArray, Memory]:
@@ -236,7 +245,7 @@ def _machine_loops(step: ca.Function) -> _Loops:
             state = step(last, state, h, p)[1]
         return x, tuple(state.full().ravel().tolist())
 
-    return _Loops(forwards, backwards)
+    return RecordLoops(forwards, backwards)
 
 
 def _ordered(step: ca.Function) -> ca.Function:

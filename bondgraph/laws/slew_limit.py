@@ -6,11 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-import numpy as np
-
 from bondgraph.graph.parameter import Parameter
 from bondgraph.laws.law import Law
-from bondgraph.support.arrays import Array
 from bondgraph.support.bounds import NonNegative, Positive
 from bondgraph.support.ops import Ops
 
@@ -77,30 +74,3 @@ class SlewLimit(Law):
     def deviation(self, ops: Ops, s: Any, memory: Sequence[Any], p: Sequence[Any]) -> Any:
         """How far the output stays behind the command."""
         return self.advance(ops, s, memory, p)[0] - s
-
-
-def slew_limited(u: Array, most: Array) -> Array:
-    """Return samples `u` with every change limited to `most`, one column a limit.
-
-    Parameters
-    ----------
-    u : ndarray, shape (N,)
-    most : ndarray, shape (k,)
-        Largest change from one sample to the next, units of `u`.
-
-    Returns
-    -------
-    ndarray, shape (N, k)
-
-    Examples
-    --------
-    >>> slew_limited(np.array([0.0, 1.0, 1.0]), np.array([0.4])).ravel().tolist()
-    [0.0, 0.4, 0.8]
-    """
-    import casadi as ca
-
-    last, limit, now = ca.SX.sym("y", most.size), ca.SX.sym("d", most.size), ca.SX.sym("u")
-    new = last + ca.fmax(-limit, ca.fmin(limit, now - last))
-    run = ca.Function("limited", [last, now, limit], [new]).mapaccum(u.size)
-    start = np.full(most.size, float(u[0]))
-    return np.asarray(run(start, u[None, :], np.asarray(most, float)).full().T)

@@ -2,19 +2,30 @@
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import product
 from typing import ClassVar
 
 import numpy as np
 
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.drives import Drive
-from bondgraph.graph.elements import Element, Source
+from bondgraph.graph.elements import C, Element, R, Source
+from bondgraph.graph.parameter import Parameter
 from bondgraph.graph.sensors import Sensor
 from bondgraph.laws import Law
 from bondgraph.support.arrays import Array
+from bondgraph.support.errors import UnusableInput
+from identification.diagnosis.catalogue.site import (
+    NOTHING,
+    Grid,
+    Site,
+    Values,
+    over,
+    own_parameters,
+)
+from identification.diagnosis.catalogue.starts import rebalanced
 from identification.diagnosis.screening.port_history import FittedModel
 
 
@@ -114,15 +125,19 @@ class Hint:
         return dict(zip(names, map(float, self.weights), strict=True))
 
 
-class Effect(ABC):
-    """A physical effect; abstract.
+class Effect:
+    """A physical effect: where it may sit, its law there, and the words for it; to be subclassed.
 
-    Class attributes: `name` and `family` from the vocabulary, the `kind` of physics (one of
-    `screening.flexible_forms.KINDS`), `law`, one `sentence` for the user,
+    Class attributes of words: `name` and `family` from the vocabulary, the `kind` of physics (one
+    of `screening.flexible_forms.KINDS`), `law`, one `sentence` for the user,
     `looks` (what its trace looks like), `confused_with`, `separated_by` (the experiment that tells
     it from those), `simpler` (effects it contains as special cases), `source` of the law. `home`
     is False where the effect can sit but seldom does: such a place counts only if it explains more
     than every home.
+
+    What it does follows from `made` and the attributes after it: the law, run along the history of
+    a port with unit strength, is the signature, and the same law is what is inserted. An effect
+    that is no law at an element has `signatures` and `insert` of its own.
 
     Examples
     --------
@@ -150,6 +165,23 @@ class Effect(ABC):
     where: Callable[[BondGraph], tuple[Element, ...]]
     """Finds its places, one of `places.py`; effects with a rule of their own override `places`."""
 
+    made: Callable[..., Law]
+    """Makes the law at a `Site`, ``made(at, **shape)``, with what is typical there as its start
+    values; called without a shape where none is known."""
+    shapes: ClassVar[Mapping[str, Grid]] = over()
+    """What `made` takes as a shape (a knee, a time constant), and the values tried, in units of the
+    history; where one depends on another, or on the residual, override `grid`."""
+    weights: ClassVar[tuple[str, ...]] = ()
+    """Parameters in which the law is linear, named without the element: one column each."""
+    strengths: ClassVar[tuple[str, ...]] = ()
+    """Parameters that make the effect, where these are others than `weights`."""
+    at_shape: ClassVar[bool] = True
+    """The inserted law is made at the hint's shape; otherwise as without one, and `tried` puts the
+    shape into the start values."""
+    rebalances: ClassVar[bool] = True
+    """A spring or a resistor itself has taken over what of the law resembles it, see
+    `starts.rebalanced`; False where the law resembles it in nothing."""
+
     def places(self, graph: BondGraph) -> tuple[Element, ...]:
         """Elements where the effect makes sense."""
         return self.where(graph)
@@ -162,12 +194,38 @@ class Effect(ABC):
         """Whether `element` is a usual place of this effect."""
         return True
 
+    def site(self, scene: FittedModel, element: Element) -> Site:
+        """Return `element` with the history that the law depends on."""
+        return Site(scene, element, scene.of(element))
+
+    def grid(self, at: Site) -> Sequence[Values]:
+        """Return the shapes to try: every combination of `shapes`, the last changing fastest."""
+        tried = product(*(values(at.past) for values in self.shapes.values()))
+        return [dict(zip(self.shapes, values, strict=True)) for values in tried]
+
+    def parts(self, law: Law) -> Sequence[Values]:
+        """Return the values of the parameters that make each column of a signature."""
+        own = self._weights(law)
+        return [{n: float(n == m) for n in own} for m in own] or [NOTHING]
+
+    def added(self, at: Site, law: Law, values: Values) -> Array:
+        """Return what the law adds along the history with these values, shape (N,)."""
+        return at.added(law, values)
+
     def signatures(self, scene: FittedModel, element: Element) -> tuple[Signature, ...]:
         """Return what a weak effect of this kind adds at `element`, for several shapes.
 
         An empty tuple exempts the effect from the screening: it is always fitted.
         """
-        return ()
+        if not hasattr(self, "made"):
+            return ()
+        at, found = self.site(scene, element), []
+        for shape in self.grid(at):
+            law = self.made(at, **shape)
+            columns = [self.added(at, law, values) for values in self.parts(law)]
+            found.append(Signature.of(columns, **shape))
+        # an empty tuple would exempt it: where no shape is worth trying, nothing is added
+        return tuple(found) or (Signature.of((np.zeros(at.past.n),)),)
 
     def forms(
         self, scene: FittedModel, element: Element, ended: Mapping[str, Mapping[str, float]]
@@ -195,9 +253,57 @@ class Effect(ABC):
         """
         return ()
 
-    @abstractmethod
+    def tried(self, at: Site, law: Law, hint: Hint | None) -> Sequence[Values]:
+        """Return the start values to try: those of the law, its weights from the hint.
+
+        One that may not be negative is at least a tenth of what is typical: its weight may have a
+        wrong sign.
+        """
+        own = {n: p for n, p in own_parameters(law).items() if n in self._weights(law)}
+        if hint is None:
+            return ({n: p.value for n, p in own.items() if p.value},)
+        known = zip(own.items(), hint.weights, strict=True)
+        return ({n: _possible(p, float(w)) for (n, p), w in known},)
+
+    def holds(self, at: Site) -> Mapping[str, tuple[float, float]]:
+        """Return the range of parameters in which the law is what its name says."""
+        return {}
+
+    def shape_of(self, hint: Hint) -> Values:
+        """Return the shape at which the law is made."""
+        return hint.shape
+
     def insert(self, scene: FittedModel, element: Element, hint: Hint | None = None) -> Insertion:
-        """Rewrite the graph of `scene` with the effect at `element`; start values from `hint`."""
+        """Rewrite the graph of `scene` with the effect at `element`; start values from `hint`.
+
+        Raises
+        ------
+        UnusableInput
+            If the effect has no law.
+        """
+        if not hasattr(self, "made"):
+            raise UnusableInput(
+                f"effect {self.name} has no law: give it made(at, **shape), or an insert of its own"
+            )
+        at = self.site(scene, element)
+        law = self.made(at, **(self.shape_of(hint) if hint and self.at_shape else {}))
+        graph, names = self.with_law(scene, element, law)
+        free = [n for n, p in own_parameters(law).items() if not p.fixed]
+        called = dict(zip(free, names, strict=True))
+        starts = []
+        for values in self.tried(at, law, hint):
+            start = {called.get(n, n): float(v) for n, v in values.items()}
+            if self.rebalances and values and isinstance(element, C | R):
+                share = rebalanced(element, at.past, self.added(at, law, values))
+                starts.append({**start, **share})
+            starts.append(start)
+        strengths = tuple(called[n] for n in self.strengths or self._weights(law))
+        within = tuple((called[n], *ends) for n, ends in self.holds(at).items())
+        return self.inserted(element, graph, tuple(starts), strengths, within)
+
+    def _weights(self, law: Law) -> list[str]:
+        own = own_parameters(law)
+        return [n for n in self.weights if n in own]
 
     def with_law(
         self, scene: FittedModel, element: Element, law: Law
@@ -224,6 +330,13 @@ class Effect(ABC):
             self.name, self.family, self.law, element.name, graph, starts, strengths,
             self.simpler, self.confused_with, self.sentence, kind_at(self.kind, element), within,
         )  # fmt: skip
+
+
+def _possible(parameter: Parameter, weight: float) -> float:
+    low, high = parameter.lower, parameter.upper
+    if parameter.positive:
+        low = max(low or 0.0, 0.1 * parameter.value)
+    return float(np.clip(weight, low, high)) if (low, high) != (None, None) else weight
 
 
 def kind_at(kind: str, element: Element) -> str:

@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from bondgraph.graph.elements import Element
-from bondgraph.support.arrays import Array
 from identification.diagnosis.catalogue.effect import Hint, Signature
-from identification.diagnosis.screening.port_history import FittedModel
+from identification.diagnosis.catalogue.memory.creep import lagged
+from identification.diagnosis.catalogue.site import Site
+from identification.diagnosis.screening.port_history import FittedModel, PortHistory
 
 LAGS = (0.4, 2.0, 6.0, 20.0, 100.0)
 """Time constants to try, in samples."""
@@ -17,47 +18,19 @@ def lateness(scene: FittedModel, element: Element) -> tuple[Signature, ...]:
     """Return how far a signal stays behind itself, for several time constants of a lag."""
     s, dt = scene.of(element).argument, scene.data.dt
     tried = (k * dt for k in LAGS if k < 0.1 * scene.data.n)
-    return tuple(Signature.of((lagged(s, dt, tau) - s,), tau=tau) for tau in tried)
+    return tuple(Signature.of((lagged(s, tau, dt) - s,), tau=tau) for tau in tried)
 
 
-def lagged(u: Array, dt: float, tau: float) -> Array:
-    """Return `u` behind a first-order lag, exact for a signal that is linear between its samples.
-
-    Parameters
-    ----------
-    u : ndarray, shape (N,)
-        Settled at its first value.
-    dt, tau : float
-        Time between samples and time constant, s.
-
-    Returns
-    -------
-    ndarray, shape (N,)
-    """
-    from scipy.signal import lfilter
-
-    ratio = dt / tau
-    keep, gone = np.exp(-ratio), -np.expm1(-ratio)
-    now = 1.0 - gone / ratio
-    moved = u - u[0]
-    return np.asarray(lfilter([now, gone - now], [1.0, -keep], moved) + u[0])
-
-
-def reading_without_offset(scene: FittedModel, element: Element) -> Array:
-    """Return the simulated reading of a sensor before its fitted offset, shape (N,), SI."""
+def reading(scene: FittedModel, element: Element) -> Site:
+    """Return a sensor with its simulated reading before the fitted offset as its history."""
     # the catalogue is listed without loading what simulates
     from identification.study.residual import offset_scale, slots
 
-    past = scene.of(element)
     problem = scene.nominal.problem
     at = scene.data.names.index(element.name)
     theta = scene.nominal.point.theta[slots(problem).offsets]
-    return np.asarray(past.argument - float(theta[at] * offset_scale(problem)[at]))
-
-
-def unit_of(element: Element) -> str:
-    """Return the unit of a source or a sensor."""
-    return str(getattr(element, "unit", "")) or "1"
+    y = scene.of(element).argument - float(theta[at] * offset_scale(problem)[at])
+    return Site(scene, element, PortHistory(y, y, scene.data.dt))
 
 
 def weight_of(hint: Hint | None, at: int = 0, low: float = 0.3, high: float = 3.0) -> float:

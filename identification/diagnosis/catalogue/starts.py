@@ -98,8 +98,3 @@ def tamed(weights: Array, size: float) -> Array:
     """
     steepest = 2 * abs(float(weights[0])) + 3 * abs(float(weights[1]))
     return weights * min(1.0, 0.5 * size / steepest) if steepest else weights
-
-
-def reach(past: PortHistory, share: float) -> float:
-    """Displacement at a share of the half range above the middle."""
-    return past.centre + share * past.half

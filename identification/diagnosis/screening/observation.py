@@ -16,7 +16,7 @@ from bondgraph.signals.units import Dimension
 from bondgraph.simulation.exact_run import prepare, run_prepared
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import BondsightError, UnusableInput
-from identification.diagnosis.screening.port_history import FittedModel, PortHistory
+from identification.diagnosis.screening.port_history import FittedModel, PortHistory, moved_by
 from identification.estimation.single_record import Fit
 from identification.study.engine import Engine, engine_of
 from identification.study.problem import Problem
@@ -51,8 +51,7 @@ def scene_of(
         flow = second if isinstance(graph[e], TwoPort) else first
         moved = None
         if not isinstance(graph[e], C):
-            steps = 0.5 * (flow[1:] + flow[:-1]) * data.dt
-            moved = np.concatenate([[0.0], np.cumsum(steps)])
+            moved = moved_by(flow, data.dt)
         past[e] = PortHistory(first, second, data.dt, moved, _primary_moves(graph, graph[e]))
     for s in graph.of_type(Source):
         if s.name in data.commands:

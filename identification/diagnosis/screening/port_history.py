@@ -84,9 +84,28 @@ class PortHistory:
         return float(np.sqrt(np.mean(self.argument**2))) or 1.0
 
     @property
+    def largest(self) -> float:
+        """Largest size of the argument."""
+        return float(np.abs(self.argument).max()) or 1.0
+
+    @property
+    def duration(self) -> float:
+        """Time that all samples take, s."""
+        return self.dt * self.n
+
+    @property
     def slope(self) -> float:
         """Typical output over typical argument (a stiffness, a resistance)."""
         return self.swing / self.half
+
+    def reach(self, share: float) -> float:
+        """Return the argument at a share of the half range above the middle."""
+        return self.centre + share * self.half
+
+
+def moved_by(flow: Array, dt: float) -> Array:
+    """Return the displacement that belongs to a flow, from zero, by the trapezoidal rule."""
+    return np.concatenate([[0.0], np.cumsum(0.5 * (flow[1:] + flow[:-1]) * dt)])
 
 
 @dataclass(frozen=True, eq=False)

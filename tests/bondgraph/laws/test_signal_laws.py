@@ -12,8 +12,8 @@ from bondgraph.graph.drives import Drive
 from bondgraph.graph.elements import C, R, Se, Zero
 from bondgraph.graph.sensors import De
 from bondgraph.laws import Rectifier, Rounding, SlewLimit
+from bondgraph.laws.along import along
 from bondgraph.laws.law import Law
-from bondgraph.laws.slew_limit import slew_limited
 from bondgraph.simulation.exact_run import run_record
 from bondgraph.simulation.lure import exact_form
 from bondgraph.simulation.start import equilibrium, inputs_of
@@ -108,8 +108,7 @@ def test_slew_limit_over_a_record() -> None:
     for v in u[1:]:
         wanted.append(wanted[-1] + float(np.clip(v - wanted[-1], -dt / 0.03, dt / 0.03)))
     np.testing.assert_allclose(y, wanted, atol=1e-12)
-    most = np.array([dt / 0.03])
-    np.testing.assert_allclose(slew_limited(u, most)[:, 0], wanted, atol=1e-12)
+    np.testing.assert_allclose(u + along(SlewLimit(), u, dt, [0.03]), wanted, atol=1e-12)
     h = 1e-7
     difference = (run(0.03 + h)[0] - run(0.03 - h)[0]) / (2 * h)
     # where a ramp meets the command the derivative jumps: all samples but those few agree

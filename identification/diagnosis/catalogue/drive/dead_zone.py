@@ -2,17 +2,29 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
-from bondgraph.graph.elements import Element
-from bondgraph.laws import DeadZone
-from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
+from bondgraph.laws import DeadZone, Law
+from identification.diagnosis.catalogue.effect import Effect, Hint
 from identification.diagnosis.catalogue.places import commands
-from identification.diagnosis.catalogue.signal_traces import unit_of, weight_of
-from identification.diagnosis.screening.port_history import FittedModel, PortHistory
+from identification.diagnosis.catalogue.signal_traces import weight_of
+from identification.diagnosis.catalogue.site import Site, Values, over, times
+from identification.diagnosis.screening.port_history import PortHistory
 
-WIDTHS = (0.01, 0.03, 0.08, 0.2)
-"""Half widths to try, in spans of the command."""
+
+def _centres(past: PortHistory) -> tuple[float, ...]:
+    """Middle of the range, zero and median, if they differ."""
+    found = [past.centre]
+    if past.argument.min() < 0 < past.argument.max():
+        found.append(0.0)
+    found.append(float(np.median(past.argument)))
+    kept: list[float] = []
+    for c in found:
+        if all(abs(c - k) > 0.06 * past.half for k in kept):
+            kept.append(c)
+    return tuple(kept)
 
 
 class DeadZoneEffect(Effect):
@@ -31,43 +43,20 @@ class DeadZoneEffect(Effect):
     source = "describing-function texts, e.g. Gelb and Vander Velde 1968"
     where = staticmethod(commands)
 
-    def signatures(self, scene: FittedModel, element: Element) -> tuple[Signature, ...]:
-        """Return what the band swallows, for several widths and centres."""
-        past = scene.of(element)
-        u, span = past.argument, 2 * past.half
-        return tuple(
-            Signature.of((-np.clip(u - c, -w * span, w * span),), width=w * span, centre=c)
-            for c in _centres(past)
-            for w in WIDTHS
-        )
+    shapes = over(centre=_centres, width=times("half", 0.02, 0.06, 0.16, 0.4))
+    strengths = ("width",)
+    at_shape = False
 
-    def insert(self, scene: FittedModel, element: Element, hint: Hint | None = None) -> Insertion:
-        """Dead band where the signature has it, or at the middle, the median and zero."""
-        past = scene.of(element)
-        span = 2 * past.half
-        law = DeadZone(past.centre, 0.02 * span, span, unit_of(element))
-        graph, (width, centre) = self.with_law(scene, element, law)
-        starts: list[dict[str, float]]
-        if hint is not None:
-            w, c = hint.shape["width"], hint.shape["centre"]
-            first = w * weight_of(hint)
-            starts = [{width: first, centre: c}, {width: 0.5 * first, centre: c}]
-        else:
-            starts = [
-                {width: w * span, centre: c} for c in _centres(past) for w in (0.002, 0.02, 0.06)
-            ]
-        return self.inserted(element, graph, tuple(starts), (width,))
+    def made(self, at: Site, **shape: float) -> Law:
+        """Return a dead band, at the middle unless it is said where."""
+        past = at.past
+        width, centre = shape.get("width", 0.04 * past.half), shape.get("centre", past.centre)
+        return DeadZone(centre, width, 2 * past.half, at.unit or "1")
 
-
-def _centres(past: PortHistory) -> tuple[float, ...]:
-    """Middle of the range, zero and median, if they differ."""
-    span = 2 * past.half
-    found = [past.centre]
-    if past.argument.min() < 0 < past.argument.max():
-        found.append(0.0)
-    found.append(float(np.median(past.argument)))
-    kept: list[float] = []
-    for c in found:
-        if all(abs(c - k) > 0.03 * span for k in kept):
-            kept.append(c)
-    return tuple(kept)
+    def tried(self, at: Site, law: Law, hint: Hint | None) -> Sequence[Values]:
+        """Return the band of the hint, or some at the middle, the median and zero."""
+        if hint is None:
+            widths = [2 * at.past.half * w for w in (0.002, 0.02, 0.06)]
+            return [{"width": w, "centre": c} for c in _centres(at.past) for w in widths]
+        first = hint.shape["width"] * weight_of(hint)
+        return [{"width": w, "centre": hint.shape["centre"]} for w in (first, 0.5 * first)]

@@ -2,23 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Sequence
 
-import numpy as np
-
-from bondgraph.graph.elements import Element
-from bondgraph.laws import Saturation
-from bondgraph.support.arrays import Array
-from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
+from bondgraph.laws import Law, Saturation
+from identification.diagnosis.catalogue.effect import Effect, Hint
 from identification.diagnosis.catalogue.places import commands
-from identification.diagnosis.catalogue.signal_traces import unit_of
-from identification.diagnosis.screening.port_history import FittedModel, PortHistory
+from identification.diagnosis.catalogue.site import Site, Values, numbers, over, plain
 
-INSIDE = (0.02, 0.05, 0.1, 0.18, 0.27, 0.36)
-"""Limits to try, in spans of the command inside its ends."""
 KNEE = 0.02
 FAR = 0.1
 """Spans beyond its end at which a limit does nothing."""
+UNREACHED = 1e9
+"""Spans beyond its end at which the corner of a limit is rounded off."""
 COUNTS = 0.1
 """Share of the larger weight below which an end is left alone."""
 
@@ -40,45 +35,32 @@ class SaturationEffect(Effect):
     source = "hyperbolic corner, common in describing-function texts"
     where = staticmethod(commands)
 
-    def signatures(self, scene: FittedModel, element: Element) -> tuple[Signature, ...]:
-        """Return what is cut off at the upper and the lower end, for several limits."""
-        past = scene.of(element)
-        u, (low, high) = past.argument, _ends(past)
-        span = high - low
-        return tuple(
-            Signature.of(
-                (
-                    -_excess(u - high + a * span, KNEE * span),
-                    _excess(low + a * span - u, KNEE * span),
-                ),
-                inside=a,
-            )
-            for a in INSIDE
-        )
+    shapes = over(inside=plain(0.02, 0.05, 0.1, 0.18, 0.27, 0.36))
+    strengths = ("low", "high")
+    at_shape = False
 
-    def insert(self, scene: FittedModel, element: Element, hint: Hint | None = None) -> Insertion:
-        """Two limits with a soft knee, tried where the signature has them or all over."""
-        low, high = _ends(scene.of(element))
-        span = high - low
-        law = Saturation(low + 0.08 * span, high - 0.08 * span, KNEE * span, unit_of(element))
-        graph, names = self.with_law(scene, element, law)
+    def made(self, at: Site, inside: float = 0.08) -> Law:
+        """Two limits with a soft knee."""
+        low, high, knee = _limits(at, inside, inside, KNEE)
+        return Saturation(low, high, knee, at.unit or "1")
 
-        def start(below: float, above: float, knee: float) -> Mapping[str, float]:
-            return dict(
-                zip(names, (low + below * span, high - above * span, knee * span), strict=True)
-            )
+    def parts(self, law: Law) -> Sequence[Values]:
+        """Return what is cut off at the upper and at the lower end: each without the other."""
+        low, high, _ = numbers(law)
+        never = UNREACHED * (high - low)
+        return {"low": low - never}, {"high": high + never}
 
-        starts = tuple(start(*s) for s in (_everywhere() if hint is None else _hinted(hint)))
-        return self.inserted(element, graph, starts, names[:2])
+    def tried(self, at: Site, law: Law, hint: Hint | None) -> Sequence[Values]:
+        """Return limits where the signature has them or all over."""
+        places = _everywhere() if hint is None else _hinted(hint)
+        found = [_limits(at, *place) for place in places]
+        return [dict(zip(("low", "high", "knee"), values, strict=True)) for values in found]
 
 
-def _ends(past: PortHistory) -> tuple[float, float]:
-    return past.centre - past.half, past.centre + past.half
-
-
-def _excess(z: Array, knee: float) -> Array:
-    """``max(z, 0)`` with the corner of the law."""
-    return np.asarray(0.5 * (z + np.sqrt(z * z + knee * knee)))
+def _limits(at: Site, below: float, above: float, knee: float) -> tuple[float, float, float]:
+    """Return limits and knee that are given in spans of the command inside its ends."""
+    past, span = at.past, 2 * at.past.half
+    return past.reach(-1.0) + below * span, past.reach(1.0) - above * span, knee * span
 
 
 def _everywhere() -> list[tuple[float, float, float]]:

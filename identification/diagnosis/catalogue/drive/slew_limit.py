@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import replace
+
 import numpy as np
 
 from bondgraph.graph.elements import Element
-from bondgraph.laws.slew_limit import SlewLimit, slew_limited
+from bondgraph.laws import Law, SlewLimit
 from bondgraph.support.arrays import Array
-from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
+from identification.diagnosis.catalogue.effect import Effect, Hint, Signature
 from identification.diagnosis.catalogue.places import commands
-from identification.diagnosis.catalogue.signal_traces import unit_of
-from identification.diagnosis.screening.port_history import FittedModel
+from identification.diagnosis.catalogue.site import Site, Values
+from identification.diagnosis.screening.port_history import FittedModel, PortHistory
 
 RATES = (0.95, 0.85, 0.7, 0.5, 0.35, 0.2)
 """Slew rates to try, in fastest changes of the command."""
@@ -35,47 +38,47 @@ class SlewLimitEffect(Effect):
     source = "large-signal bandwidth of operational amplifiers and valves"
     where = staticmethod(commands)
 
+    strengths = ("slowness", "falling")
+
+    def grid(self, at: Site) -> Sequence[Values]:
+        """Return the slownesses that would show."""
+        return [{"slowness": float(s)} for s in _candidates(at.past)]
+
+    def made(self, at: Site, slowness: float = 0.0) -> Law:
+        """Return the same limit for both directions."""
+        found, unit = _candidates(at.past), f"s/({at.unit or '1'})"
+        s = slowness or (float(found[0]) if found.size else at.past.dt)
+        return SlewLimit(s, s, unit, even=False, falling=s)
+
     def signatures(self, scene: FittedModel, element: Element) -> tuple[Signature, ...]:
         """How far the output stays behind where the command rises and where it falls."""
-        u, dt = scene.of(element).argument, scene.data.dt
-        slowness = _candidates(u, dt)
-        if not slowness.size:
-            return (Signature(np.zeros((u.size, 2)), shape={"slowness": 0.0}),)
-        behind = slew_limited(u, dt / slowness) - u[:, None]
+        found = super().signatures(scene, element)
         # below the command it rises too slowly, above it falls too slowly
         return tuple(
-            Signature(
-                np.stack([np.minimum(b, 0.0), np.maximum(b, 0.0)], axis=1),
-                shape={"slowness": float(s)},
-            )
-            for b, s in zip(behind.T, slowness, strict=True)
+            replace(s, columns=np.hstack([np.minimum(s.columns, 0.0), np.maximum(s.columns, 0.0)]))
+            for s in found
         )
 
-    def insert(self, scene: FittedModel, element: Element, hint: Hint | None = None) -> Insertion:
-        """One rate for each direction, where the signature has it or all over."""
-        u, dt = scene.of(element).argument, scene.data.dt
-        slowness = _candidates(u, dt)
+    def tried(self, at: Site, law: Law, hint: Hint | None) -> Sequence[Values]:
+        """Return one rate for each direction, where the signature has it or all over."""
+        found = _candidates(at.past)
         if hint is None:
-            starts = [(float(s), float(s)) for s in slowness] or [(dt, dt)]
+            pairs = [(s, s) for s in found] or [(at.past.dt, at.past.dt)]
         else:
             s = float(hint.shape["slowness"])
             # amplifiers and valves seldom rise as fast as they fall; below the least it is no limit
-            less = max(UNEVEN * s, float(slowness.min(initial=s)))
-            starts = [(s, s), (s, less), (less, s)]
-        size = starts[0][0]
-        law = SlewLimit(size, size, f"s/({unit_of(element)})", even=False, falling=size)
-        graph, names = self.with_law(scene, element, law)
-        found = tuple(dict(zip(names, s, strict=True)) for s in dict.fromkeys(starts))
-        return self.inserted(element, graph, found, tuple(names))
+            less = max(UNEVEN * s, float(found.min(initial=s)))
+            pairs = [(s, s), (s, less), (less, s)]
+        return [dict(zip(self.strengths, pair, strict=True)) for pair in dict.fromkeys(pairs)]
 
 
 UNEVEN = 0.6
 """Slowness of one direction over that of the other, where they are tried as different."""
 
 
-def _candidates(u: Array, dt: float) -> Array:
-    """Slownesses (s per unit) that would show in `u`, rising; none if it stands still."""
-    change = np.abs(np.diff(u))
+def _candidates(past: PortHistory) -> Array:
+    """Slownesses (s per unit) that would show in a command, rising; none if it stands still."""
+    change = np.abs(np.diff(past.argument))
     largest = float(change.max(initial=0.0))
     if not largest > 0:
         return np.zeros(0)
@@ -86,4 +89,4 @@ def _candidates(u: Array, dt: float) -> Array:
     else:
         shares = [1.02 + k for k in JUMPS]
         shares += [largest / fast / r for r in RATES[1::2]] if fast > 0 else []
-    return np.unique(dt / largest * np.array(shares))
+    return np.unique(past.dt / largest * np.array(shares))

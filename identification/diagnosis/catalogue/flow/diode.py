@@ -2,22 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
-from bondgraph.graph.elements import Element
-from bondgraph.laws import Diode
-from bondgraph.laws.diode import wright_omega
-from bondgraph.support.arrays import Array
-from bondgraph.support.ops import NUMPY
-from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
+from bondgraph.laws import Diode, Law
+from identification.diagnosis.catalogue.effect import Effect, Hint
 from identification.diagnosis.catalogue.places import electrical_resistors, has_unit
-from identification.diagnosis.catalogue.starts import rebalanced, shared_slope
-from identification.diagnosis.screening.port_history import FittedModel, PortHistory
-
-ONSETS = (0.0, 0.15, 0.35, 0.6)
-"""Flows at which it may begin to conduct, in largest flows."""
-WIDTHS = (0.02, 0.1)
-"""Rounding to try, likewise."""
+from identification.diagnosis.catalogue.site import Site, Values, over, plain
+from identification.diagnosis.catalogue.starts import shared_slope
 
 
 class DiodeEffect(Effect):
@@ -37,42 +30,16 @@ class DiodeEffect(Effect):
     source = "Shockley 1949; Banwell and Jayakumar, Electronics Letters 36 (2000) 291"
     where = staticmethod(electrical_resistors)
 
-    def signatures(self, scene: FittedModel, element: Element) -> tuple[Signature, ...]:
-        """Return what it takes off, for either sense and several onsets and widths."""
-        past = scene.of(element)
-        return tuple(
-            Signature.of((-taken(past, sense, a, w),), sense=sense, onset=a, width=w)
-            for sense in (1.0, -1.0)
-            for a in ONSETS
-            for w in WIDTHS
-        )
+    weights = ("share",)
+    shapes = over(sense=plain(1.0, -1.0), onset=plain(0.0, 0.15, 0.35, 0.6), width=plain(0.02, 0.1))
 
-    def insert(self, scene: FittedModel, element: Element, hint: Hint | None = None) -> Insertion:
-        """Share, onset and rounding, from the best signature or in the middle of them."""
-        past = scene.of(element)
-        shape = dict(sense=1.0, onset=ONSETS[1], width=WIDTHS[1]) if hint is None else hint.shape
-        sense, reach = float(shape["sense"]), _reach(past)
-        onset, width = float(shape["onset"]) * reach, float(shape["width"]) * reach
-        unit = getattr(element, "unit", "")
-        law = Diode(
-            **shared_slope(element, past), onset=onset, width=width, sense=sense,
-            unit="A" if has_unit(element, ("ohm",)) else f"V/({unit})",
-        )  # fmt: skip
-        graph, _ = self.with_law(scene, element, law)
-        share = 0.5 if hint is None else float(np.clip(hint.weights[0] / past.slope, 0.05, 0.95))
-        names = [f"{n}_{element.name}" for n in ("share", "onset", "width")]
-        start = dict(zip(names, (share, onset, width), strict=True))
-        off = -share * past.slope * taken(past, sense, shape["onset"], shape["width"])
-        starts = ({**start, **rebalanced(element, past, off)}, start)
-        return self.inserted(element, graph, starts, (names[0],))
+    def made(self, at: Site, sense: float = 1.0, onset: float = 0.15, width: float = 0.1) -> Law:
+        """Share, onset and rounding; the last two in largest flows."""
+        most, unit = at.past.largest, "A" if has_unit(at.element, ("ohm",)) else f"V/({at.unit})"
+        slope = shared_slope(at.element, at.past)
+        return Diode(**slope, onset=onset * most, width=width * most, sense=sense, unit=unit)
 
-
-def taken(past: PortHistory, sense: float, onset: float, width: float) -> Array:
-    """Return the flow that a diode would take, with its sign; `onset`, `width` in largest flows."""
-    reach = _reach(past)
-    z = (sense * past.argument / reach - onset) / width
-    return np.asarray(sense * width * reach * wright_omega(NUMPY, z))
-
-
-def _reach(past: PortHistory) -> float:
-    return float(np.abs(past.argument).max()) or 1.0
+    def tried(self, at: Site, law: Law, hint: Hint | None) -> Sequence[Values]:
+        """Return a part of the resistance, at the place of the hint."""
+        share = 0.5 if hint is None else float(np.clip(hint.weights[0], 0.05, 0.95))
+        return ({"share": share},)

@@ -2,22 +2,25 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from bondgraph.graph.elements import Element, R
-from bondgraph.laws import NonlinearResistance, Radiation
+from bondgraph.laws import Law, NonlinearResistance, Radiation
 from bondgraph.laws.radiation import bent
+from bondgraph.support.arrays import Array
 from bondgraph.support.ops import NUMPY
-from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
+from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion
 from identification.diagnosis.catalogue.places import (
     electrical_resistors,
     has_unit,
     hydraulic_resistors,
     other_resistors,
 )
-from identification.diagnosis.catalogue.starts import rebalanced, tamed
+from identification.diagnosis.catalogue.site import Site, Values
+from identification.diagnosis.catalogue.starts import tamed
 from identification.diagnosis.screening.port_history import FittedModel, PortHistory
 
 ROOM = 293.15
@@ -47,36 +50,32 @@ class NonlinearResistanceEffect(Effect):
     source = "series of a characteristic through the origin; Chua, IEEE Trans. Circuit Theory 1969"
     where = staticmethod(other_resistors)
 
-    def signatures(self, scene: FittedModel, element: Element) -> tuple[Signature, ...]:
-        """Square and cube of the scaled flow."""
-        past = scene.of(element)
-        z = past.argument / _level(past)
-        return (Signature(np.stack([z**2, z**3], axis=1)),)
+    weights = ("a_2", "a_3")
+
+    def made(self, at: Site) -> Law:
+        """Quadratic and cubic term."""
+        effort, flow, graph = "K", "W", at.scene.graph
+        if at.element in electrical_resistors(graph):
+            effort, flow = "V", "A" if has_unit(at.element, ("ohm",)) else f"V/({at.unit})"
+        elif at.element in hydraulic_resistors(graph):
+            effort, flow = "Pa", "m3/s"
+        return NonlinearResistance(0.1 * _most(at.past), at.past.largest, effort, flow)
+
+    def tried(self, at: Site, law: Law, hint: Hint | None) -> Sequence[Values]:
+        """Return the weights, shrunk until the curve rises everywhere."""
+        if hint is None:
+            return ({},)
+        return (dict(zip(self.weights, tamed(hint.weights, _most(at.past)), strict=True)),)
 
     def insert(self, scene: FittedModel, element: Element, hint: Hint | None = None) -> Insertion:
-        """Quadratic and cubic term."""
-        past = scene.of(element)
+        """Quadratic and cubic term, or radiation that bends as both of the hint do."""
         if hint is not None and has_unit(element, ("K/W",)):
-            found = _radiating(past, hint)
+            at = self.site(scene, element)
+            bend = at.added(self.made(at), dict(zip(self.weights, hint.weights, strict=True)))
+            found = _radiating(at.past, bend)
             if found is not None:
                 return self._radiation(scene, element, *found)
-        effort, flow = "K", "W"
-        if element in electrical_resistors(scene.graph):
-            unit = getattr(element, "unit", "")
-            effort, flow = "V", "A" if has_unit(element, ("ohm",)) else f"V/({unit})"
-        elif element in hydraulic_resistors(scene.graph):
-            effort, flow = "Pa", "m3/s"
-        size = float(np.abs(past.output).max()) or 1.0
-        law = NonlinearResistance(0.1 * size, _level(past), effort, flow)
-        graph, names = self.with_law(scene, element, law)
-        starts: tuple[dict[str, float], ...] = ({},)
-        if hint is not None:
-            weights = tamed(hint.weights, size)
-            start = {n: float(w) for n, w in zip(names, weights, strict=True)}
-            z = past.argument / _level(past)
-            added = np.stack([z**2, z**3], axis=1) @ weights
-            starts = ({**start, **rebalanced(element, past, added)}, start)
-        return self.inserted(element, graph, starts, names)
+        return super().insert(scene, element, hint)
 
     def _radiation(
         self, scene: FittedModel, element: Element, share: float, resistance: float
@@ -95,11 +94,11 @@ class NonlinearResistanceEffect(Effect):
         )  # fmt: skip
 
 
-def _radiating(past: PortHistory, hint: Hint) -> tuple[float, float] | None:
-    """Return share and resistance of radiation that bends as both weights do; None if none does."""
-    z = past.argument / _level(past)
+def _radiating(past: PortHistory, bend: Array) -> tuple[float, float] | None:
+    """Return share and resistance of radiation that bends so; None if none does."""
+    z = past.argument / past.largest
     line = np.stack([np.ones_like(z), z], axis=1)
-    curves = [z**2 * hint.weights[0] + z**3 * hint.weights[1]]
+    curves = [bend]
     curves += [ROOM * bent(NUMPY, r * past.slope * past.argument / ROOM) for r in COLD]
     made = np.stack(curves, axis=1)
     told, *tried = (made - line @ np.linalg.lstsq(line, made, rcond=None)[0]).T
@@ -112,5 +111,5 @@ def _radiating(past: PortHistory, hint: Hint) -> tuple[float, float] | None:
     return found
 
 
-def _level(past: PortHistory) -> float:
-    return float(np.abs(past.argument).max()) or 1.0
+def _most(past: PortHistory) -> float:
+    return float(np.abs(past.output).max()) or 1.0

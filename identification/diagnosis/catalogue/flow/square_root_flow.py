@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
-from bondgraph.graph.elements import Element
-from bondgraph.laws import QuadraticDrag
-from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
+from bondgraph.laws import Law, QuadraticDrag
+from identification.diagnosis.catalogue.effect import Effect, Hint
 from identification.diagnosis.catalogue.places import hydraulic_resistors
-from identification.diagnosis.catalogue.starts import at_least, rebalanced
-from identification.diagnosis.screening.port_history import FittedModel
+from identification.diagnosis.catalogue.site import Site, Values
+from identification.diagnosis.catalogue.starts import at_least
+from identification.diagnosis.screening.port_history import PortHistory
 
 
 class SquareRootFlow(Effect):
@@ -26,25 +28,21 @@ class SquareRootFlow(Effect):
     source = "Torricelli 1643; Merritt, Hydraulic Control Systems, 1967 (orifice)"
     where = staticmethod(hydraulic_resistors)
 
-    def signatures(self, scene: FittedModel, element: Element) -> tuple[Signature, ...]:
-        """``|f| f``; the linear part belongs to the resistor itself."""
-        f = scene.of(element).argument
-        return (Signature((np.abs(f) * f)[:, None]),)
+    weights = ("c_2",)
 
-    def insert(self, scene: FittedModel, element: Element, hint: Hint | None = None) -> Insertion:
+    def made(self, at: Site) -> Law:
         """Quadratic pressure drop beside the linear one, which the fit may make small."""
-        past = scene.of(element)
-        largest = float(np.abs(past.argument).max()) or 1.0
-        full = float(np.abs(past.output).max() or past.swing) / largest**2
-        law = QuadraticDrag(0.5 * full, "Pa*s2/m6")
-        graph, (name,) = self.with_law(scene, element, law)
-        tried = [0.5 * full, 0.9 * full]
+        return QuadraticDrag(0.5 * _full(at.past), "Pa*s2/m6")
+
+    def tried(self, at: Site, law: Law, hint: Hint | None) -> Sequence[Values]:
+        """Return a large part of the whole drop beside what the hint says."""
+        full = _full(at.past)
+        seen = (0.5 * full, 0.9 * full)
         if hint is not None:
-            tried = [at_least(hint.weights[0], 0.02 * full), 0.8 * full]
-        f = past.argument
-        starts = tuple(
-            {name: v, **share}
-            for v in tried
-            for share in (rebalanced(element, past, v * np.abs(f) * f), {})
-        )
-        return self.inserted(element, graph, starts, (name,))
+            seen = (at_least(hint.weights[0], 0.02 * full), 0.8 * full)
+        return [{"c_2": v} for v in seen]
+
+
+def _full(past: PortHistory) -> float:
+    """Return the coefficient that makes the whole drop at the largest flow."""
+    return float(np.abs(past.output).max() or past.swing) / past.largest**2

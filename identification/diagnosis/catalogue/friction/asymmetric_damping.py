@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
-from bondgraph.graph.elements import Element
-from bondgraph.laws import AsymmetricDamping
-from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
+from bondgraph.laws import AsymmetricDamping, Law
+from identification.diagnosis.catalogue.effect import Effect, Hint
 from identification.diagnosis.catalogue.places import mechanical_resistors
-from identification.diagnosis.screening.port_history import FittedModel
+from identification.diagnosis.catalogue.site import Site, Values
 
 
 class AsymmetricDampingEffect(Effect):
@@ -28,17 +29,16 @@ class AsymmetricDampingEffect(Effect):
     source = "Dixon, The Shock Absorber Handbook, 2nd ed. 2007 (rebound and compression)"
     where = staticmethod(mechanical_resistors)
 
-    def signatures(self, scene: FittedModel, element: Element) -> tuple[Signature, ...]:
-        """``|f|``."""
-        return (Signature(np.abs(scene.of(element).argument)[:, None]),)
+    weights = ("d_a",)
+    rebalances = False  # the mean of both coefficients is the resistor's own
 
-    def insert(self, scene: FittedModel, element: Element, hint: Hint | None = None) -> Insertion:
+    def made(self, at: Site) -> Law:
         """Half the difference of both coefficients beside their mean."""
-        past = scene.of(element)
-        size = past.slope
-        law = AsymmetricDamping(0.0, 0.3 * size, getattr(element, "unit", "") or "N*s/m")
-        graph, (name,) = self.with_law(scene, element, law)
-        tried = [0.2 * size, -0.2 * size]
-        if hint is not None:  # beyond the mean one of the two coefficients would be negative
-            tried = [float(np.clip(hint.weights[0], -0.9 * size, 0.9 * size))]
-        return self.inserted(element, graph, tuple({name: v} for v in tried), (name,))
+        return AsymmetricDamping(0.0, 0.3 * at.past.slope, at.unit or "N*s/m")
+
+    def tried(self, at: Site, law: Law, hint: Hint | None) -> Sequence[Values]:
+        """Return it with either sign; beyond the mean one of the two would be negative."""
+        size = at.past.slope
+        if hint is None:
+            return {"d_a": 0.2 * size}, {"d_a": -0.2 * size}
+        return ({"d_a": np.clip(hint.weights[0], -0.9 * size, 0.9 * size)},)

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import numpy as np
+from collections.abc import Sequence
 
-from bondgraph.graph.elements import Element
-from bondgraph.laws import Coulomb
-from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
+from bondgraph.laws import Coulomb, Law
+from identification.diagnosis.catalogue.effect import Effect, Hint
 from identification.diagnosis.catalogue.friction.forms import FRICTION_FORMS, friction_forms
 from identification.diagnosis.catalogue.places import mechanical_resistors
-from identification.diagnosis.catalogue.starts import at_least, rebalanced, rubbing_units
-from identification.diagnosis.screening.port_history import FittedModel
+from identification.diagnosis.catalogue.site import Site, Values
+from identification.diagnosis.catalogue.starts import at_least
 
 
 class CoulombFriction(Effect):
@@ -35,21 +34,18 @@ class CoulombFriction(Effect):
     richer = FRICTION_FORMS
     forms = staticmethod(friction_forms)
 
-    def signatures(self, scene: FittedModel, element: Element) -> tuple[Signature, ...]:
-        """Direction of the flow."""
-        return (Signature(np.sign(scene.of(element).argument)[:, None]),)
+    weights = ("F_c",)
 
-    def insert(self, scene: FittedModel, element: Element, hint: Hint | None = None) -> Insertion:
+    def made(self, at: Site) -> Law:
         """Coulomb law beside the viscous one."""
-        force = at_least(scene.of(element).swing, 1e-12)
-        law = Coulomb(0.3 * force, unit=rubbing_units(element)[0])
-        graph, (name,) = self.with_law(scene, element, law)
-        # along a bent nominal model the screening may see next to nothing of it
-        levels = (0.3, 0.05 if hint is None else at_least(hint.weights[0] / force, 0.02))
-        direction = np.sign(scene.of(element).argument)
-        starts = tuple(
-            {name: level * force, **share}
-            for level in levels
-            for share in (rebalanced(element, scene.of(element), level * force * direction), {})
-        )
-        return self.inserted(element, graph, starts, (name,))
+        return Coulomb(0.3 * _force(at), unit=at.units[0])
+
+    def tried(self, at: Site, law: Law, hint: Hint | None) -> Sequence[Values]:
+        """Return two levels: along a bent nominal model the screening may see next to nothing."""
+        force = _force(at)
+        seen = 0.05 if hint is None else at_least(hint.weights[0] / force, 0.02)
+        return [{"F_c": level * force} for level in (0.3, seen)]
+
+
+def _force(at: Site) -> float:
+    return at_least(at.past.swing, 1e-12)

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+
 import numpy as np
 
-from bondgraph.graph.elements import Element
-from bondgraph.laws import DahlFriction
+from bondgraph.hysteresis import Dahl
+from bondgraph.laws import DahlFriction, Law
 from bondgraph.support.arrays import Array
-from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
+from identification.diagnosis.catalogue.effect import Effect, Hint
 from identification.diagnosis.catalogue.friction.forms import (
     FRICTION_FORMS,
     SHORTEST,
@@ -15,12 +17,11 @@ from identification.diagnosis.catalogue.friction.forms import (
     way_of,
 )
 from identification.diagnosis.catalogue.places import mechanical_resistors
-from identification.diagnosis.catalogue.starts import at_least, rebalanced, rubbing_units
-from identification.diagnosis.screening.port_history import FittedModel
+from identification.diagnosis.catalogue.site import Site, Values, numbers
+from identification.diagnosis.catalogue.starts import at_least
 
 WAYS = (0.01, 0.03, 0.1, 0.3, 1.0)
 """Slip lengths tried, over half the range of the motion."""
-LARGEST_EXPONENT = 200.0
 
 
 class PreslidingFriction(Effect):
@@ -46,64 +47,39 @@ class PreslidingFriction(Effect):
     richer = FRICTION_FORMS
     forms = staticmethod(friction_forms)
 
-    def signatures(self, scene: FittedModel, element: Element) -> tuple[Signature, ...]:
-        """Bend of a bristle along the motion, for several slip lengths."""
-        way = way_of(scene, element)
-        half = 0.5 * float(np.ptp(way)) or 1.0
-        return tuple(
-            Signature.of((bend(way, length),), way=length)
-            for length in (share * half for share in WAYS)
-        )
+    weights = ("F_c",)
+    at_shape = False
 
-    def insert(self, scene: FittedModel, element: Element, hint: Hint | None = None) -> Insertion:
-        """Insert a bristle beside the viscous law."""
-        past = scene.of(element)
-        force = at_least(past.swing, 1e-12)
-        way = way_of(scene, element)
-        half = 0.5 * float(np.ptp(way)) or 1.0
-        effort, _, length = rubbing_units(element)
-        tried = ((0.2 * force, 0.03 * half), (0.2 * force, 0.3 * half))
+    def grid(self, at: Site) -> Sequence[Values]:
+        """Return slip lengths over the range of the motion."""
+        return [{"way": share * _half(at)} for share in WAYS]
+
+    def made(self, at: Site, way: float = 0.0) -> Law:
+        """Return a bristle beside the viscous law."""
+        force, (effort, _, length) = at_least(at.past.swing, 1e-12), at.units
+        return DahlFriction(0.2 * force, way or 0.03 * _half(at), effort, length)
+
+    def added(self, at: Site, law: Law, values: Values) -> Array:
+        """Return the force along the motion as such: the law would add up the flow anew."""
+        force, length = numbers(law, values)
+        way = way_of(at.scene, at.element)
+        if not np.isfinite(way).all():
+            return np.full(way.size, np.nan)
+        return np.asarray(Dahl(force / length, force).run(way - way[0])[0])
+
+    def tried(self, at: Site, law: Law, hint: Hint | None) -> Sequence[Values]:
+        """Return a short slip length and a longer one."""
+        force, half = numbers(law)[0], _half(at)
+        tried = [(force, 0.03 * half), (force, 0.3 * half)]
         if hint is not None:
-            level, slip = at_least(hint.weights[0], 0.02 * force), float(hint.shape["way"])
-            tried = ((level, slip), (level, 0.3 * slip))
-        law = DahlFriction(0.2 * force, 0.03 * half, unit=effort, way_unit=length)
-        graph, names = self.with_law(scene, element, law)
-        starts = []
-        for level, slip in tried:
-            values = dict(zip(names, (level, slip), strict=True))
-            share = rebalanced(element, past, level * bend(way, slip))
-            starts += [{**values, **share}, values]
-        # a bristle that slips at once is dry friction without one
-        within = ((names[1], SHORTEST * half, np.inf),)
-        return self.inserted(element, graph, tuple(starts), names[:1], within)
+            level, slip = at_least(hint.weights[0], 0.1 * force), float(hint.shape["way"])
+            tried = [(level, slip), (level, 0.3 * slip)]
+        return [{"F_c": level, "delta": slip} for level, slip in tried]
+
+    def holds(self, at: Site) -> Mapping[str, tuple[float, float]]:
+        """Return lengths of a bristle: one that slips at once is dry friction without one."""
+        return {"delta": (SHORTEST * _half(at), np.inf)}
 
 
-def bend(way: Array, length: float) -> Array:
-    """Bend ``z`` of ``dz/dx = (1 - z sign(dx)) / length`` along a motion, from rest.
-
-    In path length it is a first-order filter of the direction, which is summed in parts short
-    enough for the exponential.
-
-    Parameters
-    ----------
-    way : ndarray, shape (N,)
-    length : float
-        Slip length, unit of `way`.
-
-    Returns
-    -------
-    ndarray, shape (N,)
-        -1 to 1.
-    """
-    step = np.diff(way)
-    size = np.minimum(np.abs(step) / length, 0.5 * LARGEST_EXPONENT)
-    gain = -np.expm1(-size) * np.sign(step)
-    path = np.cumsum(size)
-    z = np.zeros(way.size)
-    first, last, base = 0, 0.0, 0.0
-    while first < size.size:
-        end = max(int(np.searchsorted(path, base + LARGEST_EXPONENT)), first + 1)
-        e = path[first:end] - base
-        z[first + 1 : end + 1] = np.exp(-e) * (last + np.cumsum(gain[first:end] * np.exp(e)))
-        first, last, base = end, float(z[end]), float(path[end - 1])
-    return z
+def _half(at: Site) -> float:
+    return 0.5 * float(np.ptp(way_of(at.scene, at.element))) or 1.0

@@ -2,14 +2,10 @@
 
 from __future__ import annotations
 
-import numpy as np
-
-from bondgraph.graph.elements import Element
-from bondgraph.laws import QuadraticDrag
-from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
+from bondgraph.laws import Law, QuadraticDrag
+from identification.diagnosis.catalogue.effect import Effect
 from identification.diagnosis.catalogue.places import mechanical_resistors
-from identification.diagnosis.catalogue.starts import at_least, rebalanced, rubbing_units
-from identification.diagnosis.screening.port_history import FittedModel
+from identification.diagnosis.catalogue.site import Site
 
 
 class Drag(Effect):
@@ -26,19 +22,9 @@ class Drag(Effect):
     source = "Newton's drag law; Batchelor, An Introduction to Fluid Dynamics, section 5.11"
     where = staticmethod(mechanical_resistors)
 
-    def signatures(self, scene: FittedModel, element: Element) -> tuple[Signature, ...]:
-        """``|f| f``."""
-        f = scene.of(element).argument
-        return (Signature((np.abs(f) * f)[:, None]),)
+    weights = ("c_2",)
 
-    def insert(self, scene: FittedModel, element: Element, hint: Hint | None = None) -> Insertion:
+    def made(self, at: Site) -> Law:
         """Quadratic law beside the viscous one."""
-        past = scene.of(element)
-        full = past.swing / past.half**2
-        effort, _, way = rubbing_units(element)
-        law = QuadraticDrag(0.2 * full, f"{effort}*s2/{way}2")
-        graph, (name,) = self.with_law(scene, element, law)
-        start = 0.2 * full if hint is None else at_least(hint.weights[0], 0.02 * full)
-        added = start * np.abs(past.argument) * past.argument
-        starts = ({name: start, **rebalanced(element, past, added)}, {name: start})
-        return self.inserted(element, graph, starts, (name,))
+        effort, _, way = at.units
+        return QuadraticDrag(0.2 * at.past.swing / at.past.half**2, f"{effort}*s2/{way}2")

@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
-from bondgraph.graph.elements import Element
-from bondgraph.laws import Stribeck
-from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
+from bondgraph.laws import Law, Stribeck
+from identification.diagnosis.catalogue.effect import Effect, Hint
 from identification.diagnosis.catalogue.friction.forms import FRICTION_FORMS, friction_forms
 from identification.diagnosis.catalogue.places import mechanical_resistors
-from identification.diagnosis.catalogue.starts import at_least, rebalanced, rubbing_units
-from identification.diagnosis.screening.port_history import FittedModel
-
-SPEEDS = (0.04, 0.1, 0.3, 1.0)
-"""Stribeck speeds tried, over the root mean square of the flow."""
+from identification.diagnosis.catalogue.site import Site, Values, over, times
+from identification.diagnosis.catalogue.starts import at_least
 
 
 class StribeckFriction(Effect):
@@ -36,35 +34,25 @@ class StribeckFriction(Effect):
     richer = FRICTION_FORMS
     forms = staticmethod(friction_forms)
 
-    def signatures(self, scene: FittedModel, element: Element) -> tuple[Signature, ...]:
-        """Direction of the flow, and the same near rest, for several speeds."""
-        past = scene.of(element)
-        f, direction = past.argument, np.sign(past.argument)
-        return tuple(
-            Signature.of((direction, direction * np.exp(-((f / v) ** 2))), speed=v)
-            for v in (share * past.rms for share in SPEEDS)
-        )
+    weights = ("F_c", "F_d")
+    shapes = over(speed=times("rms", 0.04, 0.1, 0.3, 1.0))
+    at_shape = False
 
-    def insert(self, scene: FittedModel, element: Element, hint: Hint | None = None) -> Insertion:
+    def made(self, at: Site, speed: float = 0.0) -> Law:
         """Stribeck law beside the viscous one."""
-        past = scene.of(element)
-        force, speed = at_least(past.swing, 1e-12), 0.3 * past.rms
-        effort, flow, _ = rubbing_units(element)
-        tried: tuple[tuple[float, float, float], ...] = (
-            (0.2 * force, 0.1 * force, speed),
-            (0.05 * force, 0.05 * force, 0.3 * speed),
-        )
-        if hint is not None:
-            v, (level, drop) = float(hint.shape["speed"]), hint.weights
-            v = float(np.clip(v, 0.04 * past.rms, 2.0 * past.rms))
-            level, drop = at_least(level, 0.02 * force), at_least(drop, 0.01 * force)
-            slower = max(0.8 * v, 0.04 * past.rms)
-            tried = ((level, drop, v), (level, level, 0.3 * past.rms), (level, level, slower))
-        law = Stribeck(0.2 * force, 0.1 * force, speed, unit=effort, flow_unit=flow)
-        graph, names = self.with_law(scene, element, law)
-        starts = []
-        for level, drop, v in tried:
-            values = dict(zip(names, (level, drop, v), strict=True))
-            added = (level + drop * np.exp(-((past.argument / v) ** 2))) * np.sign(past.argument)
-            starts += [{**values, **rebalanced(element, past, added)}, values]
-        return self.inserted(element, graph, tuple(starts), names[:2])
+        force, (effort, flow, _) = at_least(at.past.swing, 1e-12), at.units
+        return Stribeck(0.2 * force, 0.1 * force, speed or 0.3 * at.past.rms, effort, flow)
+
+    def tried(self, at: Site, law: Law, hint: Hint | None) -> Sequence[Values]:
+        """Return the levels at a slow speed and at the usual one."""
+        usual = 0.3 * at.past.rms
+        if hint is None:
+            force = at_least(at.past.swing, 1e-12)
+            tried = [(0.2 * force, 0.1 * force, usual), (0.05 * force, 0.05 * force, 0.3 * usual)]
+        else:
+            (found,) = super().tried(at, law, hint)
+            level, drop = found.values()
+            v = float(np.clip(hint.shape["speed"], 0.04 * at.past.rms, 2.0 * at.past.rms))
+            slower = max(0.8 * v, 0.04 * at.past.rms)
+            tried = [(level, drop, v), (level, level, usual), (level, level, slower)]
+        return [dict(zip(("F_c", "F_d", "f_s"), values, strict=True)) for values in tried]

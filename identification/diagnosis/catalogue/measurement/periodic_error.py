@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
-from bondgraph.graph.elements import Element
-from bondgraph.laws.periodic import Periodic
+from bondgraph.laws import Law, Periodic
 from bondgraph.support.arrays import Array
-from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
+from identification.diagnosis.catalogue.effect import Effect, Hint
 from identification.diagnosis.catalogue.measurement.grid_step import quantisation_step
 from identification.diagnosis.catalogue.places import sensors
-from identification.diagnosis.catalogue.signal_traces import reading_without_offset, unit_of
-from identification.diagnosis.screening.port_history import FittedModel, PortHistory
+from identification.diagnosis.catalogue.signal_traces import reading
+from identification.diagnosis.catalogue.site import Site, Values
 
 TRIED = 10
 """Periods that become signatures."""
@@ -46,40 +47,30 @@ class PeriodicError(Effect):
     source = "interpolation error of encoders and resolvers, first harmonic"
     where = staticmethod(sensors)
 
-    def signatures(self, scene: FittedModel, element: Element) -> tuple[Signature, ...]:
-        """Sine and cosine along the reading, for the most promising periods."""
-        y = reading_without_offset(scene, element)
-        left = scene.residual[:, scene.data.names.index(element.name)]
-        span = 2 * PortHistory(y, y).half
-        # rounding to a grid is periodic too, and no error of an encoder
-        readings = scene.data.readings[:, scene.data.names.index(element.name)]
-        grid = quantisation_step(readings) or 0.0
-        found = []
-        for cycles in promising_cycles(y, left, TRIED):
-            if span / float(cycles) < GRIDS * grid:
-                continue
-            turn = 2 * np.pi * cycles / span * y
-            found.append(Signature.of((np.sin(turn), np.cos(turn)), period=span / float(cycles)))
-        return tuple(found) or (Signature(np.zeros((y.size, 2)), shape={"period": span}),)
+    site = staticmethod(reading)
+    weights = ("a", "b")
 
-    def insert(self, scene: FittedModel, element: Element, hint: Hint | None = None) -> Insertion:
-        """One period; amplitudes and period as the signature has them."""
-        y = reading_without_offset(scene, element)
-        left = scene.residual[:, scene.data.names.index(element.name)]
-        half = PortHistory(y, y).half
+    def grid(self, at: Site) -> Sequence[Values]:
+        """Return the most promising periods; rounding is periodic too, and no encoder's error."""
+        readings = at.scene.data.readings[:, at.scene.data.names.index(at.element.name)]
+        least = GRIDS * (quantisation_step(readings) or 0.0)
+        cycles = promising_cycles(at.past.argument, at.residual, TRIED)
+        found = [2 * at.past.half / float(c) for c in cycles]
+        return [{"period": p} for p in found if p >= least]
+
+    def made(self, at: Site, period: float = 0.0) -> Law:
+        """Return one period."""
+        if not period:
+            cycles = promising_cycles(at.past.argument, at.residual, 1)
+            period = 2 * at.past.half / float(cycles[0] if cycles.size else 4.0)
+        unit, half = at.unit or "1", at.past.half
+        return Periodic(period, 0.02 * half, half, unit, unit)
+
+    def tried(self, at: Site, law: Law, hint: Hint | None) -> Sequence[Values]:
+        """Return the amplitudes of the hint; from none at all no fit would find the period."""
         if hint is None:
-            cycles = promising_cycles(y, left, 1)
-            period = 2 * half / float(cycles[0] if cycles.size else 4.0)
-        else:
-            period = float(hint.shape["period"])
-        law = Periodic(period, 0.02 * half, half, unit_of(element), unit_of(element))
-        graph, (sine, cosine, length) = self.with_law(scene, element, law)
-        start = {length: period}
-        if hint is None:
-            start[sine] = start[cosine] = 0.01 * half
-        else:
-            start |= hint.by_name((sine, cosine))
-        return self.inserted(element, graph, (start,), (sine, cosine))
+            return ({"a": 0.01 * at.past.half, "b": 0.01 * at.past.half},)
+        return super().tried(at, law, hint)
 
 
 def promising_cycles(y: Array, residual: Array, count: int) -> Array:

@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import Element
 from bondgraph.graph.sensors import Sensor
-from bondgraph.laws.rounding import Rounding
+from bondgraph.laws import Law, Rounding
 from bondgraph.support.arrays import Array
-from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
+from identification.diagnosis.catalogue.effect import Effect, Hint
 from identification.diagnosis.catalogue.measurement.grid_step import quantisation_step
 from identification.diagnosis.catalogue.measurement.periodic_error import promising_cycles
 from identification.diagnosis.catalogue.places import sensors
-from identification.diagnosis.catalogue.signal_traces import reading_without_offset, unit_of
-from identification.diagnosis.screening.port_history import FittedModel
+from identification.diagnosis.catalogue.signal_traces import reading
+from identification.diagnosis.catalogue.site import Site, Values
 
 
 class Quantisation(Effect):
@@ -39,35 +41,33 @@ class Quantisation(Effect):
         """Return sensors that round nothing in the model."""
         return tuple(e for e in sensors(graph) if isinstance(e, Sensor) and e.resolution is None)
 
-    def signatures(self, scene: FittedModel, element: Element) -> tuple[Signature, ...]:
-        """Return the rounding error of the simulated reading, on its grid or on the likeliest one.
+    site = staticmethod(reading)
+    weights = ("amount",)
+
+    def grid(self, at: Site) -> Sequence[Values]:
+        """Return the grid of the reading, or the likeliest ones.
 
         A reading that was rounded before noise came to it lies on no grid; its step is where the
         residual repeats itself along the reading.
         """
-        y = reading_without_offset(scene, element)
-        found = _grid(scene, element)
-        if found is not None:
-            return (Signature.of((_rounded(y, *found) - y,), step=found[0], origin=found[1]),)
+        found = _grid(at)
+        if found:
+            return [found]
         # what a converter rounded finely may have been rounded coarsely before
-        least = COARSER * scene.data.resolution.get(element.name, 0.0)
-        left = scene.residual[:, scene.data.names.index(element.name)]
-        steps = [_sharpened(y, left, step) for step in _repeating(y, left)]
-        steps = [h for h in steps if h > least]
-        made = tuple(Signature.of((_rounded(y, h, 0.0) - y,), step=h, origin=0.0) for h in steps)
-        return made or (Signature.of((np.zeros(y.size),)),)
+        least = COARSER * at.scene.data.resolution.get(at.element.name, 0.0)
+        y, left = at.past.argument, at.residual
+        steps = (_sharpened(y, left, step) for step in _repeating(y, left))
+        return [{"step": h, "origin": 0.0} for h in steps if h > least]
 
-    def insert(self, scene: FittedModel, element: Element, hint: Hint | None = None) -> Insertion:
-        """Round to the grid of the recording; to one too fine to matter where there is none."""
-        y = reading_without_offset(scene, element)
-        step, origin = 1e-9 * (float(np.ptp(y)) or 1.0), 0.0
-        if hint is not None and "step" in hint.shape:
-            step, origin = float(hint.shape["step"]), float(hint.shape["origin"])
-        elif (found := _grid(scene, element)) is not None:
-            step, origin = found
-        law = Rounding(step, origin, unit=unit_of(element))
-        graph, (amount, *_) = self.with_law(scene, element, law)
-        return self.inserted(element, graph, ({amount: 1.0},), (amount,))
+    def made(self, at: Site, step: float = 0.0, origin: float = 0.0) -> Law:
+        """Round to a grid; to one too fine to matter where there is none."""
+        grid = {"step": step, "origin": origin} if step else _grid(at)
+        grid = grid or {"step": 1e-9 * 2 * at.past.half, "origin": 0.0}
+        return Rounding(**grid, unit=at.unit or "1")
+
+    def tried(self, at: Site, law: Law, hint: Hint | None) -> Sequence[Values]:
+        """Return rounding in full: it is never anything else."""
+        return ({"amount": 1.0},)
 
 
 COARSER = 2.0
@@ -98,9 +98,10 @@ def _sharpened(y: Array, left: Array, step: float) -> float:
     return float(max(tries, key=likeness))
 
 
-def _grid(scene: FittedModel, element: Element) -> tuple[float, float] | None:
-    readings = scene.data.readings[:, scene.data.names.index(element.name)]
+def _grid(at: Site) -> Values:
+    data, name = at.scene.data, at.element.name
+    readings = data.readings[:, data.names.index(name)]
     step = quantisation_step(readings)
-    if step is None or step < 1.01 * scene.data.resolution.get(element.name, 0.0):
-        return None  # a converter that is known to be coarse is no finding
-    return step, float(readings[0] - step * np.round(readings[0] / step))
+    if step is None or step < 1.01 * data.resolution.get(name, 0.0):
+        return {}  # a converter that is known to be coarse is no finding
+    return {"step": step, "origin": float(readings[0] - step * np.round(readings[0] / step))}

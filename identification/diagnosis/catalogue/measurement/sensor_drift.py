@@ -8,7 +8,6 @@ from bondgraph.graph.elements import Element
 from bondgraph.graph.parameter import Parameter
 from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
 from identification.diagnosis.catalogue.places import prompt_sensors
-from identification.diagnosis.catalogue.signal_traces import unit_of
 from identification.diagnosis.screening.port_history import FittedModel
 
 
@@ -35,10 +34,10 @@ class SensorDrift(Effect):
 
     def insert(self, scene: FittedModel, element: Element, hint: Hint | None = None) -> Insertion:
         """Linear and quadratic drift."""
-        past = scene.of(element)
+        past, unit = scene.of(element), str(getattr(element, "unit", "")) or "1"
         drift = tuple(
             Parameter(
-                f"drift_{j}_{element.name}", 0.0, unit_of(element), positive=False,
+                f"drift_{j}_{element.name}", 0.0, unit, positive=False,
                 scale=0.05 * past.half,
             )
             for j in (1, 2)

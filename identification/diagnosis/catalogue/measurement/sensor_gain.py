@@ -6,11 +6,12 @@ from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import Element
 from bondgraph.graph.parameter import Parameter
 from bondgraph.graph.sensors import Sensor
-from bondgraph.laws import Polynomial
-from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
+from bondgraph.laws import Law, Polynomial
+from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion
 from identification.diagnosis.catalogue.places import prompt_sensors
-from identification.diagnosis.catalogue.signal_traces import reading_without_offset
-from identification.diagnosis.screening.port_history import FittedModel, PortHistory
+from identification.diagnosis.catalogue.signal_traces import reading
+from identification.diagnosis.catalogue.site import Site
+from identification.diagnosis.screening.port_history import FittedModel
 
 
 class SensorGainEffect(Effect):
@@ -28,6 +29,8 @@ class SensorGainEffect(Effect):
     confused_with = ("sensor_nonlinearity", "nonlinear_ratio")
     separated_by = "a known step of what the sensor measures, or a second sensor beside it"
     source = "calibration line"
+    site = staticmethod(reading)
+    weights = ("a_1",)
 
     def places(self, graph: BondGraph) -> tuple[Element, ...]:
         """Return sensors beside others: one alone cannot be told from what drives the plant.
@@ -53,19 +56,15 @@ class SensorGainEffect(Effect):
             return found
         return tuple(e for e in prompt_sensors(scene.graph) if e.name in stated)
 
-    def signatures(self, scene: FittedModel, element: Element) -> tuple[Signature, ...]:
-        """Return the reading about its centre: what an error of one adds."""
-        past = _past(scene, element)
-        return (Signature.of((past.argument - past.centre,)),)
+    def made(self, at: Site) -> Law:
+        """One error of the factor; the zero is a nuisance of every fit."""
+        return Polynomial(at.past.centre, 1.0, 0.05, (1,))
 
     def insert(self, scene: FittedModel, element: Element, hint: Hint | None = None) -> Insertion:
-        """One error of the factor; the zero is a nuisance of every fit."""
+        """One error of the factor, on top of the gain that the model declares."""
         if isinstance(element, Sensor) and element.gain is not None:
             return self._on_top(scene, element, hint)
-        line = Polynomial(_past(scene, element).centre, 1.0, 0.05, (1,))
-        graph, names = self.with_law(scene, element, line)
-        start = {} if hint is None else hint.by_name(names)
-        return self.inserted(element, graph, (start,), names)
+        return super().insert(scene, element, hint)
 
     def _on_top(self, scene: FittedModel, element: Sensor, hint: Hint | None) -> Insertion:
         """Return an error of the gain that the model declares."""
@@ -85,8 +84,3 @@ def _stated(graph: BondGraph) -> dict[str, str]:
     from identification.study.problem import stated_gains
 
     return stated_gains(graph)
-
-
-def _past(scene: FittedModel, element: Element) -> PortHistory:
-    y = reading_without_offset(scene, element)
-    return PortHistory(y, y, scene.data.dt)

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from bondgraph.graph.elements import Element
-from bondgraph.laws import Parametrised, Polynomial
-from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
+from bondgraph.laws import Law, Parametrised, Polynomial
+from identification.diagnosis.catalogue.effect import Effect
 from identification.diagnosis.catalogue.places import sensors
-from identification.diagnosis.catalogue.signal_traces import reading_without_offset, unit_of
-from identification.diagnosis.screening.port_history import FittedModel, PortHistory
+from identification.diagnosis.catalogue.signal_traces import reading
+from identification.diagnosis.catalogue.site import Site
 
 
 class SensorNonlinearity(Effect):
@@ -28,23 +27,11 @@ class SensorNonlinearity(Effect):
     source = "calibration polynomial"
     where = staticmethod(sensors)
 
-    def signatures(self, scene: FittedModel, element: Element) -> tuple[Signature, ...]:
-        """Quadratic and cubic term."""
-        past = _past(scene, element)
-        z = (past.argument - past.centre) / past.half
-        return (Signature.of((z**2, z**3)),)
+    site = staticmethod(reading)
+    weights = ("a_2", "a_3")
 
-    def insert(self, scene: FittedModel, element: Element, hint: Hint | None = None) -> Insertion:
+    def made(self, at: Site) -> Law:
         """Quadratic and cubic term about the centre of the readings."""
-        past = _past(scene, element)
-        unit = unit_of(element)
+        past, unit = at.past, at.unit or "1"
         curve = Polynomial(past.centre, past.half, 0.05 * past.half, unit=unit)
-        law = Parametrised(curve, ("centre", "half"), (unit, unit))
-        graph, names = self.with_law(scene, element, law)
-        start = {} if hint is None else hint.by_name(names)
-        return self.inserted(element, graph, (start,), names)
-
-
-def _past(scene: FittedModel, element: Element) -> PortHistory:
-    y = reading_without_offset(scene, element)
-    return PortHistory(y, y, scene.data.dt)
+        return Parametrised(curve, ("centre", "half"), (unit, unit))

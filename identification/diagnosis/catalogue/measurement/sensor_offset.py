@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
-from bondgraph.graph.elements import Element
-from bondgraph.laws.onset import Onset
+from bondgraph.laws import Law, Onset
 from bondgraph.support.arrays import Array
-from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
+from identification.diagnosis.catalogue.effect import Effect, Hint
 from identification.diagnosis.catalogue.places import sensors
-from identification.diagnosis.catalogue.signal_traces import unit_of
-from identification.diagnosis.screening.port_history import FittedModel
+from identification.diagnosis.catalogue.site import Site, Values
 
 EVENLY = 8
 """Times of a jump tried wherever the residual has none."""
@@ -44,33 +44,31 @@ class SensorOffset(Effect):
     source = "step in time with a finite rise"
     where = staticmethod(sensors)
 
-    def signatures(self, scene: FittedModel, element: Element) -> tuple[Signature, ...]:
-        """Return unit steps at several times."""
-        past, rise = scene.of(element), SHARP * scene.data.dt
-        return tuple(
-            Signature.of((0.5 * (1 + np.tanh((past.time - t) / rise)),), time=t)
-            for t in _times(scene, element)
-        )
+    weights = ("h",)
 
-    def insert(self, scene: FittedModel, element: Element, hint: Hint | None = None) -> Insertion:
-        """One jump, started where the signature has it or at several times."""
-        half, dt = scene.of(element).half, scene.data.dt
-        times = _times(scene, element) if hint is None else [float(hint.shape["time"])]
-        margin = scene.data.n * dt if hint is None else 20 * dt
-        law = Onset(
-            times[0], SHARP * dt, margin, 0.05 * half, unit_of(element), free_standing=False
-        )
-        graph, (height, begin, _) = self.with_law(scene, element, law)
-        size = 0.0 if hint is None else float(hint.weights[0])
-        starts = tuple({height: size, begin: t} for t in times[: 2 * OF_EACH])
-        return self.inserted(element, graph, starts, (height,))
+    def grid(self, at: Site) -> Sequence[Values]:
+        """Return times of a jump."""
+        return [{"time": t} for t in _times(at)]
+
+    def made(self, at: Site, time: float | None = None) -> Law:
+        """Return one jump, which may move some samples, or anywhere where no time is known."""
+        dt = at.past.dt
+        margin = 20 * dt if time is not None else at.past.duration
+        begin = _times(at)[0] if time is None else time
+        size = 0.05 * at.past.half
+        return Onset(begin, SHARP * dt, margin, size, at.unit or "1", free_standing=False)
+
+    def tried(self, at: Site, law: Law, hint: Hint | None) -> Sequence[Values]:
+        """Return the jump of the hint, or none at several times."""
+        if hint is not None:
+            return super().tried(at, law, hint)
+        return [{"h": 0.0, "t_0": t} for t in _times(at)[: 2 * OF_EACH]]
 
 
-def _times(scene: FittedModel, element: Element) -> list[float]:
+def _times(at: Site) -> list[float]:
     """Return times to try, s: the largest changes of the residual's mean, then even ones."""
-    residual = scene.residual[:, scene.data.names.index(element.name)]
-    n, dt = scene.data.n, scene.data.dt
-    found = [k for part in SPANS for k in changes_of_mean(residual, n // part, OF_EACH)]
+    n, dt = at.past.n, at.past.dt
+    found = [k for part in SPANS for k in changes_of_mean(at.residual, n // part, OF_EACH)]
     found += [round(n * (i + 1) / (EVENLY + 1)) for i in range(EVENLY)]
     return [(k - 0.5) * dt for k in dict.fromkeys(found)]
 

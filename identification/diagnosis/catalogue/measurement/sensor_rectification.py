@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import numpy as np
+from collections.abc import Sequence
 
-from bondgraph.graph.elements import Element
-from bondgraph.laws.rectifier import Rectifier
-from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
+from bondgraph.laws import Law, Rectifier
+from identification.diagnosis.catalogue.effect import Effect, Hint
 from identification.diagnosis.catalogue.places import sensors
-from identification.diagnosis.catalogue.signal_traces import reading_without_offset, weight_of
-from identification.diagnosis.screening.port_history import FittedModel
+from identification.diagnosis.catalogue.signal_traces import reading, weight_of
+from identification.diagnosis.catalogue.site import Site, Values
 
 
 class SensorRectification(Effect):
@@ -30,15 +29,14 @@ class SensorRectification(Effect):
     source = "full-wave rectifier, |s|"
     where = staticmethod(sensors)
 
-    def signatures(self, scene: FittedModel, element: Element) -> tuple[Signature, ...]:
-        """Return what is turned over; nothing where the reading keeps its sign."""
-        y = reading_without_offset(scene, element)
-        return (Signature.of((np.abs(y) - y,)),)
+    site = staticmethod(reading)
+    weights = ("amount",)
 
-    def insert(self, scene: FittedModel, element: Element, hint: Hint | None = None) -> Insertion:
-        """Rectification in full and as the signature weighs it."""
-        law = Rectifier()
-        graph, (amount,) = self.with_law(scene, element, law)
-        found = [0.5, 1.0] if hint is None else [weight_of(hint, 0, 0.02, 1.0), 1.0]
-        starts = tuple({amount: a} for a in dict.fromkeys(found))
-        return self.inserted(element, graph, starts, (amount,))
+    def made(self, at: Site) -> Law:
+        """Return rectification in full."""
+        return Rectifier()
+
+    def tried(self, at: Site, law: Law, hint: Hint | None) -> Sequence[Values]:
+        """Return it in full and as the signature weighs it."""
+        found = 0.5 if hint is None else weight_of(hint, 0, 0.02, 1.0)
+        return [{"amount": a} for a in dict.fromkeys((found, 1.0))]

@@ -105,13 +105,11 @@ def lagged(x: Array, tau: float, dt: float) -> Array:
     >>> lagged(np.array([2.0, 2.0]), 1.0, 0.1).tolist()
     [2.0, 2.0]
     """
-    from scipy.signal import lfilter, lfiltic
+    from scipy.signal import lfilter
 
-    z = float(np.exp(-dt / tau))
-    k = tau / dt * (1 - z)
-    b, a = np.array([1 - k, k - z]), np.array([1.0, -z])
-    begin = lfiltic(b, a, [x[0]], [x[0]])
-    return np.asarray(lfilter(b, a, x, zi=begin)[0])
+    keep, gone = np.exp(-dt / tau), -np.expm1(-dt / tau)
+    now = 1.0 - gone * tau / dt
+    return np.asarray(lfilter([now, gone - now], [1.0, -keep], x - x[0]) + x[0])
 
 
 def _time_constants(past: PortHistory) -> tuple[float, ...]:

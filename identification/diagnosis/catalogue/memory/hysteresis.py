@@ -9,11 +9,11 @@ import numpy as np
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import C, Element, Source
 from bondgraph.graph.sensors import Sensor
-from bondgraph.hysteresis import play_record
-from bondgraph.laws import Parametrised, StopSum
+from bondgraph.laws import Law, Parametrised, StopSum
 from bondgraph.support.arrays import Array
-from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
+from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion
 from identification.diagnosis.catalogue.places import commands, sensors, storages
+from identification.diagnosis.catalogue.site import Site, Values
 from identification.diagnosis.catalogue.starts import law_units
 from identification.diagnosis.screening.port_history import FittedModel, PortHistory
 
@@ -53,10 +53,23 @@ class Hysteresis(Effect):
         """Storages."""
         return isinstance(element, C)
 
-    def signatures(self, scene: FittedModel, element: Element) -> tuple[Signature, ...]:
-        """One stop operator a threshold; the weights are the heights of the law."""
-        past = scene.of(element)
-        return (Signature(_sign(element) * stops(past, _thresholds(past))),)
+    weights = tuple(f"h_{i}" for i in range(1, len(SHARES) + 1))
+    rebalances = False
+
+    def made(self, at: Site) -> Law:
+        """Return a stop sum beside the linear law."""
+        stops = stops_at(at.element, at.past)
+        return Parametrised(stops, ("thresholds",), law_units(at.element)[1:])
+
+    def tried(self, at: Site, law: Law, hint: Hint | None) -> Sequence[Values]:
+        """Return the heights of the hint, and what hardly is a spring any more."""
+        found: Values = {}
+        if hint is not None:
+            slope = _slope(at.element, at.past)
+            # a height at its lower bound of zero would stay there
+            weights = np.clip(hint.weights, 1e-3 * slope, 3.0 * slope)
+            found = dict(zip(self.weights, map(float, weights), strict=True))
+        return (found, *_switching(at))
 
     def forms(
         self, scene: FittedModel, element: Element, ended: Mapping[str, Mapping[str, float]]
@@ -65,19 +78,6 @@ class Hysteresis(Effect):
         from identification.diagnosis.catalogue.memory.hysteresis_forms import hysteresis_forms
 
         return hysteresis_forms(scene, element, ended)
-
-    def insert(self, scene: FittedModel, element: Element, hint: Hint | None = None) -> Insertion:
-        """Insert a stop sum beside the linear law."""
-        past = scene.of(element)
-        law = Parametrised(stops_at(element, past), ("thresholds",), law_units(element)[1:])
-        graph, names = self.with_law(scene, element, law)
-        starts: dict[str, float] = {}
-        if hint is not None:
-            slope = _slope(element, past)
-            # a height at its lower bound of zero would stay there
-            weights = np.clip(hint.weights, 1e-3 * slope, 3.0 * slope)
-            starts = dict(zip(names, map(float, weights), strict=True))
-        return self.inserted(element, graph, (starts, *_switching(scene, element, names)), names)
 
 
 def stops_at(element: Element, past: PortHistory) -> StopSum:
@@ -98,27 +98,19 @@ SWITCHED, SOFTER = 0.7, 0.2
 """Part of a storage's effort that its stops give where it switches, and what its slope keeps."""
 
 
-def _switching(
-    scene: FittedModel, element: Element, heights: Sequence[str]
-) -> tuple[dict[str, float], ...]:
+def _switching(at: Site) -> tuple[Values, ...]:
     """Return a start for what hardly is a spring any more: it takes the effort to turn it round.
 
     The nominal model is a spring and has another history; weights found along that lead astray.
     """
-    own = scene.graph.parameters.get(element.name)
+    element, past = at.element, at.past
+    own = at.scene.graph.parameters.get(element.name)
     if not isinstance(element, C) or own is None or own.fixed:
         return ()
-    past = scene.of(element)
-    level = SWITCHED * past.swing / len(heights)
-    found = {n: float(level / r) for n, r in zip(heights, _thresholds(past), strict=True)}
+    level = SWITCHED * past.swing / len(SHARES)
+    found = {f"h_{i}": float(level / r) for i, r in enumerate(_thresholds(past), start=1)}
     slope = SOFTER * past.slope
     return ({**found, own.name: slope if element.stiffness is not None else 1.0 / slope},)
-
-
-def stops(past: PortHistory, thresholds: Array) -> Array:
-    """Return the stops of the argument, relaxed at its first value, shape (N, n)."""
-    x = np.ascontiguousarray(past.argument, dtype=float)
-    return np.asarray(x[:, None] - play_record(x, thresholds, np.full(thresholds.size, x[0])))
 
 
 def _thresholds(past: PortHistory) -> Array:

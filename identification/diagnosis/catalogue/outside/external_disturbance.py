@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import C, Element, I, One, R, Zero
 from bondgraph.laws import Law, Onset, Push, Tone
 from bondgraph.support.arrays import Array
-from bondgraph.support.ops import NUMPY
-from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
+from identification.diagnosis.catalogue.effect import Effect
+from identification.diagnosis.catalogue.site import Site, Values
 from identification.diagnosis.catalogue.starts import law_units
-from identification.diagnosis.screening.port_history import FittedModel, PortHistory
+from identification.diagnosis.screening.port_history import FittedModel
 
 PEAKS = 4
 """Frequencies tried: the strongest lines of the residual."""
@@ -50,50 +52,51 @@ class ExternalDisturbance(Effect):
         stores = (e for e in graph.of_type(C) if e.law is None and _beside(graph, e, Zero))
         return (*masses, *stores)
 
-    def signatures(self, scene: FittedModel, element: Element) -> tuple[Signature, ...]:
-        """Sine and cosine at the residual's strongest lines; steps at many times, and a push."""
-        past = scene.of(element)
-        found = []
-        for f in spectral_peaks(scene.residual / scene.data.floor, past.dt, PEAKS):
-            turn = 2 * np.pi * f * past.time
-            found.append(Signature.of((np.sin(turn), np.cos(turn)), frequency=f))
-        spacing = past.dt * past.n / ONSETS
-        gradual = [(j * spacing, 0.2 * spacing) for j in range(1, ONSETS)]
-        sudden = [
-            ((k + shift) * past.dt, 2 * past.dt)
-            for k in change_points(scene.residual / scene.data.floor)
-            for shift in SHIFTS
-        ]
-        shapes = [{"time": float(t), "rise": float(rise)} for t, rise in (*gradual, *sudden)]
-        if past.added is not None:
-            summed = isinstance(element, C)
-            begin, end = (k * past.dt for k in while_it_lasts(past.added, summed=summed))
-            shapes.append({"time": begin, "end": end, "rise": 2 * past.dt})
-        for shape in shapes:
-            law = _law(past, shape, isinstance(element, C), "1")
-            unit = (1.0, *(p.value for p in law.parameters("x")[1:]), 0.0)
-            column = law.deviation(NUMPY, 0.0, (past.time,), unit)
-            found.append(Signature(np.asarray(column)[:, None], shape=shape))
-        return tuple(found)
+    weights = ("a", "b", "h")
+    rebalances = False
 
-    def insert(self, scene: FittedModel, element: Element, hint: Hint | None = None) -> Insertion:
-        """Insert a branch (inertia) or a law (storage) that depends on time alone."""
-        past, g = scene.of(element), scene.graph
-        shape = dict(hint.shape) if hint is not None else {}
-        if not shape:
-            peaks = spectral_peaks(scene.residual / scene.data.floor, past.dt, 1)
-            shape = {"frequency": peaks[0] if peaks else 1.0 / (past.dt * past.n)}
-        stores = isinstance(element, C)
-        law = _law(past, shape, stores, law_units(element)[0])
-        name = element.name if stores else f"outside_{element.name}"
+    def grid(self, at: Site) -> Sequence[Values]:
+        """Return the residual's strongest lines, steps at many times, and a push."""
+        dt, residual = at.past.dt, at.scene.residual / at.scene.data.floor
+        lines = [{"frequency": f} for f in spectral_peaks(residual, dt, PEAKS)]
+        spacing = at.past.duration / ONSETS
+        gradual = [(j * spacing, 0.2 * spacing) for j in range(1, ONSETS)]
+        sudden = [((k + s) * dt, 2 * dt) for k in change_points(residual) for s in SHIFTS]
+        steps = [{"time": float(t), "rise": float(rise)} for t, rise in (*gradual, *sudden)]
+        if at.past.added is None:
+            return [*lines, *steps]
+        ends = while_it_lasts(at.past.added, summed=isinstance(at.element, C))
+        begin, end = (k * dt for k in ends)
+        return [*lines, *steps, {"time": begin, "end": end, "rise": 2 * dt}]
+
+    def made(self, at: Site, time: float | None = None, **shape: float) -> Law:
+        """Return what depends on time alone: a sinusoid, a step or a push."""
+        duration, stores, size = at.past.duration, isinstance(at.element, C), 0.1 * at.past.swing
+        unit = law_units(at.element)[0]
+        if time is None:
+            frequency = shape.get("frequency") or _strongest(at)
+            return Tone(frequency, 1 / duration, size, unit, not stores)
         if stores:
-            graph = g.with_element(name, law=law)
-        else:
-            graph = g.with_branch(g.neighbour(element.name), [R(name, law=law)])
-        names = tuple(p.name for p in law.parameters(name))
-        strengths = names[:2] if isinstance(law, Tone) else names[:1]
-        starts = {} if hint is None else hint.by_name(strengths)
-        return self.inserted(element, graph, (starts,), strengths)
+            size, unit = size / duration, f"{unit}/s" if unit != "1" else unit
+        margin = 1.5 * duration / ONSETS
+        common = (time, shape["rise"], margin, size, unit, stores, not stores)
+        return Push(*common, end=shape["end"]) if "end" in shape else Onset(*common)
+
+    def with_law(
+        self, scene: FittedModel, element: Element, law: Law
+    ) -> tuple[BondGraph, tuple[str, ...]]:
+        """Give a storage the law, and an inertia a branch beside it."""
+        if isinstance(element, C):
+            return super().with_law(scene, element, law)
+        beside, g = R(f"outside_{element.name}", law=law), scene.graph
+        names = tuple(p.name for p in law.parameters(beside.name))
+        return g.with_branch(g.neighbour(element.name), [beside]), names
+
+
+def _strongest(at: Site) -> float:
+    """Return the frequency of the residual's strongest line."""
+    found = spectral_peaks(at.scene.residual / at.scene.data.floor, at.past.dt, 1)
+    return found[0] if found else 1.0 / at.past.duration
 
 
 def spectral_peaks(residual: Array, dt: float, count: int) -> list[float]:
@@ -194,16 +197,6 @@ def _split(x: Array) -> int:
     # the ends have few samples on one side, so that chance alone makes them win
     edge = max(2, n // 50)
     return int(edge + np.argmax(gain[edge : n - edge])) + 1
-
-
-def _law(past: PortHistory, shape: dict[str, float], stores: bool, unit: str) -> Law:
-    duration = past.dt * past.n
-    if "frequency" in shape:
-        return Tone(shape["frequency"], 1 / duration, 0.1 * past.swing, unit, not stores)
-    size = 0.1 * past.swing / (duration if stores else 1.0)
-    unit = f"{unit}/s" if stores and unit != "1" else unit
-    common = (shape["time"], shape["rise"], 1.5 * duration / ONSETS, size, unit, stores, not stores)
-    return Push(*common, end=shape["end"]) if "end" in shape else Onset(*common)
 
 
 def _beside(graph: BondGraph, element: Element, kind: type[Element]) -> bool:

@@ -2,19 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import Element, R
-from bondgraph.laws import Parametrised, PiecewiseLinear
-from bondgraph.support.arrays import Array
-from bondgraph.support.ops import NUMPY
-from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
+from bondgraph.laws import Law, Parametrised, PiecewiseLinear
+from identification.diagnosis.catalogue.effect import Effect
 from identification.diagnosis.catalogue.places import commands, sensors, storages
+from identification.diagnosis.catalogue.site import Site
 from identification.diagnosis.catalogue.starts import law_units
-from identification.diagnosis.screening.port_history import FittedModel, PortHistory
 
 KNOTS = 7
 
@@ -35,27 +31,12 @@ class UnnamedCurve(Effect):
         resistors = (e for e in graph.of_type(R) if e.law is None)
         return (*storages(graph), *resistors, *commands(graph), *sensors(graph))
 
-    def signatures(self, scene: FittedModel, element: Element) -> tuple[Signature, ...]:
-        """One hat a free knot."""
-        return (Signature(hats(scene.of(element))),)
+    weights = tuple(f"c_{i}" for i in PiecewiseLinear(tuple(map(float, range(KNOTS)))).free_knots)
+    rebalances = False
 
-    def insert(self, scene: FittedModel, element: Element, hint: Hint | None = None) -> Insertion:
+    def made(self, at: Site) -> Law:
         """Seven knots over the range of the record."""
-        output, argument = law_units(element)
-        curve = replace(_curve(scene.of(element)), unit=output)
-        law = Parametrised(curve, ("knots",), (argument,))
-        graph, names = self.with_law(scene, element, law)
-        starts = {} if hint is None else hint.by_name(names)
-        return self.inserted(element, graph, (starts,), names)
-
-
-def hats(past: PortHistory) -> Array:
-    """Hat functions of the argument on the free knots, shape (N, KNOTS - 2)."""
-    law = _curve(past)
-    heights = np.eye(len(law.free_knots))
-    return np.stack([law.deviation(NUMPY, past.argument, (), h) for h in heights.tolist()], axis=1)
-
-
-def _curve(past: PortHistory) -> PiecewiseLinear:
-    knots = past.centre + past.half * np.linspace(-1, 1, KNOTS)
-    return PiecewiseLinear(tuple(float(v) for v in knots), 0.05 * past.swing)
+        output, argument = law_units(at.element)
+        knots = tuple(at.past.reach(float(share)) for share in np.linspace(-1, 1, KNOTS))
+        curve = PiecewiseLinear(knots, 0.05 * at.past.swing, output)
+        return Parametrised(curve, ("knots",), (argument,))

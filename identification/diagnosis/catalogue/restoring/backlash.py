@@ -2,21 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from bondgraph.graph.elements import Element, One
-from bondgraph.laws import Backlash, LettingGo
-from bondgraph.support.arrays import Array
-from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
+from bondgraph.laws import Backlash, Law, LettingGo
+from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion
 from identification.diagnosis.catalogue.places import mechanical_resistors, springs
-from identification.diagnosis.catalogue.starts import rebalanced, rubbing_units, shared_slope
+from identification.diagnosis.catalogue.site import Site, Values, over, times
+from identification.diagnosis.catalogue.starts import rubbing_units, shared_slope
 from identification.diagnosis.screening.port_history import FittedModel, PortHistory
 
-SHARES = (0.02, 0.08, 0.25, 0.5)
-"""Half widths tried, over half the range."""
+GRIP = 0.01
+"""Way over which a damper grips behind the gap, over half the range."""
+
+
+def _centres(past: PortHistory) -> tuple[float, ...]:
+    """Middle of the range and, inside the range, the relaxed spring."""
+    inside = 0.05 * past.half < abs(past.centre) < 0.95 * past.half
+    return (past.centre, 0.0) if inside else (past.centre,)
 
 
 class BacklashEffect(Effect):
@@ -37,35 +43,26 @@ class BacklashEffect(Effect):
     where = staticmethod(springs)
     richer = ("backlash_with_damper",)
 
-    def signatures(self, scene: FittedModel, element: Element) -> tuple[Signature, ...]:
-        """Force that a gap would take away, for several widths and centres."""
-        past = scene.of(element)
-        return tuple(
-            Signature.of((_taken(past, centre, width),), centre=centre, width=width)
-            for centre in _centres(past)
-            for width in (share * past.half for share in SHARES)
-        )
+    shapes = over(centre=_centres, width=times("half", 0.02, 0.08, 0.25, 0.5))
+    strengths = ("gap",)
+    at_shape = False
 
-    def insert(self, scene: FittedModel, element: Element, hint: Hint | None = None) -> Insertion:
-        """Insert a gap that takes away what the spring itself gives."""
-        past = scene.of(element)
-        law = Backlash(
-            **shared_slope(element, past, "N/m"), width=0.05 * past.half,
-            centre=past.centre, size=past.half, unit=rubbing_units(element)[2],
-        )  # fmt: skip
-        graph, (_, width, centre) = self.with_law(scene, element, law)
-        tried = [(share * past.half, at) for at in _centres(past) for share in (0.03, 0.25)]
+    def made(self, at: Site, **shape: float) -> Law:
+        """Return a gap that takes away what the spring itself gives."""
+        past, slope = at.past, shared_slope(at.element, at.past, "N/m")
+        width, centre = shape.get("width", 0.05 * past.half), shape.get("centre", past.centre)
+        unit = at.units[2]
+        return Backlash(**slope, width=width, centre=centre, size=past.half, unit=unit)
+
+    def tried(self, at: Site, law: Law, hint: Hint | None) -> Sequence[Values]:
+        """Return the gap of the hint, also beside: its corners are sharp, few fits pass them."""
+        half = at.past.half
+        tried = [(share * half, centre) for centre in _centres(at.past) for share in (0.03, 0.25)]
         if hint is not None:
-            at, gap = float(hint.shape["centre"]), float(hint.shape["width"])
-            guess = gap * float(np.clip(hint.weights[0], 0.2, 3.0))
-            aside = 0.05 * past.half  # the corners are sharp: a fit seldom walks over them
-            tried = [(guess, at), (guess, at + aside), (guess, at - aside), (0.4 * guess, at)]
-        starts = []
-        for w, at in tried:
-            added = _taken(past, at, w)
-            values = {width: w, centre: at}
-            starts += [{**values, **rebalanced(element, past, added)}, values]
-        return self.inserted(element, graph, tuple(starts), (width,))
+            centre, aside = float(hint.shape["centre"]), 0.05 * half
+            gap = float(hint.shape["width"]) * float(np.clip(hint.weights[0], 0.2, 3.0))
+            tried = [(gap, centre + c) for c in (0.0, aside, -aside)] + [(0.4 * gap, centre)]
+        return [{"gap": gap, "centre": centre} for gap, centre in tried]
 
     def forms(
         self, scene: FittedModel, element: Element, ended: Mapping[str, Mapping[str, float]]
@@ -100,19 +97,3 @@ class BacklashEffect(Effect):
                 sentence="it has free play: within a gap neither spring nor damper carries a force",
             ))  # fmt: skip
         return tuple(found)
-
-
-GRIP = 0.01
-"""Way over which a damper grips behind the gap, over half the range."""
-
-
-def _centres(past: PortHistory) -> tuple[float, ...]:
-    """Middle of the range and, inside the range, the relaxed spring."""
-    inside = 0.05 * past.half < abs(past.centre) < 0.95 * past.half
-    return (past.centre, 0.0) if inside else (past.centre,)
-
-
-def _taken(past: PortHistory, centre: float, width: float) -> Array:
-    """Effort that a gap takes away."""
-    lost = np.clip(past.argument - centre, -width, width) - np.clip(-centre, -width, width)
-    return np.asarray(-past.slope * lost)

@@ -2,19 +2,25 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+
 import numpy as np
 
-from bondgraph.graph.elements import Element
-from bondgraph.laws import Bilinear
-from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
+from bondgraph.laws import Bilinear, Law
+from identification.diagnosis.catalogue.effect import Effect, Hint
 from identification.diagnosis.catalogue.places import springs
-from identification.diagnosis.catalogue.starts import reach, rebalanced, rubbing_units
-from identification.diagnosis.screening.port_history import FittedModel, PortHistory
+from identification.diagnosis.catalogue.site import Site, Values, over
+from identification.diagnosis.screening.port_history import PortHistory
 
-SHARES = (-0.7, -0.4, -0.15, 0.0, 0.15, 0.4, 0.7)
-"""Knees tried, over half the range from its middle."""
 STIFFEST = 3.0
 """Change of slope over the slope from which a spring's second part is a stop."""
+
+
+def _knees(past: PortHistory) -> tuple[float, ...]:
+    """Return knees in the range, and the natural length of a spring, a likely corner."""
+    knees = [past.reach(share) for share in (-0.7, -0.4, -0.15, 0.0, 0.15, 0.4, 0.7)]
+    natural = 0.05 * past.half < abs(past.centre) < 0.7 * past.half
+    return (*knees, 0.0) if natural else tuple(knees)
 
 
 class BilinearStiffness(Effect):
@@ -35,38 +41,25 @@ class BilinearStiffness(Effect):
     simpler = ("contact_loss",)
     where = staticmethod(springs)
 
-    def signatures(self, scene: FittedModel, element: Element) -> tuple[Signature, ...]:
-        """Displacement above the knee, for several knees."""
-        past = scene.of(element)
-        return tuple(
-            Signature(np.maximum(past.argument - knee, 0.0)[:, None], shape={"knee": knee})
-            for knee in _knees(past)
-        )
+    weights = ("dk",)
+    shapes = over(knee=_knees)
+    at_shape = False
 
-    def insert(self, scene: FittedModel, element: Element, hint: Hint | None = None) -> Insertion:
+    def made(self, at: Site, **shape: float) -> Law:
         """Change of slope and knee."""
-        past = scene.of(element)
-        k = past.slope
-        law = Bilinear(
-            0.0, past.centre, k, past.half, rubbing_units(element)[2],
-            getattr(element, "unit", "") or "N/m",
-        )  # fmt: skip
-        graph, (change, knee) = self.with_law(scene, element, law)
-        tried = [(0.3 * k, past.centre), (-0.3 * k, past.centre)]
+        past, unit = at.past, at.unit or "N/m"
+        knee = shape.get("knee", past.centre)
+        return Bilinear(0.0, knee, past.slope, past.half, at.units[2], unit)
+
+    def tried(self, at: Site, law: Law, hint: Hint | None) -> Sequence[Values]:
+        """Return the knee of the hint, one further inside, and half of the change."""
+        k, centre = at.past.slope, at.past.centre
+        tried = [(0.3 * k, centre), (-0.3 * k, centre)]
         if hint is not None:
-            at, size = float(hint.shape["knee"]), float(np.clip(hint.weights[0], -0.8 * k, 3 * k))
-            inwards = at - 0.3 * (at - past.centre)
-            tried = [(size, at), (size, inwards), (0.5 * size, at)]
-        starts = []
-        for size, at in tried:
-            values = {change: size, knee: at}
-            added = size * np.maximum(past.argument - at, 0.0)
-            starts += [{**values, **rebalanced(element, past, added)}, values]
-        within = ((change, -np.inf, STIFFEST * k),)
-        return self.inserted(element, graph, tuple(starts), (change,), within)
+            knee, change = hint.shape["knee"], float(np.clip(hint.weights[0], -0.8 * k, 3 * k))
+            tried = [(change, knee), (change, knee - 0.3 * (knee - centre)), (0.5 * change, knee)]
+        return [{"dk": change, "knee": knee} for change, knee in tried]
 
-
-def _knees(past: PortHistory) -> tuple[float, ...]:
-    knees = [reach(past, share) for share in SHARES]
-    inside = abs(past.centre) < 0.7 * past.half  # a spring at its natural length is a likely corner
-    return (*knees, 0.0) if inside and abs(past.centre) > 0.05 * past.half else tuple(knees)
+    def holds(self, at: Site) -> Mapping[str, tuple[float, float]]:
+        """Return the changes of a spring: what is stiffer is a stop."""
+        return {"dk": (-np.inf, STIFFEST * at.past.slope)}

@@ -2,23 +2,14 @@
 
 from __future__ import annotations
 
-import numpy as np
+from collections.abc import Sequence
 
-from bondgraph.graph.elements import Element
-from bondgraph.laws import ContactLoss
-from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
+from bondgraph.laws import ContactLoss, Law
+from identification.diagnosis.catalogue.effect import Effect, Hint
 from identification.diagnosis.catalogue.places import springs
-from identification.diagnosis.catalogue.starts import (
-    at_least,
-    reach,
-    rebalanced,
-    rubbing_units,
-    shared_slope,
-)
-from identification.diagnosis.screening.port_history import FittedModel
+from identification.diagnosis.catalogue.site import Site, Values, numbers
+from identification.diagnosis.catalogue.starts import at_least, shared_slope
 
-SHARES = (0.85, 0.6, 0.3, 0.0, -0.4)
-"""Places of the loss tried, over half the range from its middle."""
 OUTSIDE = 1.5
 """Half ranges from the middle at which a contact without the effect would open."""
 
@@ -40,45 +31,35 @@ class ContactLossEffect(Effect):
     source = "Brogliato, Nonsmooth Mechanics, 3rd ed. 2016 (unilateral contact)"
     where = staticmethod(springs)
 
-    def signatures(self, scene: FittedModel, element: Element) -> tuple[Signature, ...]:
-        """Pull that does not come, on either side, for several preloads."""
-        past = scene.of(element)
-        return tuple(
-            Signature(
-                side * past.slope * np.maximum(side * (lift - past.argument), 0.0)[:, None],
-                shape={"side": side, "lift": lift},
-            )
-            for side in (1.0, -1.0)
-            for lift in (reach(past, -side * share) for share in SHARES)
-        )
+    strengths = ("depth",)
 
-    def insert(self, scene: FittedModel, element: Element, hint: Hint | None = None) -> Insertion:
-        """Insert a contact that opens on the side that explained more."""
-        past = scene.of(element)
-        side = 1.0 if hint is None else opening_side(hint)
-        edge = reach(past, -side * OUTSIDE)
-        tried = [side * (reach(past, -side * share) - edge) for share in (0.6, 0.2)]
-        if hint is not None:
-            depth = at_least(side * (float(hint.shape["lift"]) - edge), 0.1 * past.half)
-            shallow = (OUTSIDE - 0.9) * past.half
-            tried = [depth, 0.5 * (depth + shallow), shallow]
-        law = ContactLoss(
-            **shared_slope(element, past, "N/m"), depth=tried[0], size=past.half,
-            edge=edge, side=side, unit=rubbing_units(element)[2],
+    def grid(self, at: Site) -> Sequence[Values]:
+        """Return several preloads, on either side."""
+        places = [(side, share) for side in (1.0, -1.0) for share in (0.85, 0.6, 0.3, 0.0, -0.4)]
+        return [{"side": side, "lift": at.past.reach(-side * share)} for side, share in places]
+
+    def made(self, at: Site, side: float = 1.0, **place: float) -> Law:
+        """Return a contact that opens on one side at a place."""
+        past, slope = at.past, shared_slope(at.element, at.past, "N/m")
+        edge = past.reach(-side * OUTSIDE)
+        depth = side * (place.get("lift", past.reach(-side * 0.6)) - edge)
+        return ContactLoss(
+            **slope, depth=at_least(depth, 0.1 * past.half), size=past.half, edge=edge, side=side,
+            unit=at.units[2],
         )  # fmt: skip
-        graph, (_, depth_name) = self.with_law(scene, element, law)
-        starts = []
-        for depth in tried:
-            pull = np.maximum(side * (edge - past.argument) + depth, 0.0)
-            share = rebalanced(element, past, side * past.slope * pull)
-            starts += [{depth_name: depth, **share}, {depth_name: depth}]
-        return self.inserted(element, graph, tuple(starts), (depth_name,))
 
+    def shape_of(self, hint: Hint) -> Values:
+        """Return the place, and the side that the weight tells.
 
-def opening_side(hint: Hint) -> float:
-    """Return the side on which the contact opens, 1 below and -1 above.
+        Less force on one side of a corner is more on the other beside a stiffness that is free:
+        only the weight's sign says which of the two is level.
+        """
+        return {**hint.shape, "side": hint.shape["side"] * (1.0 if hint.weights[0] >= 0 else -1.0)}
 
-    Less force on one side of a corner is more on the other beside a stiffness that is free: only
-    the weight's sign says which of the two is level.
-    """
-    return float(hint.shape["side"]) * (1.0 if hint.weights[0] >= 0 else -1.0)
+    def tried(self, at: Site, law: Law, hint: Hint | None) -> Sequence[Values]:
+        """Return the place of the law, and ones that open less."""
+        depth, shallow = numbers(law)[1], (OUTSIDE - 0.9) * at.past.half
+        less = [0.5 * (depth + shallow), shallow]
+        if hint is None:
+            less = [(OUTSIDE - 0.2) * at.past.half]
+        return [{"depth": d} for d in (depth, *less)]

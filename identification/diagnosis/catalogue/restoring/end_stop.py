@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
-from bondgraph.graph.elements import Element
-from bondgraph.laws import EndStop
-from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
+from bondgraph.laws import EndStop, Law
+from identification.diagnosis.catalogue.effect import Effect, Hint
 from identification.diagnosis.catalogue.places import springs
-from identification.diagnosis.catalogue.starts import reach, rebalanced, rubbing_units
-from identification.diagnosis.screening.port_history import FittedModel
+from identification.diagnosis.catalogue.site import Site, Values, over, plain
 
-SHARES = (0.3, 0.5, 0.7, 0.85, 0.95)
-"""Gaps tried, over half the range from its middle."""
 LOW, HIGH, BOTH = -1.0, 1.0, 0.0
 AWAY = 6.0
 """Place of a stop that is never touched, half ranges from the middle."""
@@ -38,39 +36,29 @@ class EndStopEffect(Effect):
     source = "Shaw, Forced vibrations of a beam with one-sided amplitude constraint, 1985"
     where = staticmethod(springs)
 
-    def signatures(self, scene: FittedModel, element: Element) -> tuple[Signature, ...]:
-        """Displacement beyond the gap, above, below and on both sides, for several gaps."""
-        past = scene.of(element)
-        found = []
-        for share in SHARES:
-            high, low = reach(past, share), reach(past, -share)
-            above = np.maximum(past.argument - high, 0.0)
-            below = -np.maximum(low - past.argument, 0.0)
-            for side, column in ((HIGH, above), (LOW, below), (BOTH, above + below)):
-                found.append(Signature.of((column,), side=side, share=share))
-        return tuple(found)
+    weights = ("k_s",)
+    shapes = over(share=plain(0.3, 0.5, 0.7, 0.85, 0.95), side=plain(HIGH, LOW, BOTH))
+    at_shape = False
 
-    def insert(self, scene: FittedModel, element: Element, hint: Hint | None = None) -> Insertion:
-        """Insert stops on both sides; one that is not there stays outside the motion."""
-        past = scene.of(element)
-        k = past.slope
-        law = EndStop(
-            10 * k, reach(past, -0.7), reach(past, 0.7), "both", past.half,
-            rubbing_units(element)[2], getattr(element, "unit", "") or "N/m",
-        )  # fmt: skip
-        graph, names = self.with_law(scene, element, law)
-        # the fitted linear model runs through a stiff stop, so that its force seems weak and early
-        tried = [(10 * k, -0.7, 0.7), (10 * k, -0.4, 0.4)]
+    def made(self, at: Site, side: float = BOTH, share: float = 0.7) -> Law:
+        """Return stops on both sides; one that is not there stays outside the motion."""
+        low, high = _ends(at, side, share)
+        return EndStop(
+            10 * at.past.slope, low, high, "both", at.past.half, at.units[2], at.unit or "N/m"
+        )
+
+    def tried(self, at: Site, law: Law, hint: Hint | None) -> Sequence[Values]:
+        """Return stiff stops: the fitted linear model runs through them, so they seem weak."""
+        k = at.past.slope
+        tried = [(10 * k, BOTH, 0.7), (10 * k, BOTH, 0.4)]
         if hint is not None:
             side, share = float(hint.shape["side"]), float(hint.shape["share"])
-            low = -AWAY if side == HIGH else -share
-            high = AWAY if side == LOW else share
-            weight = float(np.clip(hint.weights[0], 2.5 * k, 500 * k))
-            tried = [(weight, low, high), (10 * k, low, high), (10 * k, -share, share)]
-        starts = []
-        for stiffness, low, high in tried:
-            ends = (reach(past, low), reach(past, high))
-            values = dict(zip(names, (stiffness, *ends), strict=True))
-            beyond = np.maximum(past.argument - ends[1], 0) - np.maximum(ends[0] - past.argument, 0)
-            starts += [{**values, **rebalanced(element, past, stiffness * beyond)}, values]
-        return self.inserted(element, graph, tuple(starts), names[:1])
+            seen = float(np.clip(hint.weights[0], 2.5 * k, 500 * k))
+            tried = [(seen, side, share), (10 * k, side, share), (10 * k, BOTH, share)]
+        ends = [(stiffness, *_ends(at, side, share)) for stiffness, side, share in tried]
+        return [dict(zip(("k_s", "low", "high"), values, strict=True)) for values in ends]
+
+
+def _ends(at: Site, side: float, share: float) -> tuple[float, float]:
+    low, high = (AWAY if side == absent else share for absent in (HIGH, LOW))
+    return at.past.reach(-low), at.past.reach(high)

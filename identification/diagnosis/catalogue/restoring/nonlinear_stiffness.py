@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
-import numpy as np
+from collections.abc import Mapping, Sequence
 
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import C, Element, I
-from bondgraph.laws import Parametrised, Polynomial
+from bondgraph.laws import Law, Parametrised, Polynomial
 from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
 from identification.diagnosis.catalogue.places import coils, springs, storages
 from identification.diagnosis.catalogue.restoring.curves import (
@@ -19,7 +17,8 @@ from identification.diagnosis.catalogue.restoring.curves import (
     nearest_magnet,
     saturating_at,
 )
-from identification.diagnosis.catalogue.starts import law_units, rebalanced, tamed
+from identification.diagnosis.catalogue.site import Site, Values
+from identification.diagnosis.catalogue.starts import law_units, tamed
 from identification.diagnosis.screening.port_history import FittedModel
 
 
@@ -51,24 +50,41 @@ class NonlinearStiffness(Effect):
         """All storages of displacement, and coils."""
         return (*storages(graph), *coils(graph))
 
+    weights = ("a_2", "a_3")
+
+    def made(self, at: Site) -> Law:
+        """Quadratic and cubic term about the centre of the record."""
+        effort, way = law_units(at.element)
+        series = Polynomial(at.past.centre, at.past.half, 0.1 * at.past.swing, unit=effort)
+        return Parametrised(series, ("centre", "half"), (way, way))
+
+    def tried(self, at: Site, law: Law, hint: Hint | None) -> Sequence[Values]:
+        """Return the weights, shrunk until the curve rises everywhere."""
+        if hint is None:
+            return ({},)
+        return (dict(zip(self.weights, tamed(hint.weights, at.past.swing), strict=True)),)
+
     def signatures(self, scene: FittedModel, element: Element) -> tuple[Signature, ...]:
         """Square and cube of the scaled displacement; knees of a coil."""
-        past = scene.of(element)
+        coil = isinstance(element, I)
+        return coil_knees(scene.of(element)) if coil else super().signatures(scene, element)
+
+    def insert(self, scene: FittedModel, element: Element, hint: Hint | None = None) -> Insertion:
+        """Quadratic and cubic term about the centre of the record; iron of a coil."""
         if isinstance(element, I):
-            return coil_knees(past)
-        z = (past.argument - past.centre) / past.half
-        return (Signature(np.stack([z**2, z**3], axis=1)),)
+            return saturating_at(self, scene, element, hint)
+        return super().insert(scene, element, hint)
 
     def forms(
         self, scene: FittedModel, element: Element, ended: Mapping[str, Mapping[str, float]]
     ) -> tuple[Insertion, ...]:
         """Return the magnet that bends nearly as the fitted series does, beside a spring."""
-        known, past = ended.get(self.name, {}), scene.of(element)
-        weights = [known.get(f"a_{n}_{element.name}", 0.0) for n in (2, 3)]
-        if element not in springs(scene.graph) or not any(weights):
+        known = ended.get(self.name, {})
+        weights = {n: known.get(f"{n}_{element.name}", 0.0) for n in self.weights}
+        if element not in springs(scene.graph) or not any(weights.values()):
             return ()
-        z = (past.argument - past.centre) / past.half
-        found = nearest_magnet(past, weights[0] * z**2 + weights[1] * z**3)
+        at = self.site(scene, element)
+        found = nearest_magnet(at.past, at.added(self.made(at), weights))
         return () if found is None else (magnet_at(self, scene, element, *found, known),)
 
     def refinements(
@@ -76,22 +92,3 @@ class NonlinearStiffness(Effect):
     ) -> tuple[Insertion, ...]:
         """Return the fitted series with a loss of its own."""
         return (lossy_at(self, scene, element, ended),) if isinstance(element, C) else ()
-
-    def insert(self, scene: FittedModel, element: Element, hint: Hint | None = None) -> Insertion:
-        """Quadratic and cubic term about the centre of the record; iron of a coil."""
-        past = scene.of(element)
-        if isinstance(element, I):
-            return saturating_at(self, scene, element, hint)
-        assert isinstance(element, C)
-        effort, way = law_units(element)
-        series = Polynomial(past.centre, past.half, 0.1 * past.swing, unit=effort)
-        law = Parametrised(series, ("centre", "half"), (way, way))
-        graph, names = self.with_law(scene, element, law)
-        starts: tuple[dict[str, float], ...] = ({},)
-        if hint is not None:
-            weights = tamed(hint.weights, past.swing)
-            start = {n: float(w) for n, w in zip(names, weights, strict=True)}
-            z = (past.argument - past.centre) / past.half
-            added = np.stack([z**2, z**3], axis=1) @ weights
-            starts = ({**start, **rebalanced(element, past, added)}, start)
-        return self.inserted(element, graph, starts, names)

@@ -10,11 +10,10 @@ from sympy import Expr
 from bondgraph.graph.elements import Element, R, Zero
 from bondgraph.graph.parameter import Parameter, symbol
 from bondgraph.laws import Orifice
-from bondgraph.support.arrays import Array
 from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
 from identification.diagnosis.catalogue.places import CAPACITORS, HEAT_STORES, has_unit, vessels
 from identification.diagnosis.catalogue.starts import at_least
-from identification.diagnosis.screening.port_history import FittedModel
+from identification.diagnosis.screening.port_history import FittedModel, moved_by
 
 SEEPS, HOLE = 0.0, 1.0
 """A leak in proportion to the effort, or to its root."""
@@ -44,7 +43,7 @@ class Leakage(Effect):
         past = scene.of(element)
         flows = {SEEPS: past.argument, HOLE: np.sign(past.output) * np.sqrt(np.abs(past.output))}
         return tuple(
-            Signature((-past.slope * _since(f) * past.dt)[:, None], shape={"way": way})
+            Signature((-past.slope * moved_by(f, past.dt))[:, None], shape={"way": way})
             for way, f in flows.items()
         )
 
@@ -56,11 +55,11 @@ class Leakage(Effect):
         if not isinstance(junction, Zero):
             junction = Zero(f"leaking_{name}")
             g = g.with_inserted(bond, junction)
-        duration = past.dt * past.n
+        duration = past.duration
         typical = 0.1 / duration
         if hint is not None and hint.shape["way"] == HOLE:
             level = float(np.abs(past.output).max()) or 1.0
-            least = 0.1 * typical * float(np.abs(past.argument).max() or 1.0)
+            least = 0.1 * typical * past.largest
             full = at_least(hint.weights[0] * np.sqrt(level), least)
             leak, rate = _hole(element, full, level)
             tried = [full, 3 * full]
@@ -73,11 +72,6 @@ class Leakage(Effect):
         g = g.with_branch(junction.name, [leak])
         made = self.inserted(element, g, tuple({rate.name: v} for v in tried), (rate.name,))
         return replace(made, law=leak.law.name) if isinstance(leak.law, Orifice) else made
-
-
-def _since(flow: Array) -> Array:
-    """Sum of a flow since the start, by the trapezoidal rule."""
-    return np.concatenate([[0.0], np.cumsum(0.5 * (flow[1:] + flow[:-1]))])
 
 
 def _seep(

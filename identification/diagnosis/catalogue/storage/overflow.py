@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-import numpy as np
+from collections.abc import Sequence
 
-from bondgraph.graph.elements import Element
-from bondgraph.laws import Overflow
-from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
+from bondgraph.laws import Law, Overflow
+from identification.diagnosis.catalogue.effect import Effect, Hint
 from identification.diagnosis.catalogue.places import tanks
-from identification.diagnosis.catalogue.starts import at_least, reach, shared_slope
-from identification.diagnosis.screening.port_history import FittedModel
+from identification.diagnosis.catalogue.site import Site, Values, numbers, over, within_range
+from identification.diagnosis.catalogue.starts import at_least, shared_slope
 
-SHARES = (0.9, 0.75, 0.5, 0.2)
-"""Rims tried, over half the range from its middle."""
 OUTSIDE = 1.5
+"""Half ranges above the middle at which a rim is never reached."""
 
 
 class OverflowEffect(Effect):
@@ -33,27 +31,18 @@ class OverflowEffect(Effect):
     source = "weir of a tank: Wigren and Schoukens, cascaded tanks benchmark, 2013"
     where = staticmethod(tanks)
 
-    def signatures(self, scene: FittedModel, element: Element) -> tuple[Signature, ...]:
-        """Effort of the largest excess so far, for several rims."""
-        past = scene.of(element)
-        highest = np.maximum.accumulate(past.argument)
-        return tuple(
-            Signature(-past.slope * np.maximum(highest - rim, 0.0)[:, None], shape={"rim": rim})
-            for rim in (reach(past, share) for share in SHARES)
-        )
+    strengths = ("depth",)
+    shapes = over(rim=within_range(0.9, 0.75, 0.5, 0.2))
+    rebalances = False  # what stands below the rim is all the spring's
 
-    def insert(self, scene: FittedModel, element: Element, hint: Hint | None = None) -> Insertion:
-        """Insert a rim below the highest level."""
-        past = scene.of(element)
-        top = reach(past, OUTSIDE)
-        tried = [top - reach(past, share) for share in (0.8, 0.4)]
-        if hint is not None:
-            depth = at_least(top - float(hint.shape["rim"]), 0.1 * past.half)
-            # what flowed in while it spilled lifts the linear model: the true rim is often lower
-            tried = [depth, depth + 0.3 * past.half]
-        law = Overflow(
-            **shared_slope(element, past, "m3/Pa"), depth=tried[0], size=past.half,
-            top=top,
-        )  # fmt: skip
-        graph, (_, depth_name) = self.with_law(scene, element, law)
-        return self.inserted(element, graph, tuple({depth_name: d} for d in tried), (depth_name,))
+    def made(self, at: Site, **shape: float) -> Law:
+        """Return a rim below the highest level."""
+        past, slope = at.past, shared_slope(at.element, at.past, "m3/Pa")
+        top = past.reach(OUTSIDE)
+        depth = at_least(top - shape.get("rim", past.reach(0.8)), 0.1 * past.half)
+        return Overflow(**slope, depth=depth, size=past.half, top=top)
+
+    def tried(self, at: Site, law: Law, hint: Hint | None) -> Sequence[Values]:
+        """Return the rim, and a lower one: what flowed in meanwhile lifts the linear model."""
+        depth, lower = numbers(law)[1], 0.4 if hint is None else 0.3
+        return {"depth": depth}, {"depth": depth + lower * at.past.half}

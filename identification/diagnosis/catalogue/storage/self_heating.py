@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+
 import numpy as np
 
-from bondgraph.graph.elements import Element
-from bondgraph.laws import SelfHeating
-from bondgraph.support.arrays import Array
-from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
+from bondgraph.laws import Law, SelfHeating
+from identification.diagnosis.catalogue.effect import Effect, Hint
 from identification.diagnosis.catalogue.places import mechanical_resistors, warming_resistors
-from identification.diagnosis.catalogue.starts import rubbing_units
-from identification.diagnosis.screening.port_history import FittedModel, PortHistory
+from identification.diagnosis.catalogue.site import Site, Values, over, times
 
 SHARES = (0.003, 0.02, 0.1, 0.5)
 """Thermal time constants tried, over the duration of the record."""
@@ -36,64 +35,38 @@ class SelfHeatingEffect(Effect):
     source = "lumped thermal body; Incropera et al., Fundamentals of Heat and Mass Transfer, ch. 5"
     where = staticmethod(warming_resistors)
 
-    def signatures(self, scene: FittedModel, element: Element) -> tuple[Signature, ...]:
-        """Temperature rise times flow, for several time constants."""
-        past = scene.of(element)
-        return tuple(
-            Signature.of((warmth(past.argument / past.rms, tau, past.dt) * past.argument,), tau=tau)
-            for tau in _time_constants(past)
-        )
+    weights = ("r_heat",)
+    shapes = over(tau=times("duration", *SHARES))
+    rebalances = False
 
-    def insert(self, scene: FittedModel, element: Element, hint: Hint | None = None) -> Insertion:
-        """Insert a resistance that changes beside the constant one."""
-        past = scene.of(element)
-        size, taus = past.slope, _time_constants(past)
+    def made(self, at: Site, tau: float = 0.0) -> Law:
+        """Return a resistance that changes beside the constant one."""
+        unit, flow = "ohm", "A"
+        if at.element in mechanical_resistors(at.scene.graph):
+            unit, flow = at.unit, at.units[1]
+        tau = tau or SHARES[1] * at.past.duration
+        return SelfHeating(0.1 * at.past.slope, tau, at.past.rms, unit, flow)
+
+    def tried(self, at: Site, law: Law, hint: Hint | None) -> Sequence[Values]:
+        """Return what the hint says, or either sign at two time constants."""
         if hint is not None:
-            rise, tau = float(hint.weights[0]), float(hint.shape["tau"])
-            tried = [(max(rise, -_most(past, tau)), tau)]
+            tau = float(hint.shape["tau"])
+            rises = [(max(float(hint.weights[0]), -self._most(at, tau)), tau)]
         else:
-            tried = [
-                (sign * min(0.1 * size, _most(past, tau)), tau)
-                for tau in (taus[1], taus[3]) for sign in (1.0, -1.0)
-            ]  # fmt: skip
-        unit, flow = ("ohm", "A")
-        if element in mechanical_resistors(scene.graph):
-            unit, flow = element.unit, rubbing_units(element)[1]  # type: ignore[attr-defined]
-        law = SelfHeating(0.1 * size, tried[0][1], past.rms, unit=unit, flow_unit=flow)
-        graph, (gained, pace) = self.with_law(scene, element, law)
-        starts = tuple({gained: r, pace: t} for r, t in tried)
-        # what work thins may be warm oil or a fluid that lost its structure; nor is heat quick
-        within = ((gained, 0.0, np.inf), (pace, taus[0], np.inf))
-        return self.inserted(element, graph, starts, (gained,), within)
+            rises = [
+                (sign * min(0.1 * at.past.slope, self._most(at, tau)), tau)
+                for tau in (share * at.past.duration for share in SHARES[1::2])
+                for sign in (1.0, -1.0)
+            ]
+        return [{"r_heat": r, "tau_heat": tau} for r, tau in rises]
 
+    def holds(self, at: Site) -> Mapping[str, tuple[float, float]]:
+        """Return a slow gain: what work thins may be a fluid that lost its structure."""
+        quickest = SHARES[0] * at.past.duration
+        return {"r_heat": (0.0, np.inf), "tau_heat": (quickest, np.inf)}
 
-def _most(past: PortHistory, tau: float) -> float:
-    """Gain that heat may take away: a resistance below zero would drive what it should damp."""
-    warmest = float(np.max(warmth(past.argument / past.rms, tau, past.dt)))
-    return 0.5 * past.slope / max(warmest, 1.0)
-
-
-def warmth(relative: Array, tau: float, dt: float) -> Array:
-    """Temperature rise of a body heated by the square of a flow, from cold.
-
-    Parameters
-    ----------
-    relative : ndarray, shape (N,)
-        Flow over its reference level.
-    tau, dt : float
-        Time constant and time between samples, s.
-
-    Returns
-    -------
-    ndarray, shape (N,)
-        Over the rise that the reference level would keep up.
-    """
-    from scipy.signal import lfilter
-
-    kept = float(np.exp(-dt / tau))
-    heat = np.concatenate([[0.0], 0.5 * (relative[1:] ** 2 + relative[:-1] ** 2)])
-    return np.asarray(lfilter([1.0 - kept], [1.0, -kept], heat))
-
-
-def _time_constants(past: PortHistory) -> tuple[float, ...]:
-    return tuple(share * past.dt * past.n for share in SHARES)
+    def _most(self, at: Site, tau: float) -> float:
+        """Return what heat may take away: no resistance below zero, which drives what it damps."""
+        flow = np.where(at.past.argument == 0.0, np.inf, at.past.argument)
+        warmth = at.added(self.made(at, tau), {"r_heat": 1.0}) / flow
+        return 0.5 * at.past.slope / max(float(np.max(warmth)), 1.0)

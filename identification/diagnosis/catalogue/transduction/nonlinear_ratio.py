@@ -14,7 +14,7 @@ from bondgraph.graph.parameter import Parameter
 from bondgraph.laws import Odometer
 from bondgraph.support.arrays import Array
 from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
-from identification.diagnosis.screening.port_history import FittedModel, PortHistory
+from identification.diagnosis.screening.port_history import FittedModel, PortHistory, moved_by
 
 BY_WAY, BY_FLOW = 0.0, 1.0
 
@@ -108,8 +108,7 @@ class NonlinearRatio(Effect):
 
 def way_of_two_port(past: PortHistory) -> Array:
     """Displacement of the side that moves, which a ratio may depend on."""
-    speed = past.output if past.primary_moves else past.argument
-    return np.concatenate([[0.0], np.cumsum(0.5 * past.dt * (speed[1:] + speed[:-1]))])
+    return moved_by(past.output if past.primary_moves else past.argument, past.dt)
 
 
 def current_of_two_port(past: PortHistory) -> Array:

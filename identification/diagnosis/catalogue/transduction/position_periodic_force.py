@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+
 import numpy as np
 
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import C, Element, I, One
-from bondgraph.laws import Periodic
+from bondgraph.laws import Law, Periodic
 from bondgraph.support.arrays import Array
-from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
-from identification.diagnosis.screening.port_history import FittedModel, PortHistory
+from identification.diagnosis.catalogue.effect import Effect
+from identification.diagnosis.catalogue.site import Site, Values
+from identification.diagnosis.screening.port_history import FittedModel, PortHistory, moved_by
 
 PERIODS = 40
 SEEN = 2.0
@@ -45,40 +48,42 @@ class PositionPeriodicForce(Effect):
             if e.unit not in NOT_MOVING and isinstance(graph[graph.neighbour(e.name)], One)
         )
 
-    def signatures(self, scene: FittedModel, element: Element) -> tuple[Signature, ...]:
-        """Sine and cosine of the position for each period of a scan."""
-        past = scene.of(element)
-        way = way_of(past)
-        found = []
-        for p in periods(way):
-            turn = 2 * np.pi * way / p
-            found.append(Signature.of((np.sin(turn), np.cos(turn)), period=float(p)))
-        return tuple(found)
+    weights = ("a", "b")
 
-    def insert(self, scene: FittedModel, element: Element, hint: Hint | None = None) -> Insertion:
-        """Insert a storage with a periodic law and no stiffness at the junction of the inertia."""
+    def site(self, scene: FittedModel, element: Element) -> Site:
+        """Return the inertia with its way as its history."""
         past = scene.of(element)
-        way = way_of(past)
-        period = float(hint.shape["period"]) if hint is not None else 0.5 * float(np.ptp(way) or 1)
-        name = f"ripple_{element.name}"
-        unit, way_unit = ("N*m", "rad") if "m2" in getattr(element, "unit", "") else ("N", "m")
-        law = Periodic(period, 0.1 * past.swing, 0.5 * float(np.ptp(way)) or 1.0, unit, way_unit)
-        node = scene.graph.neighbour(element.name)
-        graph = scene.graph.with_branch(node, [C(name, law=law)])
-        names = tuple(p.name for p in law.parameters(name))
-        starts: dict[str, float] = {names[2]: period}
-        if hint is not None:
-            starts |= dict(zip(names, map(float, hint.weights), strict=False))
-        longest = float(np.ptp(way)) / SEEN
-        return self.inserted(element, graph, (starts,), names[:2], ((names[2], 0.0, longest),))
+        return Site(scene, element, PortHistory(way_of(past), past.output, past.dt))
+
+    def grid(self, at: Site) -> Sequence[Values]:
+        """Return the periods of a scan."""
+        return [{"period": float(p)} for p in periods(at.past.argument)]
+
+    def made(self, at: Site, period: float | None = None) -> Law:
+        """Return a periodic force without stiffness."""
+        past = at.past
+        unit, way_unit = ("N*m", "rad") if "m2" in at.unit else ("N", "m")
+        period = float(np.ptp(past.argument) or 1) / 2 if period is None else period
+        return Periodic(period, 0.1 * past.swing, past.half, unit, way_unit)
+
+    def with_law(
+        self, scene: FittedModel, element: Element, law: Law
+    ) -> tuple[BondGraph, tuple[str, ...]]:
+        """Hang a storage with the law at the junction of the inertia."""
+        g, ripple = scene.graph, C(f"ripple_{element.name}", law=law)
+        names = tuple(p.name for p in law.parameters(ripple.name))
+        return g.with_branch(g.neighbour(element.name), [ripple]), names
+
+    def holds(self, at: Site) -> Mapping[str, tuple[float, float]]:
+        """Return the periods that are seen to repeat."""
+        return {"period": (0.0, float(np.ptp(at.past.argument)) / SEEN)}
 
 
 def way_of(past: PortHistory) -> Array:
     """Displacement of an inertia from its start, shape (N,)."""
     if past.moved is not None:
         return np.asarray(past.moved - past.moved[0])
-    steps = 0.5 * past.dt * (past.argument[1:] + past.argument[:-1])
-    return np.concatenate([[0.0], np.cumsum(steps)])
+    return moved_by(past.argument, past.dt)
 
 
 def periods(way: Array, count: int = PERIODS) -> Array:
