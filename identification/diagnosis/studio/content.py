@@ -16,7 +16,7 @@ from identification.diagnosis.report.found import places_of, regions_of, warmth_
 from identification.diagnosis.report.places import region_words
 from identification.diagnosis.report.views import Curve, curves, residual, scored, unit_of
 from identification.diagnosis.studio.law_plane import planes
-from identification.diagnosis.studio.packing import kept, packed
+from identification.diagnosis.studio.packing import kept, packed, rolling_level
 from identification.diagnosis.studio.port_misfit import port_misfits
 from identification.diagnosis.verdict import sentence
 from identification.report.numbers import axis_scale
@@ -26,6 +26,8 @@ from identification.study.problem import Data
 
 SAMPLES = 50_000
 """Samples of a reading in the page at most; of longer records smallest and largest are kept."""
+STRIP = 800
+"""Points of the strip of the mismatch at most: four in each of its windows."""
 LAGS = 60
 DRAWN = 2
 """Experiments whose inputs are in the page."""
@@ -52,8 +54,10 @@ def content(d: Diagnosis, share: float = 1.0) -> dict[str, Any]:
     data, shown = d.data, curves(d)
     left = [[_left(c, k, data) for c in shown] for k in range(len(data.names))]
     keep = kept(data.n, round(share * SAMPLES), *(r[0] for r in left))
+    strip = np.unique(np.linspace(0, data.n - 1, min(data.n, STRIP)).round().astype(int))
     return said | {
         "time": packed(data.time[keep], "<f8"),
+        "stripTime": packed(data.time[strip], "<f8"),
         "samples": int(data.n),
         "labels": [c.label for c in shown],
         "parts": _parts(data),
@@ -64,7 +68,9 @@ def content(d: Diagnosis, share: float = 1.0) -> dict[str, Any]:
             }
             for k, r in enumerate(regions_of(d), start=1)
         ],
-        "readings": [_reading(d, data, k, shown, left[k], keep) for k in range(len(data.names))],
+        "readings": [
+            _reading(d, data, k, shown, left[k], keep, strip) for k in range(len(data.names))
+        ],
         "planes": planes(d, share),
         "ports": port_misfits(d),
     }  # fmt: skip
@@ -109,8 +115,10 @@ def _parts(data: Data) -> list[dict[str, Any]]:
 
 
 def _reading(
-    d: Diagnosis, data: Data, k: int, shown: tuple[Curve, ...], left: list[Array], keep: Array
-) -> dict[str, Any]:
+    d: Diagnosis, data: Data, k: int, shown: tuple[Curve, ...], left: list[Array], keep: Array,
+    strip: Array,
+) -> dict[str, Any]:  # fmt: skip
+    """Return the traces at `keep`; what is said of their size is of all samples."""
     name, y = data.names[k], data.readings[:, k]
     factor, unit = axis_scale(unit_of(d, name), float(np.nanmax(np.abs(y), initial=0.0)))
     return {
@@ -119,9 +127,18 @@ def _reading(
         "noise": float(factor * data.floor[k]),
         "measured": packed(factor * y[keep]),
         "left": [packed(r[keep]) for r in left],
+        "levels": [_level(c, k) for c in shown],
+        "strips": [packed(rolling_level(r, strip)) for r in left],
         "spectra": [_spectrum(c, k) for c in shown],
         "correlations": [_correlation(c, k) for c in shown],
     }
+
+
+def _level(c: Curve, column: int) -> float | None:
+    """Root mean square of what is left over the noise, on all samples of the fit."""
+    r = residual(c.fit, column) / c.fit.problem.data.floor[column]
+    r = r[np.isfinite(r)]
+    return float(np.sqrt(np.mean(r**2))) if r.size else None
 
 
 def _spectrum(c: Curve, column: int) -> dict[str, str]:

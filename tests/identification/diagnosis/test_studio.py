@@ -31,7 +31,7 @@ from identification.diagnosis.studio import page, write_report
 from identification.diagnosis.studio.content import content
 from identification.diagnosis.studio.law_plane import planes
 from identification.diagnosis.studio.live import LiveStudio
-from identification.diagnosis.studio.packing import embedded, kept, packed
+from identification.diagnosis.studio.packing import embedded, kept, packed, rolling_level
 from identification.diagnosis.studio.page import policy
 from identification.diagnosis.verdict import write_verdict
 from tests.patience import HANGS
@@ -173,6 +173,28 @@ def test_a_long_trace_keeps_its_peaks() -> None:
     assert {777, 50_001, 0, y.size - 1} <= set(at.tolist())
     assert kept(10, 100, y[:10]).size == 10
     np.testing.assert_array_equal(numbers(packed([1.5, np.nan])), [1.5, np.nan])
+
+
+def test_sizes_are_of_all_samples_not_of_the_drawn_extremes(found: Diagnosis) -> None:
+    assert found.data is not None
+    whole, thin = content(found)["readings"][0], content(found, 0.01)["readings"][0]
+    assert numbers(thin["measured"]).size < 0.5 * found.data.n == 600
+    assert thin["levels"] == whole["levels"]
+    for level, strip, left in zip(thin["levels"], thin["strips"], whole["left"], strict=True):
+        every = numbers(left)
+        assert level == pytest.approx(np.sqrt(np.mean(every**2)), rel=1e-5)
+        assert numbers(strip).size == 800
+        ends = [np.sqrt(np.mean(every[:4] ** 2)), np.sqrt(np.mean(every[-4:] ** 2))]
+        np.testing.assert_allclose(numbers(strip)[[0, -1]], ends, rtol=1e-4)
+
+
+def test_noise_of_one_is_one_in_the_strip() -> None:
+    r = np.random.default_rng(0).standard_normal(100_000)
+    r[500:502] = np.nan, 1e9
+    r[50_000] = np.inf
+    at = np.array([0, 20_000, 50_000, 99_999])
+    np.testing.assert_allclose(rolling_level(r, at)[1:], 1.0, atol=0.1)
+    assert np.isnan(rolling_level(np.full(20, np.nan), at[:1])[0])
 
 
 def test_names_of_a_user_stay_text(found: Diagnosis) -> None:

@@ -18,10 +18,10 @@ const short = v => String(+Number(v).toPrecision(3)).replace('-', '\u2212');
 
 const state = {element: '', reading: 0, cursor: null, picked: null, count: 0};
 const inks = ['before', 'after'];
-let time, planeTime, planes = {}, readings = [], plots = {};
+let time, stripTime, planeTime, planes = {}, readings = [], plots = {};
 
 function unpack() {
-  time = doubles(data.time);
+  time = doubles(data.time); stripTime = doubles(data.stripTime);
   planeTime = doubles(data.planes.time);
   const begin = planeTime[0], span = planeTime[planeTime.length - 1] - begin || 1;
   const hue = Uint8Array.from(planeTime, t => Math.round(63 * (t - begin) / span));
@@ -35,8 +35,9 @@ function unpack() {
   }
   readings = data.readings.map(r => {
     const measured = floats(r.measured), left = r.left.map(floats);
+    const strips = r.strips.map(s => floats(s).map(v => Math.log10(Math.max(0.1, v))));
     return {
-      ...r, measured, left,
+      ...r, measured, left, strips,
       fits: left.map(e => measured.map((v, i) => v - e[i] * r.noise)),
       spectra: r.spectra.map(s => ({x: floats(s.x).map(Math.log10), y: floats(s.y).map(Math.log10)})),
       correlations: r.correlations.map(c => ({y: floats(c.y), band: c.band})),
@@ -85,7 +86,7 @@ function showReading(k) {
   plots.recording.lines = [line(r.measured, 'measured', 2), ...fits];
   plots.left.lines = r.left.map((y, i) => line(y, ink(i), 0.9));
   plots.left.levels = [{y: 2}, {y: -2}];
-  plots.strip.lines = r.left.map((y, i) => line(rolling(y), ink(i), 1.4));
+  plots.strip.lines = r.strips.map((y, i) => ({...line(y, ink(i), 1.4), x: stripTime}));
   plots.strip.levels = [{y: 0}];
   plots.spectrum.lines = r.spectra.map((s, i) => ({...s, ink: ink(i), width: 1.2}));
   plots.spectrum.levels = [{y: 0}];
@@ -96,8 +97,7 @@ function showReading(k) {
   plots.whiteness.levels = [{y: 0}, {y: band}, {y: -band}];
   for (const n of ['recording', 'strip', 'left', 'spectrum', 'whiteness']) plots[n].reset();
   bands();
-  const level = y => Math.sqrt(y.reduce((s, v) => v === v ? s + v * v : s, 0) / y.length);
-  const words = r.left.map((y, i) => `${data.labels[i]}: ${short(level(y))} times the noise`).join('; ');
+  const words = r.levels.map((v, i) => `${data.labels[i]}: ${v === null ? 'unknown' : `${short(v)} times the noise`}`).join('; ');
   $('left-said').textContent = `Root mean square of what is left of ${r.name}, ${words}. ` +
     'Dashed: two standard deviations of the noise; the noise floor; the band that white noise keeps.';
   const parts = data.parts.filter(p => p.words.startsWith('held')).map(p => `${short(p.from)} to ${short(p.to)} s (${p.words})`);
@@ -107,21 +107,6 @@ function showReading(k) {
   plots.strip.say(`Strip of the mismatch of ${r.name}. ${data.regions.map(r => r.words).join('. ')}`);
   plots.spectrum.say(`Spectrum of what is left of ${r.name} over that of the noise.`);
   plots.whiteness.say(`Autocorrelation of what is left of ${r.name}, with the band of white noise.`);
-}
-
-// Logarithm of the rolling root mean square over the noise: the strip.
-function rolling(y) {
-  const n = y.length, half = Math.max(2, Math.round(n / 400)), out = new Float32Array(n);
-  let sum = 0, count = 0;
-  const take = (i, sign) => {
-    if (i >= 0 && i < n && y[i] === y[i]) { sum += sign * y[i] * y[i]; count += sign; }
-  };
-  for (let i = 0; i < half; i++) take(i, 1);
-  for (let i = 0; i < n; i++) {
-    take(i + half, 1); take(i - half - 1, -1);
-    out[i] = count ? Math.log10(Math.max(0.1, Math.sqrt(Math.max(0, sum) / count))) : NaN;
-  }
-  return out;
 }
 
 function bands() {
@@ -398,8 +383,7 @@ function start() {
     $('next').hidden = false;
     for (const e of data.experiments) experiment(e);
   }
-  const size = r => r.left[0].reduce((s, v) => v === v ? s + v * v : s, 0);
-  const worst = readings.reduce((a, r, k) => size(r) > size(readings[a]) ? k : a, 0);
+  const worst = readings.reduce((a, r, k) => r.levels[0] > readings[a].levels[0] ? k : a, 0);
   $('reading').value = worst;
   showReading(worst);
   const warmest = Object.entries(data.warmth).filter(([n]) => planes[n]).sort((a, b) => b[1] - a[1])[0];
