@@ -85,7 +85,8 @@ class Distortions:
         Complex peak amplitudes, mean over the periods, of R realisations; at detection lines less
         what a small drive there would explain linearly.
     noise : ndarray, shape (F, n_y)
-        Variance of `mean` by noise, mean over the realisations.
+        Variance of `mean` by noise, mean over the realisations; with one input, of the output less
+        what the input explains, as both were measured.
     stochastic : ndarray, shape (F, n_y)
         Variance of `mean` over the realisations at excited lines (noise included); NaN elsewhere
         and with one realisation.
@@ -215,44 +216,54 @@ def distortions(
     u = np.stack([p.spectra(inputs).mean(axis=0) for p in parts])
     excited = excited_lines(u, lines, inputs)
     last = min(highest or 3 * int(excited[-1]), (parts[0].period - 1) // 2)
-    y = np.stack([p.spectra(outputs).mean(axis=0) for p in parts])[:, 1 : last + 1]
-    noise = _noise(parts, outputs)[1 : last + 1]
+    y = np.stack([p.spectra(outputs).mean(axis=0) for p in parts])
     number = np.arange(1, last + 1)
     kind = np.where(number % 2 == 1, "odd", "even").astype("<U7")
     kind[excited - 1] = "excited"
-    spread = np.full(noise.shape, np.nan)
-    g = y[:, excited - 1] / u[:, excited, :1] if len(inputs) == 1 else None
-    if g is not None:
-        y = y - _through(g, u[:, 1 : last + 1, 0], excited, number)
-    if g is not None and len(records) > 1:
-        power = np.mean(np.abs(u[:, excited, :1]) ** 2, axis=0)
-        spread[excited - 1] = np.var(g, axis=0, ddof=1) * power
+    spread = np.full((last, len(outputs)), np.nan)
+    gain = np.zeros((len(parts), last, len(outputs)), complex)
+    if len(inputs) == 1:
+        g = y[:, excited] / u[:, excited]
+        gain = _between(g, excited, number)
+        if len(parts) > 1:
+            power = np.mean(np.abs(u[:, excited]) ** 2, axis=0)
+            spread[excited - 1] = np.var(g, axis=0, ddof=1) * power
+    noise = _noise(parts, inputs, outputs, gain)
+    y = y[:, 1 : last + 1]
+    left_out = (kind != "excited")[:, None]
+    y = y - np.where(left_out, gain * u[:, 1 : last + 1, :1], 0.0)
     return Distortions(
         parts[0].name, number * parts[0].rate / parts[0].period, kind, y, noise, spread,
         tuple(outputs), tuple(parts[0].units[o] for o in outputs), min(p.count for p in parts),
     )  # fmt: skip
 
 
-def _noise(parts: Sequence[Periods], outputs: Sequence[str]) -> FloatArray:
-    found = []
-    for p in parts:
-        s = p.spectra(outputs)
+def _noise(
+    parts: Sequence[Periods], inputs: Sequence[str], outputs: Sequence[str], gain: ComplexArray
+) -> FloatArray:
+    """Variance of the mean over the periods of ``Y - G U``, mean over realisations, (F, n_y).
+
+    What a noisy input shows at a line goes into the mean with `gain`, shape (R, F, n_y), so it
+    counts here, too; what of it really drives the plant cancels.
+    """
+    lines, found = slice(1, gain.shape[1] + 1), []
+    for p, g in zip(parts, gain, strict=True):
         if p.count > 1:
-            found.append(np.var(s, axis=0, ddof=1) / p.count)
+            error = p.spectra(outputs)[:, lines] - g * p.spectra(inputs[:1])[:, lines]
+            found.append(np.var(error, axis=0, ddof=1) / p.count)
     if not found:
-        return np.full((parts[0].period // 2 + 1, len(outputs)), np.nan)
+        return np.full(gain.shape[1:], np.nan)
     return np.asarray(np.mean(found, axis=0))
 
 
-def _through(
-    g: ComplexArray, u: ComplexArray, excited: NDArray[np.intp], number: NDArray[np.intp]
+def _between(
+    g: ComplexArray, excited: NDArray[np.intp], number: NDArray[np.intp]
 ) -> ComplexArray:
-    """Linear answer to what the drive shows at lines left out, shape (R, F, n_y)."""
-    found = np.zeros((*u.shape, g.shape[2]), complex)
-    inside = (number > excited[0]) & (number < excited[-1]) & ~np.isin(number, excited)
+    """Response from the first excited line to the last, linear between, shape (R, F, n_y)."""
+    found = np.zeros((g.shape[0], number.size, g.shape[2]), complex)
+    inside = (number >= excited[0]) & (number <= excited[-1])
     for r in range(g.shape[0]):
         for c in range(g.shape[2]):
             real = np.interp(number[inside], excited, g[r, :, c].real)
-            imaginary = np.interp(number[inside], excited, g[r, :, c].imag)
-            found[r, inside, c] = (real + 1j * imaginary) * u[r, inside]
+            found[r, inside, c] = real + 1j * np.interp(number[inside], excited, g[r, :, c].imag)
     return found

@@ -86,6 +86,19 @@ def test_a_drive_that_is_not_clean_is_allowed_for() -> None:
     assert not level.odd_certain
 
 
+def test_noise_of_a_measured_input_is_no_distortion() -> None:
+    runs = []
+    for run in static(0.0, 0.0, 1e-4, seeds=(1, 2, 3, 4)):
+        rng = np.random.default_rng(int(run.name.split()[1]))
+        u = run["u"] + 1e-2 * rng.standard_normal(run.n)
+        runs.append(Recording.from_arrays("noisy", {"u[V]": u, "y[m]": run["y"]}, fs=RATE))
+    for found in (distortions(runs[0], ["u"], ["y"]), distortions(runs, ["u"], ["y"])):
+        level = found.level("y")
+        assert not level.odd_certain
+        assert not level.even_certain
+        assert level.noise == pytest.approx(np.sqrt(4 * 1e-4 / N / 8), rel=0.1)
+
+
 def duffing(cube: float) -> Recording:
     g = spring(0.05, 0.5, 100.0, Polynomial(0.0, 0.01, 1.0, (2, 3), "N"), name="duffing")
     u = multisine(
