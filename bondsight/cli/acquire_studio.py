@@ -113,9 +113,14 @@ def recorded_on_and_on(
 
 
 def playable(found: Diagnosis) -> tuple[Experiment, ...]:
-    """Return the experiments that one output can play: a single source moves, in volts."""
+    """Return the experiments that one output can play: a single source moves, in volts.
+
+    A further sensor is none: it has to be put there first.
+    """
 
     def one(e: Experiment) -> bool:
+        if e.kind == "sensor":
+            return False
         moving = [found.graph[n] for n, u in e.commands.items() if np.ptp(u) > 0]
         return [s.unit for s in moving if isinstance(s, Source)] == ["V"]
 

@@ -75,8 +75,8 @@ def test_it_asks_which_model(capsys: pytest.CaptureFixture[str]) -> None:
     assert "add --diagnose MODEL" in capsys.readouterr().err
 
 
-def experiment(words: str, **commands: np.ndarray) -> Any:
-    return SimpleNamespace(words=words, commands=commands)
+def experiment(words: str, kind: str = "ramp", **commands: np.ndarray) -> Any:
+    return SimpleNamespace(words=words, kind=kind, commands=commands)
 
 
 def diagnosed(out: Path, *experiments: Any) -> Any:
@@ -103,6 +103,7 @@ def test_the_page_asks_the_station_for_the_next_experiment(tmp_path: Path) -> No
     """Its signal is written by us; of the browser only a number is taken, once, from our page."""
     volts, still = np.linspace(0.0, 5.0, 50), np.zeros(50)
     push = experiment("push", V_in=still, F=volts)
+    sensor = experiment("measure f_body too", "sensor", V_in=volts, F=still)
     ramp = experiment("ramp <b>", V_in=volts, F=still)
     taken: list[argparse.Namespace] = []
 
@@ -110,7 +111,7 @@ def test_the_page_asks_the_station_for_the_next_experiment(tmp_path: Path) -> No
         taken.append(options)
         if len(taken) == 2:
             raise UnusableInput("12 V is above the envelope")
-        return diagnosed(options.out, *(() if len(taken) > 2 else (push, ramp)))
+        return diagnosed(options.out, *(() if len(taken) > 2 else (push, sensor, ramp)))
 
     options = argparse.Namespace(signal="session", name="take", out=tmp_path, rate=9.0, rest=1.0)
     with LiveStudio() as live:
@@ -120,6 +121,7 @@ def test_the_page_asks_the_station_for_the_next_experiment(tmp_path: Path) -> No
             loop.join(0.01)
         assert "ramp &lt;b&gt;" in live.shown()  # a push is no voltage
         assert "push" not in live.shown()
+        assert "measure f_body" not in live.shown()  # nobody has put it there
         asked = "moves=yes&take="
         refused = ["take=0", f"{asked}1", f"{asked}x", f"{asked}0{'0' * 40}"]  # unticked, then odd
         assert [post(live, body) for body in refused] == [404] * 4
