@@ -34,9 +34,9 @@ class DistortionLevel:
     linear : float
         At the excited lines, noise taken off.
     noise : float
-        Of the mean over the periods, at all lines.
+        Of the mean over the periods, at all lines; NaN where a recording holds one period.
     odd, even : float
-        At the detection lines, noise taken off; NaN if there is no such line.
+        At the detection lines, noise taken off where it is known; NaN if there is no such line.
     stochastic : float
         At the excited lines, from the spread over realisations less noise; NaN with one.
     odd_certain, even_certain : bool
@@ -58,6 +58,8 @@ class DistortionLevel:
         def said(value: float, certain: bool) -> str:
             if not value == value:
                 return "not measured"
+            if self.noise != self.noise:
+                return f"{100 * value / self.linear:.3g} % (noise unknown, and in it)"
             return f"{100 * value / self.linear:.3g} %" if certain else "none beyond the noise"
 
         more = "" if self.stochastic != self.stochastic else (
@@ -143,7 +145,7 @@ class Distortions:
         stochastic = float(np.sqrt(max(np.mean(spread - np.nan_to_num(less)), 0.0)))
         if np.isnan(spread).any():
             stochastic = float("nan")
-        by_noise = float(np.sqrt(noise[inside].mean()))
+        by_noise = float(np.sqrt(noise[inside].mean())) if freedom > 0 else float("nan")
         return DistortionLevel(
             output, linear, by_noise, odd, even, stochastic, odd_certain, even_certain
         )

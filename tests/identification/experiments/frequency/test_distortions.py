@@ -99,6 +99,16 @@ def test_noise_of_a_measured_input_is_no_distortion() -> None:
         assert level.noise == pytest.approx(np.sqrt(4 * 1e-4 / N / 8), rel=0.1)
 
 
+def test_one_period_does_not_tell_noise_from_distortion() -> None:
+    (run,) = static(0.0, 0.02, 0.0)
+    one = run.slice(0, N)
+    for found in (distortions(r, ["u"], ["y"], period=N, discard=0) for r in (one, [one, run])):
+        level = found.level("y")
+        assert np.isnan(level.noise)
+        assert f"odd distortion {100 * level.odd / level.linear:.3g} % (noise unknown" in str(level)
+        assert "none beyond the noise" not in str(level)
+
+
 def duffing(cube: float) -> Recording:
     g = spring(0.05, 0.5, 100.0, Polynomial(0.0, 0.01, 1.0, (2, 3), "N"), name="duffing")
     u = multisine(
