@@ -95,8 +95,10 @@ def recorded_on_and_on(
 ) -> Diagnosis:
     """Record and diagnose, then whatever next experiment the page asks for; returns the last.
 
-    A take that fails, or that the bench refuses, is told, and the last page comes back.
+    A take that fails, that the bench refuses, or whose search the page stops before anything is
+    found, is told, and the last page comes back.
     """
+    from bondsight.cli.output import Stopped
     from bondsight.cli.studio import kept_open
 
     found, shown = take(options), options.out
@@ -110,6 +112,10 @@ def recorded_on_and_on(
             found, shown = take(asked), asked.out
         except BondsightError as error:
             print(f"not recorded: {error}", flush=True)
+        except Stopped as stop:
+            if not live.stopped:  # Ctrl-C
+                raise
+            print(f"recorded, not diagnosed: {stop}", flush=True)
 
 
 def playable(found: Diagnosis) -> tuple[Experiment, ...]:

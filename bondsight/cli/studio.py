@@ -62,8 +62,13 @@ def kept_open(live: LiveStudio, folder: Path, offers: Sequence[str] = ()) -> int
 
 
 def stoppable(live: LiveStudio) -> Callable[[str, float], None]:
-    """Return a progress that tells `live`, and ends the search as Ctrl-C does once it is asked."""
+    """Return a progress that tells `live`, and ends the search as Ctrl-C does once it is asked.
+
+    What was asked before it began, such as during a take, does not count.
+    """
     from bondsight.cli.progress import SEARCHED
+
+    live.go_on()
 
     def told(text: str, fraction: float) -> None:
         live(text, fraction)

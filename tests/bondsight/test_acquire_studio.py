@@ -20,6 +20,8 @@ from bondgraph.simulation.simulate import simulate
 from bondgraph.support.errors import UnusableInput
 from bondsight.cli.acquire_studio import POINTS, RunningAlong, recorded_on_and_on
 from bondsight.cli.main import main
+from bondsight.cli.output import Stopped
+from bondsight.cli.studio import stoppable
 from hardware.contracts import Chunk
 from hardware.recorder import TakePlan
 from identification.diagnosis.studio.live import LiveStudio
@@ -139,3 +141,53 @@ def test_the_page_asks_the_station_for_the_next_experiment(tmp_path: Path) -> No
     np.testing.assert_allclose(signal["V"], volts)
     assert signal.dt == pytest.approx(1e-3)
     assert (taken[2].rate, taken[2].rest, taken[2].out) == (None, 0.0, tmp_path / "next_2")
+
+
+def test_a_stop_ends_one_search_and_no_more(tmp_path: Path) -> None:
+    """Asked for during a take it does not count; before anything is found the last page comes."""
+    ramp = experiment("ramp", V_in=np.linspace(0.0, 5.0, 50))
+    options = argparse.Namespace(signal="session", name="take", out=tmp_path, rate=9.0, rest=1.0)
+    stops = [False, True]
+    seen: list[str] = []
+
+    def take(asked: argparse.Namespace) -> Any:
+        live.stop()
+        watch = stoppable(live)
+        watch("fitting", 0.3)
+        seen.append(asked.name)
+        if stops.pop(0):
+            live.stop()
+            try:
+                watch("fitting", 0.3)
+            except KeyboardInterrupt:
+                raise Stopped("stopped before anything was found") from None
+        return diagnosed(asked.out, ramp)
+
+    with LiveStudio() as live:
+        loop = threading.Thread(target=lambda: recorded_on_and_on(options, live, take), daemon=True)
+        loop.start()
+        while not live._page:
+            assert loop.is_alive()
+            loop.join(0.01)
+        first = live.shown()
+        assert live.choose(0)
+        while len(seen) < 2 or not live._page:
+            assert loop.is_alive()
+            loop.join(0.01)
+        assert live.shown() == first
+    loop.join(HANGS)
+    assert seen == ["take", "take_1"]
+
+
+def test_an_interrupt_is_no_stop_of_the_page(tmp_path: Path) -> None:
+    ramp = experiment("ramp", V_in=np.linspace(0.0, 5.0, 50))
+    answers = [diagnosed(tmp_path, ramp)]
+
+    def take(_: argparse.Namespace) -> Any:
+        if not answers:
+            raise Stopped("Ctrl-C")
+        return answers.pop()
+
+    live: Any = SimpleNamespace(address="", stopped=False, finish=lambda *_: None, wait=lambda: 0)
+    with pytest.raises(Stopped, match="Ctrl-C"):
+        recorded_on_and_on(argparse.Namespace(name="take", out=tmp_path), live, take)

@@ -55,6 +55,10 @@ class LiveStudio:
         """Ask to stop."""
         self._stop.set()
 
+    def go_on(self) -> None:
+        """Forget that somebody has asked to stop: something else begins."""
+        self._stop.clear()
+
     def __enter__(self) -> LiveStudio:
         """Begin to serve."""
         self._thread.start()
@@ -99,7 +103,7 @@ class LiveStudio:
             if self._chosen is not None or not 0 <= number < len(self._offers):
                 return False
             self._chosen, self._page, self._told = number, "", []
-            self._stop.clear()
+            self.go_on()
             self._news.notify_all()
             return True
 

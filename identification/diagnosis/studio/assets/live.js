@@ -1,5 +1,5 @@
 const $ = id => document.getElementById(id), stream = new EventSource('/events');
-let found = new Map(), last = '';
+let found = new Map(), last = '', asked = false;
 const cell = (row, text, kind) => { const c = row.insertCell(); c.textContent = text; c.className = kind || ''; return c; };
 
 // The effect in words; the name of the element stays.
@@ -21,6 +21,7 @@ function listed(label) {
 stream.addEventListener('step', event => {
   const [text, fraction] = JSON.parse(event.data), fit = /^fitting (.+ at .+): (\S+) times the noise$/.exec(text);
   $('bar').value = fraction;
+  $('stop').disabled = asked; // a take is not stopped from here
   $('now').textContent = spoken(text);
   if (fit) {
     const label = spoken(fit[1]), before = found.get(label);
@@ -57,6 +58,6 @@ stream.addEventListener('open', () => {
 stream.addEventListener('made', () => { stream.close(); location.reload(); });
 stream.addEventListener('ended', () => { stream.close(); $('stop').disabled = true; $('now').textContent = 'ended before anything was named'; });
 $('stop').addEventListener('click', () => {
-  $('stop').disabled = true; $('stop').textContent = 'stopping after this fit';
+  asked = $('stop').disabled = true; $('stop').textContent = 'stopping after this fit';
   fetch('/stop', {method: 'POST'});
 });
