@@ -22,7 +22,7 @@ from bondgraph.signals.recording import Recording
 from bondgraph.support.arrays import ComplexArray, FloatArray
 from bondgraph.support.errors import UnusableInput
 from identification.experiments.frequency.local import LocalFit, half_width, local_fit
-from identification.experiments.frequency.periods import Periods, cut, excited_lines
+from identification.experiments.frequency.periods import Periods, cut, excited_lines, same_grid
 from identification.experiments.frequency.response import FrequencyResponse
 
 
@@ -82,12 +82,7 @@ def response_of_periods(
 ) -> FrequencyResponse:
     """Return the best linear approximation of recordings already cut into periods."""
     first = parts[0]
-    for p in parts[1:]:
-        if p.period != first.period or abs(p.rate / first.rate - 1) > 1e-9:
-            raise UnusableInput(
-                f"{p.name}: period of {p.period} samples at {p.rate:g} Hz, but {first.name} has "
-                f"{first.period} at {first.rate:g} Hz; analyse them one by one"
-            )
+    same_grid(parts)
     spectra = [(p.spectra(inputs), p.spectra(outputs)) for p in parts]
     u = np.stack([s.mean(axis=0) for s, _ in spectra])
     y = np.stack([s.mean(axis=0) for _, s in spectra])

@@ -19,7 +19,7 @@ from bondgraph.signals.files.checks import optional
 from bondgraph.signals.recording import Recording
 from bondgraph.support.arrays import ComplexArray, FloatArray
 from bondgraph.support.errors import UnusableInput, unknown_name
-from identification.experiments.frequency.periods import Periods, cut, excited_lines
+from identification.experiments.frequency.periods import Periods, cut, excited_lines, same_grid
 
 KINDS = ("excited", "odd", "even")
 
@@ -195,6 +195,11 @@ def distortions(
     highest : int, optional
         Last line given out; three times the last excited one, below the Nyquist rate.
 
+    Raises
+    ------
+    UnusableInput
+        The recordings differ in period or rate, or no excited line is given out.
+
     Examples
     --------
     >>> from identification import multisine
@@ -213,15 +218,21 @@ def distortions(
     if not records:
         raise UnusableInput("distortions: no recording; give at least one")
     parts = [cut(r, inputs[0], outputs, period=period, discard=discard) for r in records]
-    if len({p.period for p in parts}) > 1:
-        raise UnusableInput("distortions: the recordings differ in their period; group them")
+    same_grid(parts)
     u = np.stack([p.spectra(inputs).mean(axis=0) for p in parts])
     excited = excited_lines(u, lines, inputs)
-    last = min(highest or 3 * int(excited[-1]), (parts[0].period - 1) // 2)
+    below = (parts[0].period - 1) // 2
+    last = min(3 * int(excited[-1]) if highest is None else int(highest), below)
+    if excited[-1] > below or excited[0] > last:
+        raise UnusableInput(
+            f"{parts[0].name}: lines {excited[0]} .. {excited[-1]} are excited, but {last} is the "
+            "last given out; raise highest, or leave the Nyquist rate out of lines"
+        )
     y = np.stack([p.spectra(outputs).mean(axis=0) for p in parts])
     number = np.arange(1, last + 1)
     kind = np.where(number % 2 == 1, "odd", "even").astype("<U7")
-    kind[excited - 1] = "excited"
+    at = excited[excited <= last]
+    kind[at - 1] = "excited"
     spread = np.full((last, len(outputs)), np.nan)
     gain = np.zeros((len(parts), last, len(outputs)), complex)
     if len(inputs) == 1:
@@ -229,7 +240,7 @@ def distortions(
         gain = _between(g, excited, number)
         if len(parts) > 1:
             power = np.mean(np.abs(u[:, excited]) ** 2, axis=0)
-            spread[excited - 1] = np.var(g, axis=0, ddof=1) * power
+            spread[at - 1] = (np.var(g, axis=0, ddof=1) * power)[: at.size]
     noise = _noise(parts, inputs, outputs, gain)
     y = y[:, 1 : last + 1]
     left_out = (kind != "excited")[:, None]

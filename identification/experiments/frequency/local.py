@@ -176,8 +176,15 @@ def local_polynomial(
     -------
     FrequencyResponse
         Its noise variances are NaN: noise and distortion are told apart by periods only.
+
+    Raises
+    ------
+    UnusableInput
+        There is no recording, they do not fit together, or the band holds too few lines.
     """
     records = [recordings] if isinstance(recordings, Recording) else list(recordings)
+    if not records:
+        raise UnusableInput("local polynomial: no recording; give at least one")
     first = records[0]
     if any(r.n != first.n or abs(r.dt / first.dt - 1) > 1e-9 for r in records):
         raise UnusableInput("local polynomial: the recordings differ in length or rate; cut them")

@@ -131,6 +131,23 @@ def cut(
     )  # fmt: skip
 
 
+def same_grid(parts: Sequence[Periods]) -> None:
+    """Refuse recordings whose periods differ in samples or rate.
+
+    Raises
+    ------
+    UnusableInput
+        At the first that does.
+    """
+    first = parts[0]
+    for p in parts[1:]:
+        if p.period != first.period or abs(p.rate / first.rate - 1) > 1e-9:
+            raise UnusableInput(
+                f"{p.name}: period of {p.period} samples at {p.rate:g} Hz, but {first.name} has "
+                f"{first.period} at {first.rate:g} Hz; analyse them one by one"
+            )
+
+
 def _must_repeat(drive: FloatArray, where: str, n: int) -> None:
     """Refuse periods in which the drive itself is another, such as a rest at the end."""
     apart = np.sqrt(np.mean(np.diff(drive, axis=0) ** 2, axis=1))

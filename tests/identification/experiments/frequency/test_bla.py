@@ -140,6 +140,8 @@ def test_bad_input_says_what() -> None:
     runs = single(2)
     with pytest.raises(UnusableInput, match="no recording"):
         best_linear_approximation([], ["u"], ["y"])
+    with pytest.raises(UnusableInput, match="no recording"):
+        local_polynomial([], ["u"], ["y"])
     with pytest.raises(UnusableInput, match="lines must lie"):
         best_linear_approximation(runs, ["u"], ["y"], lines=[0, 3])
     with pytest.raises(UnusableInput, match="differ in length"):

@@ -138,3 +138,20 @@ def test_tables_and_errors() -> None:
         found.level("y", (50.0, 60.0))
     with pytest.raises(UnusableInput, match="no recording"):
         distortions([], ["u"], ["y"])
+
+
+def test_records_of_two_rates_are_refused() -> None:
+    (run,) = static(0.05, 0.0, 0.1)
+    slow = Recording.from_arrays("slow", {"u[V]": run["u"], "y[m]": run["y"]}, fs=RATE / 2)
+    with pytest.raises(UnusableInput, match="slow: period of 1000 samples at 100 Hz"):
+        distortions([run, slow], ["u"], ["y"])
+
+
+def test_lines_that_are_given_out() -> None:
+    (run,) = static(0.05, 0.0, 0.1)
+    whole, few = (distortions(run, ["u"], ["y"], highest=h) for h in (None, 10))
+    assert few.kind.tolist() == whole.kind[:10].tolist()
+    np.testing.assert_allclose(few.amplitude, whole.amplitude[:10])
+    for wrong in ({"highest": 0}, {"lines": [1, 3, N // 2]}):
+        with pytest.raises(UnusableInput, match="raise highest, or leave the Nyquist rate out"):
+            distortions(run, ["u"], ["y"], **wrong)
