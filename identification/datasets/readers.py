@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from bondgraph.signals.files.checks import check_file, readable
 from bondgraph.signals.recording import Recording
 from bondgraph.signals.recording_file import sha256_of
 from bondgraph.support.errors import UnusableInput
@@ -123,11 +124,7 @@ def steering_mirror(paths: tuple[Path, ...]) -> Records:
     arrays: dict[str, NDArray[np.float64]] = {}
     places: dict[str, Path] = {}
     for path in paths:
-        if path.suffix == ".npz":
-            with np.load(path, allow_pickle=False) as stored:
-                made = dict(stored)
-        else:
-            made = {path.stem: np.load(path, allow_pickle=False)}
+        made = _stored(path)
         arrays |= made
         places |= dict.fromkeys(made, path)
     digests = {p: sha256_of(p) for p in paths}
@@ -147,6 +144,16 @@ def steering_mirror(paths: tuple[Path, ...]) -> Records:
                     name, time, channels, units, place.name, digests[place], meta
                 )
     return found
+
+
+def _stored(path: Path) -> dict[str, NDArray[np.float64]]:
+    """Return the arrays of a NumPy file by name; one that is damaged is told in one line."""
+    check_file(path)
+    with readable(path.name, path.suffix, "get the file again"):
+        if path.suffix != ".npz":
+            return {path.stem: np.load(path, allow_pickle=False)}
+        with np.load(path, allow_pickle=False) as stored:
+            return dict(stored)
 
 
 def _mirror_array(arrays: Mapping[str, NDArray[np.float64]], name: str) -> NDArray[np.float64]:

@@ -152,6 +152,18 @@ def test_steering_mirror_originals(tmp_path: Path) -> None:
         protocol("steering_mirror", tmp_path)
 
 
+@pytest.mark.parametrize("held", [b"a page that says not found", b""])
+def test_a_damaged_mirror_file_is_one_line(held: bytes, tmp_path: Path) -> None:
+    folder = tmp_path / "piezo-steering-mirror"
+    folder.mkdir()
+    file = folder / public_set("steering_mirror").files[0][0]
+    for name in public_set("steering_mirror").files[0]:
+        (folder / name).write_bytes(held)
+    with pytest.raises(UnusableInput, match=rf"{file.name}: .*again") as stop:
+        protocol("steering_mirror", tmp_path)
+    assert "\n" not in str(stop.value)
+
+
 def test_coupled_drives_and_bouc_wen_originals(tmp_path: Path) -> None:
     io = pytest.importorskip("scipy.io")
     h5py = pytest.importorskip("h5py")
