@@ -48,12 +48,13 @@ def open_recording(
                 )
             raise unknown_name("source or sensor", name, graph.name, known)
     split = None
-    if text and (Path(text).exists() or Path(text).suffix):
+    known = text in names() or any(text in k.aliases for k in KNOWN.values())
+    if _is_file(text, known):
         try:
             recording = _read(Path(text), mapping, reading)
         except NoUnit as lacking:
             raise UnusableInput(_without_unit(lacking, mapping, graph)) from None
-    elif text in names() or any(text in k.aliases for k in KNOWN.values()):
+    elif known:
         if reading:
             raise UnusableInput(
                 f"{text} is a known recording and read as its origin says; leave out "
@@ -70,6 +71,12 @@ def open_recording(
             _require_dimension(recorded[name], column, recording)
     recording, said = match_by_unit(recording, graph)
     return recording, split, said
+
+
+def _is_file(text: str, known: bool) -> bool:
+    """Whether a text means a file; a folder that is called as a known recording does not hide it."""
+    path = Path(text)
+    return bool(text) and (path.is_file() or bool(path.suffix) or (path.exists() and not known))
 
 
 def _channels(text: str, reading: Mapping[str, Any]) -> tuple[str, ...]:

@@ -96,3 +96,15 @@ def test_the_graph_comes_first_and_is_made() -> None:
         Study(recording, carriage())  # type: ignore[arg-type]
     with pytest.raises(UnusableInput, match=r"not a function; call it, carriage\(\)"):
         Study(carriage, recording)  # type: ignore[arg-type]
+
+
+def test_a_folder_hides_no_known_recording(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "emps").mkdir()
+    (tmp_path / "mine").mkdir()
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.delenv("BONDSIGHT_RECORDINGS", raising=False)
+    monkeypatch.setenv("BONDSIGHT_CACHE", str(tmp_path / "cache"))
+    assert "BONDSIGHT_RECORDINGS is not set" in refused("emps", carriage())
+    assert "this is not a file" in refused("mine", carriage())
