@@ -19,7 +19,7 @@ EXAMPLES: Final = {
     "fit": "fit run.csv --model model.py --guess --starts 8 --profiles",
     "identifiability": "identifiability model.py --recording run.csv",
     "models": "models resonator",
-    "recordings": "recordings silverbox --fetch",
+    "recordings": "recordings silverbox",
     "sizing": "sizing --frequency 200 --load-mass 0.5",
 }
 

@@ -18,7 +18,12 @@ from bondgraph.support.errors import UnusableInput, unknown_name
 from identification.datasets.benchmark_sets import BENCHMARK_SETS
 from identification.datasets.converted import is_converted, open_converted
 from identification.datasets.machine_sets import MACHINE_SETS
-from identification.datasets.places import FOLDER_VARIABLE, cache_folder, recordings_folder
+from identification.datasets.places import (
+    FOLDER_VARIABLE,
+    cache_folder,
+    originals_folder,
+    recordings_folder,
+)
 from identification.datasets.public_set import Protocol, PublicSet, SetPart
 
 Folder = str | os.PathLike[str] | None
@@ -112,16 +117,22 @@ def about(name: str) -> KnownRecording:
     raise unknown_name("known recording", name, "identification.datasets", KNOWN)
 
 
-def available(name: str, folder: Folder = None) -> bool:
-    """Whether a file of a known recording is in the folder, so that `load` will find it.
+def available(name: str, folder: Folder = None, *, cache: Folder = None) -> bool:
+    """Whether a file of a known recording is in the folder or was fetched: `load` will find it.
 
     Parameters and errors as `load`.
     """
-    known, place = about(name), recordings_folder(folder)
-    return place is not None and known.find(place) is not None
+    return _file_of(about(name), folder, cache) is not None
 
 
-def load(name: str, folder: Folder = None) -> LoadedRecording:
+def _file_of(known: KnownRecording, folder: Folder, cache: Folder) -> Path | None:
+    """Return its file in the folder of the user, else as it was downloaded."""
+    places = (recordings_folder(folder), originals_folder(cache))
+    found = (known.find(p) for p in places if p is not None)
+    return next((f for f in found if f is not None), None)
+
+
+def load(name: str, folder: Folder = None, *, cache: Folder = None) -> LoadedRecording:
     """Read a known recording and its split.
 
     Parameters
@@ -129,7 +140,9 @@ def load(name: str, folder: Folder = None) -> LoadedRecording:
     name : str
         Name or alias, such as `"emps"`.
     folder : path, optional
-        Folder of the recordings; `BONDSIGHT_RECORDINGS` if not given.
+        Folder of the recordings; `BONDSIGHT_RECORDINGS` if not given. It goes first.
+    cache : path, optional
+        Folder of downloads; see `identification.datasets.download.fetch`.
 
     Returns
     -------
@@ -154,7 +167,7 @@ def load(name: str, folder: Folder = None) -> LoadedRecording:
     """
     known, place = about(name), recordings_folder(folder)
     entry, own = known
-    path = known.find(place) if place is not None else None
+    path = _file_of(known, folder, cache)
     if path is None:
         files = " or ".join(f"{entry.folder}/{f}" for f in known.files)
         state = f"{FOLDER_VARIABLE} is not set" if place is None else f"no such file in {place}"

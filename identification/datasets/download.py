@@ -22,7 +22,7 @@ from bondgraph.signals.files import checks
 from bondgraph.support.errors import UnusableInput, unknown_name
 from identification.datasets.catalogue import protocol_here, public_set
 from identification.datasets.converted import store_converted
-from identification.datasets.places import FOLDER_VARIABLE, cache_folder
+from identification.datasets.places import FOLDER_VARIABLE, cache_folder, originals_folder
 from identification.datasets.public_set import RAW_FILES, Original, Protocol, PublicSet
 
 _TIMEOUT = 30.0
@@ -78,7 +78,7 @@ def fetch(
         return found
     wanted = _wanted(entry)
     digests = _digests(entry, wanted, dict(sha256 or {}))
-    where = kept / "originals" / entry.folder
+    where = originals_folder(cache) / entry.folder
     pooch = _pooch()
     paths = tuple(
         _download(pooch, o, digests[o.file], where, server, retries, progress) for o in wanted
@@ -88,10 +88,8 @@ def fetch(
 
 def _wanted(entry: PublicSet) -> tuple[Original, ...]:
     """Return the published files that make up one of the groups that are read."""
-    table = {o.file: o for o in entry.originals}
-    for group in entry.files:
-        if all(f in table for f in group):
-            return tuple(table[f] for f in group)
+    if entry.published:
+        return entry.published
     raise UnusableInput(
         f"data set {entry.name!r}: its published files ({entry.source}) are of a form that is not "
         f"read; convert them to {' + '.join(entry.files[0][:3])} in {entry.folder} of the folder "
@@ -122,7 +120,8 @@ def _digests(
         raise UnusableInput(
             f"data set {entry.name!r}: no checksum of {names} is known, so nothing is downloaded; "
             f"get {missing[0].url()} by hand, put it at {entry.folder}/{missing[0].file} in the "
-            f"folder that {FOLDER_VARIABLE} names, or give its SHA-256"
+            f"folder that {FOLDER_VARIABLE} names, or give its SHA-256 from whom you trust "
+            f"(--sha256 {missing[0].file}=HEX)"
         )
     return {file: digest for file, digest in found.items() if digest is not None}
 

@@ -11,6 +11,7 @@ from identification.datasets import (
     public_set,
     set_available,
 )
+from identification.datasets.public_set import PublicSet
 
 
 def listing() -> str:
@@ -44,11 +45,21 @@ def details(name: str, found: Protocol | None = None) -> str:
     if found is None:
         group = " + ".join(entry.files[0][:3]) + (" + ..." if len(entry.files[0]) > 3 else "")
         where = f"the sub-folder {entry.folder} of $BONDSIGHT_RECORDINGS"
-        fetched = f"bondsight recordings {entry.name} --fetch"
-        return "\n".join([*lines, f"absent:   put {group} in {where}, or run {fetched}"])
+        return "\n".join([*lines, f"absent:   put {group} in {where}{_fetched(entry)}"])
     if entry.official and not found.official:
         lines.append("parts:    own, for the files here do not allow the published ones")
     for record in found.records:
         kind = record.name.removeprefix(f"{entry.name}/")
         lines.append(f"  {kind:32s} {record.n} samples at {record.fs:.6g} Hz from {record.source}")
     return "\n".join(lines)
+
+
+def _fetched(entry: PublicSet) -> str:
+    """Say how a set is downloaded, if its published files are read: only with a checksum."""
+    if not entry.published:
+        return ""
+    unknown = [f"--sha256 {o.file}=HEX" for o in entry.published if o.sha256 is None]
+    run = " ".join([f"bondsight recordings {entry.name} --fetch", *unknown[:2]])
+    more = " ..." if len(unknown) > 2 else ""
+    why = "; its checksum is not known here, take it from whom you trust" if unknown else ""
+    return f", or run {run}{more}{why}"

@@ -24,3 +24,8 @@ def cache_folder(folder: str | os.PathLike[str] | None = None) -> Path:
         return Path(given).expanduser()
     base = os.environ.get("XDG_CACHE_HOME", "") or Path.home() / ".cache"
     return Path(base) / "bondsight" / "recordings"
+
+
+def originals_folder(cache: str | os.PathLike[str] | None = None) -> Path:
+    """Return where downloaded files lie as they came, one sub-folder for each source."""
+    return cache_folder(cache) / "originals"

@@ -211,6 +211,13 @@ class PublicSet:
             texts.setdefault(f"{o.repository} @ {o.commit}", []).append(o.path)
         return "; ".join(f"{k} : {', '.join(v)}" for k, v in texts.items())
 
+    @property
+    def published(self) -> tuple[Original, ...]:
+        """Published files that make up one of the groups that are read; none if none is."""
+        table = {o.file: o for o in self.originals}
+        groups = (g for g in self.files if all(f in table for f in g))
+        return tuple(table[f] for f in next(groups, ()))
+
     def find(self, folder: Path) -> tuple[Path, ...] | None:
         """Return the first group of files that is whole under `folder`; None if there is none."""
         for group in self.files:

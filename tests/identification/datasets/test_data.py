@@ -10,6 +10,7 @@ import pytest
 from bondgraph.signals.split import whole
 from bondgraph.support.errors import UnknownName, UnusableInput
 from identification import datasets as data
+from identification.datasets.places import CACHE_VARIABLE, originals_folder
 from identification.datasets.readers import EMPS_FORCE_PER_VOLT
 
 
@@ -43,6 +44,7 @@ def test_every_entry_is_documented(name: str) -> None:
 @pytest.mark.parametrize("name", data.names())
 def test_absent_is_one_line(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv(data.FOLDER_VARIABLE, raising=False)
+    monkeypatch.setenv(CACHE_VARIABLE, str(tmp_path))
     assert not data.available(name)
     for folder, why in ((None, "is not set"), (tmp_path, "no such file")):
         with pytest.raises(UnusableInput, match=why) as info:
@@ -99,6 +101,24 @@ def test_originals_of_emps_and_hair_dryer(tmp_path: Path) -> None:
     io.savemat(file, {"other": np.ones(6)})
     with pytest.raises(UnknownName, match=r"dryer\.mat"):
         data.load("hair_dryer", tmp_path)
+
+
+def test_what_was_fetched_is_found(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    io = pytest.importorskip("scipy.io")
+    monkeypatch.delenv(data.FOLDER_VARIABLE, raising=False)
+    monkeypatch.setenv(CACHE_VARIABLE, str(tmp_path))
+    assert not data.available("hair_dryer")
+    file = originals_folder() / "daisy-mechatronics" / "dryer.mat"
+    file.parent.mkdir(parents=True)
+    io.savemat(file, {"X": np.ones((1, 6)), "y": np.arange(6.0)[None, :]})
+    for cache in (None, tmp_path):
+        assert data.available("hair_dryer", cache=cache)
+        assert data.load("hair_dryer", cache=cache).recording["y"][5] == 5.0
+    # the folder of the user goes first
+    mine = tmp_path / "mine" / "daisy-mechatronics"
+    mine.mkdir(parents=True)
+    io.savemat(mine / "dryer.mat", {"X": np.ones((1, 6)), "y": np.zeros((1, 6))})
+    assert data.load("hair_dryer", tmp_path / "mine").recording["y"][5] == 0.0
 
 
 def test_original_of_silverbox(tmp_path: Path) -> None:

@@ -18,7 +18,7 @@ from bondgraph.support.errors import UnknownName, UnusableInput
 from identification.datasets import SETS, protocol, public_set, set_available
 from identification.datasets.download import fetch
 from identification.datasets.listing import details
-from identification.datasets.places import CACHE_VARIABLE, FOLDER_VARIABLE, cache_folder
+from identification.datasets.places import CACHE_VARIABLE, FOLDER_VARIABLE, cache_folder, originals_folder
 
 pytest.importorskip("pooch")
 
@@ -117,6 +117,7 @@ def test_right_file_is_converted_and_kept(server: Server, tmp_path: Path) -> Non
                 b.name, b.source, b.sha256, dict(b.meta)
             )  # fmt: skip
             assert a["y"].tobytes() == b["y"].tobytes()
+    assert originals_folder() == tmp_path / "cache" / "originals"
     names = left(tmp_path)
     assert "originals/coupled-electric-drives/drive.mat" in names
     assert not any(".part" in n or "tmp" in n for n in names)

@@ -32,6 +32,9 @@ def test_list_and_details(folder: Path, capsys: pytest.CaptureFixture[str]) -> N
     assert "steering_mirror        absent" in capsys.readouterr().out
     assert run("coupled_drives") == 0
     assert "absent:   put ced_prbs.csv" in capsys.readouterr().out
+    assert run("silverbox") == 0
+    asked = "bondsight recordings silverbox --fetch --sha256 SNLS80mV.mat=HEX; its checksum is not"
+    assert asked in capsys.readouterr().out
     place = folder / "coupled-electric-drives"
     place.mkdir()
     rows = "".join(f"{i / 50:.2f},1,2,3,4,5,6\n" for i in np.arange(500))
