@@ -15,9 +15,8 @@ from bondsight.cli.diagnose import add_diagnosis_options, diagnose_files
 if TYPE_CHECKING:
     from identification.diagnosis.studio.live import LiveStudio
 
-ENDINGS = (".csv", ".npz", ".mat")
 MOST = 200
-"""Files looked at for a recording."""
+"""Files of a folder looked at for a recording."""
 
 
 def add_studio_command(verbs: Any) -> None:
@@ -26,21 +25,23 @@ def add_studio_command(verbs: Any) -> None:
     p.add_argument(
         "recordings", nargs="+", metavar="RECORDING",
         help="what `diagnose` takes, or the folder of a verdict: its recording, known by its hash "
-        "in the folder, beside it or here, is diagnosed again",
+        "in the folder, beside it or here, is diagnosed again, with its seed if none is given",
     )  # fmt: skip
     add_diagnosis_options(p)
     p.add_argument(
         "--live", action="store_true",
         help="show the steps in a browser of this machine while they are made, then the page",
     )  # fmt: skip
-    p.set_defaults(run=_run, json=False)
+    p.set_defaults(run=_run, json=False, seed=None)
 
 
 def _run(options: argparse.Namespace) -> int:
     if len(options.recordings) == 1 and Path(options.recordings[0]).is_dir():
         folder = Path(options.recordings[0])
-        options.recordings, options.seed = recordings_of(folder)
+        options.recordings, seed = recordings_of(folder)
+        options.seed = seed if options.seed is None else options.seed
         options.out = folder if options.out == OUT else options.out
+    options.seed = options.seed or 0
     if not options.live:
         return diagnose_files(options)[0]
     from identification.diagnosis.studio.live import LiveStudio
@@ -88,6 +89,7 @@ def recordings_of(folder: Path) -> tuple[list[str], int]:
     """
     from hashlib import sha256
 
+    from bondgraph.signals.files.any_file import ENDINGS
     from identification.diagnosis.verdict.reading import read_verdict
 
     if not (folder / "verdict.json").exists():
@@ -99,8 +101,10 @@ def recordings_of(folder: Path) -> tuple[list[str], int]:
     whole = found["recording"]
     wanted = {p["sha256"]: p["name"] for p in whole.get("parts") or [whole]}
     around = dict.fromkeys(p.resolve() for p in (folder, folder.parent, Path()))
-    files = [f for p in around for f in sorted(p.iterdir()) if f.suffix.lower() in ENDINGS]
-    known = {sha256(f.read_bytes()).hexdigest(): str(f) for f in files[:MOST]}
+    known = {}
+    for place in around:
+        files = [f for f in sorted(place.iterdir()) if f.suffix.lower() in ENDINGS and f.is_file()]
+        known |= {sha256(f.read_bytes()).hexdigest(): str(f) for f in files[:MOST]}
     for digest, name in wanted.items():
         if digest not in known:
             raise UnusableInput(

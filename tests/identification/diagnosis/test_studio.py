@@ -22,7 +22,7 @@ from bondgraph.signals.recording import Recording
 from bondgraph.signals.split import stretches
 from bondgraph.simulation.simulate import simulate
 from bondgraph.support.errors import UnusableInput
-from bondsight.cli.studio import recordings_of, stoppable
+from bondsight.cli.studio import MOST, recordings_of, stoppable
 from identification.diagnosis.diagnose import Diagnosis, characterised, diagnose
 from identification.diagnosis.explanation.next_experiment import Experiment
 from identification.diagnosis.report.found import confidence_of, warmth_of
@@ -232,7 +232,11 @@ def test_the_recording_of_a_verdict_is_found_by_its_hash(found: Diagnosis, tmp_p
     out = tmp_path / "out"
     write_verdict(replace(found, recording=Recording.read(file), seed=3), out)
     assert recordings_of(out) == ([str(file)], 3)
-    file.unlink()
+    for k in range(MOST):
+        (out / f"a_{k}.csv").write_text("")  # many files in one folder hide none in another
+    other = file.rename(tmp_path / "under_another_name.TXT")
+    assert recordings_of(out) == ([str(other)], 3)
+    other.unlink()
     with pytest.raises(UnusableInput, match="give the recording itself"):
         recordings_of(out)
 
