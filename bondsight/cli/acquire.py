@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from bondgraph.support.errors import UnusableInput, real_number
 from bondsight.cli.arguments import OUT, add_jobs, add_map, nonnegative
-from bondsight.cli.output import writable
+from bondsight.cli.output import words_of, writable
 from bondsight.cli.take_file import TakeAction, described
 
 if TYPE_CHECKING:
@@ -174,7 +174,7 @@ def record_and_diagnose(options: argparse.Namespace, settings: Any) -> Any:
     from identification.diagnosis.studio.live import LiveStudio
 
     with LiveStudio() as live:
-        print(f"studio:     {live.address}", flush=True)
+        words_of(options)(f"studio:     {live.address}")
         return recorded_on_and_on(
             options, live, lambda asked: _recorded_and_diagnosed(asked, settings, live)
         )
@@ -191,7 +191,7 @@ def _recorded_and_diagnosed(
 
     graph = load_model(options.diagnose)
     maps = [*options.maps, *_source(graph, options.maps)]
-    graph = _recorded_only(graph, path, maps)
+    graph = _recorded_only(graph, path, maps, words_of(options))
     request = argparse.Namespace(
         recordings=[str(path)], model=options.diagnose, maps=maps, out=options.out,
         json=options.json, jobs=options.jobs, seed=options.seed or 0, without=(),
@@ -215,7 +215,9 @@ def _source(graph: Any, maps: list[str]) -> list[str]:
     return []
 
 
-def _recorded_only(graph: Any, path: Path, maps: list[str]) -> Any:
+def _recorded_only(
+    graph: Any, path: Path, maps: list[str], say: Callable[[str], None]
+) -> Any:
     """Return the model without the sensors that the bench does not have, and say so."""
     from bondgraph.graph.sensors import Sensor
     from bondgraph.signals.recording import Recording
@@ -225,7 +227,7 @@ def _recorded_only(graph: Any, path: Path, maps: list[str]) -> Any:
     if len(absent) == len(graph.of_type(Sensor)):
         return graph  # names differ: the matching by unit, or its message, is the better answer
     for name in absent:
-        print(f"note:       sensor {name} of the model was not recorded; it is left out")
+        say(f"note:       sensor {name} of the model was not recorded; it is left out")
         graph = graph.remove(name)
     return graph
 
@@ -243,22 +245,22 @@ def _record(options: argparse.Namespace, settings: Any, live: LiveStudio | None)
         options.signal, options.rate, options.samples, settings.envelope, options.seed or 0
     )
     volts = np.concatenate((np.full(round(options.rest * rate), volts[0]), volts))
-    erase = None
+    erase, say = None, words_of(options)
     if options.erase is not None:
         erase = erasure(options.erase, rate, settings.envelope)
     plan = TakePlan(
         volts, rate, options.name, options.synchronise, patience=options.patience, erase=erase,
         asked=described(options),
     )  # fmt: skip
-    print(f"envelope:   {settings.envelope.describe().splitlines()[0]}")
-    print(
+    say(f"envelope:   {settings.envelope.describe().splitlines()[0]}")
+    say(
         f"signal:     {options.signal}, {volts.size} samples of {rate:g} Hz "
         f"({plan.seconds:.3g} s), {volts.min():.4g} to {volts.max():.4g} V"
     )
     with open_station(settings) as bench:
         station = bench.station(plan)
         for remark in station.remarks:
-            print(f"note:       {remark}")
+            say(f"note:       {remark}")
         quiet = options.quiet or not sys.stderr.isatty()
         with watching(plan, station, quiet=quiet, picture=options.live) as view:
             beside = _beside(options, plan, station, live)
@@ -268,11 +270,11 @@ def _record(options: argparse.Namespace, settings: Any, live: LiveStudio | None)
                 beside(report)
 
             taken = record(station, plan, options.out / options.name, watch=watch)
-        print(f"output:     {bench.output.status}")
-    print(f"recording:  {taken.path}  {taken.recording!r}")
-    print(f"raw data:   {taken.journal}")
+        say(f"output:     {bench.output.status}")
+    say(f"recording:  {taken.path}  {taken.recording!r}")
+    say(f"raw data:   {taken.journal}")
     for sentence in taken.sentences[len(station.remarks) :]:
-        print(f"note:       {sentence}")
+        say(f"note:       {sentence}")
     return taken.path
 
 
@@ -292,5 +294,5 @@ def _beside(
     try:
         return RunningAlong(live, plan, graph, maps, rates)
     except BondsightError as error:
-        print(f"note:       the model does not run along: {error}")
+        words_of(options)(f"note:       the model does not run along: {error}")
         return lambda _: None

@@ -9,6 +9,7 @@ from collections.abc import Callable
 from typing import Any
 
 from bondgraph.support.errors import UnusableInput, unknown_name
+from bondsight.cli.output import words_of
 from bondsight.cli.virtual_bench import served
 
 
@@ -44,7 +45,7 @@ def simulated(
     if options.erase is not None:
         erasure(options.erase, rate, envelope)
     with served(_arguments(options), config) as bench:
-        print(f"truth sealed: sha256 {bench.digest}")
+        words_of(options)(f"truth sealed: sha256 {bench.digest}")
         result = record_and_diagnose(options, bench.settings)
     _conclude(bench.said, bench.digest, result, options.json)
     return 0

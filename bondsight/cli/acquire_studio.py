@@ -98,24 +98,25 @@ def recorded_on_and_on(
     A take that fails, that the bench refuses, or whose search the page stops before anything is
     found, is told, and the last page comes back.
     """
-    from bondsight.cli.output import Stopped
+    from bondsight.cli.output import Stopped, words_of
     from bondsight.cli.studio import kept_open
 
+    say = words_of(options)
     found, shown = take(options), options.out
     while True:
         offers = playable(found)
-        chosen = kept_open(live, shown, [e.words for e in offers])
+        chosen = kept_open(live, shown, [e.words for e in offers], say=say)
         if chosen is None:
             return found
         asked = following(options, found, offers[chosen])
         try:
             found, shown = take(asked), asked.out
         except BondsightError as error:
-            print(f"not recorded: {error}", flush=True)
+            say(f"not recorded: {error}")
         except Stopped as stop:
             if not live.stopped:  # Ctrl-C
                 raise
-            print(f"recorded, not diagnosed: {stop}", flush=True)
+            say(f"recorded, not diagnosed: {stop}")
 
 
 def playable(found: Diagnosis) -> tuple[Experiment, ...]:

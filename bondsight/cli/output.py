@@ -1,8 +1,12 @@
-"""Folders for results."""
+"""Where results and words go."""
 
 from __future__ import annotations
 
+import argparse
 import os
+import sys
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 from bondgraph.support.errors import BondsightError
@@ -13,6 +17,11 @@ INTERRUPTED = 130
 
 class Stopped(KeyboardInterrupt):
     """Ctrl-C, or the end of the time, with the sentence on what became of the results."""
+
+
+def words_of(options: argparse.Namespace) -> Callable[[str], None]:
+    """Return what prints a line as it comes: to standard error where JSON is asked for."""
+    return partial(print, file=sys.stderr if options.json else sys.stdout, flush=True)
 
 
 def writable(folder: Path) -> None:

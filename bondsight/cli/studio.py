@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 from bondgraph.support.errors import UnusableInput
 from bondsight.cli.arguments import OUT
 from bondsight.cli.diagnose import add_diagnosis_options, diagnose_files
+from bondsight.cli.output import words_of
 
 if TYPE_CHECKING:
     from identification.diagnosis.studio.live import LiveStudio
@@ -47,16 +48,22 @@ def _run(options: argparse.Namespace) -> int:
     from identification.diagnosis.studio.live import LiveStudio
 
     with LiveStudio() as live:
-        print(f"studio:  {live.address}", flush=True)
+        words_of(options)(f"studio:  {live.address}")
         code, _ = diagnose_files(options, watch=stoppable(live))
-        kept_open(live, options.out)
+        kept_open(live, options.out, say=words_of(options))
     return code
 
 
-def kept_open(live: LiveStudio, folder: Path, offers: Sequence[str] = ()) -> int | None:
+def kept_open(
+    live: LiveStudio,
+    folder: Path,
+    offers: Sequence[str] = (),
+    *,
+    say: Callable[[str], None],
+) -> int | None:
     """Show the page in `folder` until the user interrupts, or asks for one of the takes."""
     live.finish((folder / "report.html").read_text("utf-8"), offers)
-    print(f"{live.address} shows it until Ctrl-C", flush=True)
+    say(f"{live.address} shows it until Ctrl-C")
     with suppress(KeyboardInterrupt):
         return live.wait()
     return None

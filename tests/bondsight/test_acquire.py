@@ -47,6 +47,19 @@ def test_a_simulated_take_ends_with_its_seal(
     assert "exists" in capfd.readouterr().err
 
 
+@needs_gcc
+def test_with_json_words_are_on_standard_error(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    arguments = ["acquire", "--simulated", "--effect", "none", "--seed", "3", "--samples", "300",
+                 "--out", str(tmp_path), "--json"]  # fmt: skip
+    assert main(arguments) == 0
+    out, error = capfd.readouterr()
+    assert out == ""
+    for said in ("truth sealed", "envelope:", "signal:", "output:", "recording:", "raw data:"):
+        assert said in error
+
+
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [

@@ -101,7 +101,9 @@ def post(live: LiveStudio, body: str, **headers: str) -> int:
         return error.code
 
 
-def test_the_page_asks_the_station_for_the_next_experiment(tmp_path: Path) -> None:
+def test_the_page_asks_the_station_for_the_next_experiment(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
     """Its signal is written by us; of the browser only a number is taken, once, from our page."""
     volts, still = np.linspace(0.0, 5.0, 50), np.zeros(50)
     push = experiment("push", V_in=still, F=volts)
@@ -115,7 +117,7 @@ def test_the_page_asks_the_station_for_the_next_experiment(tmp_path: Path) -> No
             raise UnusableInput("12 V is above the envelope")
         return diagnosed(options.out, *(() if len(taken) > 2 else (push, sensor, ramp)))
 
-    options = argparse.Namespace(signal="session", name="take", out=tmp_path, rate=9.0, rest=1.0)
+    options = argparse.Namespace(signal="session", name="take", out=tmp_path, rate=9.0, rest=1.0, json=True)
     with LiveStudio() as live:
         loop = threading.Thread(target=lambda: recorded_on_and_on(options, live, take), daemon=True)
         loop.start()
@@ -137,6 +139,9 @@ def test_the_page_asks_the_station_for_the_next_experiment(tmp_path: Path) -> No
         assert "form-action 'none'" in live.shown()
     loop.join(HANGS)
     assert [t.name for t in taken] == ["take", "take_1", "take_2"]
+    said = capfd.readouterr()
+    assert said.out == ""  # it is that of the JSON
+    assert "not recorded: 12 V is above the envelope" in said.err
     signal = Recording.read(Path(taken[2].signal))
     np.testing.assert_allclose(signal["V"], volts)
     assert signal.dt == pytest.approx(1e-3)
@@ -146,7 +151,7 @@ def test_the_page_asks_the_station_for_the_next_experiment(tmp_path: Path) -> No
 def test_a_stop_ends_one_search_and_no_more(tmp_path: Path) -> None:
     """Asked for during a take it does not count; before anything is found the last page comes."""
     ramp = experiment("ramp", V_in=np.linspace(0.0, 5.0, 50))
-    options = argparse.Namespace(signal="session", name="take", out=tmp_path, rate=9.0, rest=1.0)
+    options = argparse.Namespace(signal="session", name="take", out=tmp_path, rate=9.0, rest=1.0, json=True)
     stops = [False, True]
     seen: list[str] = []
 
@@ -190,4 +195,4 @@ def test_an_interrupt_is_no_stop_of_the_page(tmp_path: Path) -> None:
 
     live: Any = SimpleNamespace(address="", stopped=False, finish=lambda *_: None, wait=lambda: 0)
     with pytest.raises(Stopped, match="Ctrl-C"):
-        recorded_on_and_on(argparse.Namespace(name="take", out=tmp_path), live, take)
+        recorded_on_and_on(argparse.Namespace(name="take", out=tmp_path, json=False), live, take)
