@@ -19,6 +19,7 @@ from bondgraph.support.arrays import FloatArray
 from bondgraph.support.errors import UnusableInput, unknown_name
 from identification.experiments.design.expected import (
     ExpectedTable,
+    beside_seen,
     prior_samples,
     standard_deviations,
     table,
@@ -267,6 +268,7 @@ def rank_signals(
     score = [s if np.isfinite(merit[i]) else 0.0 for s, i in zip(score, order, strict=True)]
     durations = np.array([signals[i].values.size / signals[i].rate for i in order])
     rates = np.stack([found[i] for i in order], axis=1) / durations[None, :, None, None]
+    rates = beside_seen(rates, len(first))
     try:
         shares = optimal_weights(rates, len(first), criterion=criterion)
     except UnusableInput:
@@ -283,7 +285,8 @@ def rank_signals(
 def _merit(information: FloatArray, chosen: int, criterion: str) -> float:
     """Mean over the samples: log det^(1/s) of the chosen part, or less log mean variance."""
     total = []
-    for m in information:
+    for each in information:
+        m = beside_seen(each, chosen)
         sd = standard_deviations(m, chosen)
         if not np.isfinite(sd).all():
             return -np.inf

@@ -190,8 +190,28 @@ def table(
     return ExpectedTable(tuple(rows), words)
 
 
+def beside_seen(information: FloatArray, chosen: int) -> FloatArray:
+    """Leave out the nuisances that show nowhere: they take nothing from the chosen parameters.
+
+    Parameters
+    ----------
+    information : ndarray, shape (..., n, n)
+        The first `chosen` rows and columns stay.
+
+    Examples
+    --------
+    >>> beside_seen(np.diag([100.0, 0.0, 4.0]), 1).tolist()
+    [[100.0, 0.0], [0.0, 4.0]]
+    """
+    size = np.abs(np.diagonal(information, axis1=-2, axis2=-1))
+    shown = size.reshape(-1, size.shape[-1]).sum(axis=0) != 0.0
+    shown[:chosen] = True
+    return np.asarray(information[..., shown, :][..., shown])
+
+
 def standard_deviations(information: FloatArray, chosen: int) -> FloatArray:
     """Square roots of the diagonal of the inverse; infinite where nothing is determined."""
+    information = beside_seen(information, chosen)
     size = np.sqrt(np.maximum(np.diag(information), 0.0))
     if not (size > 0.0).all():
         return np.full(chosen, np.inf)

@@ -185,6 +185,22 @@ def test_one_parameter_beside_nuisances() -> None:
     assert mean.score[0] >= mean.score[1] > 0
 
 
+def test_a_nuisance_that_does_not_show_takes_nothing() -> None:
+    tour = reversal_curves(50.0, 4, 1000.0, slew=500.0, lowest=-50.0, name="F", unit="N")
+    low = multisine(1000.0, tour.values.size, band=(0.5, 30.0), peak=1.0, name="F", unit="N")
+    known, hidden, moved = (
+        rank_signals(
+            stage(), s, {"x": 2e-6}, initial="rest", chosen=["guide"], nuisances=n, reference=low
+        )
+        for s, n in (([low], []), ([low], ["breakaways_0_k"]), ([low, tour], ["breakaways_0_k"]))
+    )  # fmt: skip
+    assert hidden.expected["guide"].sd == pytest.approx(known.expected["guide"].sd, rel=1e-9)
+    assert hidden.score == pytest.approx((1.0,))
+    assert np.isfinite(moved.deviations).all()
+    assert min(moved.score) > 0.0
+    assert hidden.time_shares is not None
+
+
 def test_a_model_of_the_general_engine_is_ranked_too() -> None:
     """A lever that its own displacement turns: no matrix exponential, the same sensitivities."""
     fast = multisine(200.0, 800, band=(0.3, 8.0), peak=30.0, name="F", unit="N")
