@@ -21,7 +21,7 @@ help:
 	@echo "make proof      set up, then the sealed trial into the folder TRIAL (hours; resumes)"
 	@echo "make proof-quick  set up, then a sealed trial of sixty from a new seed (ten minutes)"
 	@echo "make wheel      set up, then build the wheel and try it in an empty environment"
-	@echo "make bench      set up, then the virtual bench"
+	@echo "make bench      set up, then measure times and memory"
 	@echo "make notebooks  set up, then run every notebook"
 	@echo "make format     set up, then rewrite the sources as the linter wants them"
 	@echo "make clean      remove the environment and all caches"

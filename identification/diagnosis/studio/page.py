@@ -63,7 +63,7 @@ def _with_script(d: Diagnosis, parts: tuple[str, ...], data: dict[str, Any]) -> 
     )
     return html.page(
         "diagnosis studio", f"Diagnosis of {d.model} on {d.recording.name}", parts,
-        source="diagnosis", same="input", head=f"{head}\n<style>{asset('studio.css')}</style>",
+        source="diagnosis", same="diagnosis", head=f"{head}\n<style>{asset('studio.css')}</style>",
         foot=foot,
     )  # fmt: skip
 

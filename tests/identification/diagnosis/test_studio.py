@@ -209,6 +209,7 @@ def test_names_of_a_user_stay_text(found: Diagnosis) -> None:
 def test_nothing_in_the_page_points_out_of_it(found: Diagnosis, tmp_path: Path) -> None:
     made = write_report(found, tmp_path).read_text("utf-8")
     assert "default-src 'none'" in made
+    assert "the same diagnosis gives the same page" in made
     places = re.findall(r"""(?:src|href|action)\s*=\s*["']([^"']*)|url\(([^)]*)\)""", made)
     assert all(a.startswith("#") or b.startswith("#") or not (a or b) for a, b in places)
     data = made.split('id="data">')[1].split("</script>")[0]
