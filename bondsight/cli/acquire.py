@@ -215,9 +215,7 @@ def _source(graph: Any, maps: list[str]) -> list[str]:
     return []
 
 
-def _recorded_only(
-    graph: Any, path: Path, maps: list[str], say: Callable[[str], None]
-) -> Any:
+def _recorded_only(graph: Any, path: Path, maps: list[str], say: Callable[[str], None]) -> Any:
     """Return the model without the sensors that the bench does not have, and say so."""
     from bondgraph.graph.sensors import Sensor
     from bondgraph.signals.recording import Recording

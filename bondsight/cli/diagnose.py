@@ -33,8 +33,8 @@ def add_diagnose_command(verbs: Any) -> None:
     p = verbs.add_parser("diagnose", help="locate, name and repair a mismatch")
     p.add_argument(
         "recordings", nargs="+", metavar="RECORDING",
-        help="a .csv, .npz, .mat, .h5, .tdms or .parquet file, or a known recording; several of one "
-        "system are used together",
+        help="a .csv, .npz, .mat, .h5, .tdms or .parquet file, or a known recording; several of "
+        "one system are used together",
     )  # fmt: skip
     add_diagnosis_options(p)
     p.add_argument("--json", action="store_true", help="print the verdict as JSON")

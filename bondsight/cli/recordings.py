@@ -14,12 +14,12 @@ def add_recordings_command(verbs: Any) -> None:
     """Add ``recordings [NAME] [--fetch] [--sha256 FILE=HEX]`` to the sub-commands."""
     p = verbs.add_parser("recordings", help="list the known public recordings, or fetch one")
     p.add_argument("name", nargs="?", default=None, help="a data set: its parts and its origin")
-    p.add_argument("--fetch", action="store_true", help="download it if it is not here, with --sha256")
+    p.add_argument("--fetch", action="store_true", help="download it; needs --sha256")
     p.add_argument(
         "--sha256", action="append", default=[], metavar="FILE=HEX",
         help="checksum that a published file must have; none is known here, so give that of whom "
         "you trust. Nothing is downloaded without",
-    )
+    )  # fmt: skip
     p.set_defaults(run=_run)
 
 

@@ -108,7 +108,7 @@ def recordings_of(folder: Path) -> tuple[list[str], int]:
     whole = found["recording"]
     wanted = {p["sha256"]: p["name"] for p in whole.get("parts") or [whole]}
     around = dict.fromkeys(p.resolve() for p in (folder, folder.parent, Path()))
-    known = {}
+    known: dict[str, str] = {}
     for place in around:
         files = [f for f in sorted(place.iterdir()) if f.suffix.lower() in ENDINGS and f.is_file()]
         known |= {sha256(f.read_bytes()).hexdigest(): str(f) for f in files[:MOST]}

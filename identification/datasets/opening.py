@@ -48,13 +48,13 @@ def open_recording(
                 )
             raise unknown_name("source or sensor", name, graph.name, known)
     split = None
-    known = text in names() or any(text in k.aliases for k in KNOWN.values())
-    if _is_file(text, known):
+    called = text in names() or any(text in k.aliases for k in KNOWN.values())
+    if _is_file(text, called):
         try:
             recording = _read(Path(text), mapping, reading)
         except NoUnit as lacking:
             raise UnusableInput(_without_unit(lacking, mapping, graph)) from None
-    elif known:
+    elif called:
         if reading:
             raise UnusableInput(
                 f"{text} is a known recording and read as its origin says; leave out "
@@ -73,10 +73,10 @@ def open_recording(
     return recording, split, said
 
 
-def _is_file(text: str, known: bool) -> bool:
-    """Whether a text means a file; a folder that is called as a known recording does not hide it."""
+def _is_file(text: str, called: bool) -> bool:
+    """Whether a text means a file; a folder called as a known recording does not hide it."""
     path = Path(text)
-    return bool(text) and (path.is_file() or bool(path.suffix) or (path.exists() and not known))
+    return bool(text) and (path.is_file() or bool(path.suffix) or (path.exists() and not called))
 
 
 def _channels(text: str, reading: Mapping[str, Any]) -> tuple[str, ...]:

@@ -117,7 +117,9 @@ def test_the_page_asks_the_station_for_the_next_experiment(
             raise UnusableInput("12 V is above the envelope")
         return diagnosed(options.out, *(() if len(taken) > 2 else (push, sensor, ramp)))
 
-    options = argparse.Namespace(signal="session", name="take", out=tmp_path, rate=9.0, rest=1.0, json=True)
+    options = argparse.Namespace(
+        signal="session", name="take", out=tmp_path, rate=9.0, rest=1.0, json=True
+    )
     with LiveStudio() as live:
         loop = threading.Thread(target=lambda: recorded_on_and_on(options, live, take), daemon=True)
         loop.start()
@@ -151,7 +153,9 @@ def test_the_page_asks_the_station_for_the_next_experiment(
 def test_a_stop_ends_one_search_and_no_more(tmp_path: Path) -> None:
     """Asked for during a take it does not count; before anything is found the last page comes."""
     ramp = experiment("ramp", V_in=np.linspace(0.0, 5.0, 50))
-    options = argparse.Namespace(signal="session", name="take", out=tmp_path, rate=9.0, rest=1.0, json=True)
+    options = argparse.Namespace(
+        signal="session", name="take", out=tmp_path, rate=9.0, rest=1.0, json=True
+    )
     stops = [False, True]
     seen: list[str] = []
 

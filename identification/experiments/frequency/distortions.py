@@ -269,9 +269,7 @@ def _noise(
     return np.asarray(np.mean(found, axis=0))
 
 
-def _between(
-    g: ComplexArray, excited: NDArray[np.intp], number: NDArray[np.intp]
-) -> ComplexArray:
+def _between(g: ComplexArray, excited: NDArray[np.intp], number: NDArray[np.intp]) -> ComplexArray:
     """Response from the first excited line to the last, linear between, shape (R, F, n_y)."""
     found = np.zeros((g.shape[0], number.size, g.shape[2]), complex)
     inside = (number >= excited[0]) & (number <= excited[-1])

@@ -98,9 +98,7 @@ def test_the_graph_comes_first_and_is_made() -> None:
         Study(carriage, recording)  # type: ignore[arg-type]
 
 
-def test_a_folder_hides_no_known_recording(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_folder_hides_no_known_recording(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "emps").mkdir()
     (tmp_path / "mine").mkdir()
     monkeypatch.chdir(tmp_path)

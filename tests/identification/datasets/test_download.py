@@ -18,7 +18,12 @@ from bondgraph.support.errors import UnknownName, UnusableInput
 from identification.datasets import SETS, protocol, public_set, set_available
 from identification.datasets.download import fetch
 from identification.datasets.listing import details
-from identification.datasets.places import CACHE_VARIABLE, FOLDER_VARIABLE, cache_folder, originals_folder
+from identification.datasets.places import (
+    CACHE_VARIABLE,
+    FOLDER_VARIABLE,
+    cache_folder,
+    originals_folder,
+)
 
 pytest.importorskip("pooch")
 
