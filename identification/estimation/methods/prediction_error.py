@@ -17,7 +17,7 @@ from identification.estimation.prediction.fit import FilterFit, fit_filter
 from identification.estimation.prediction.kalman import KalmanFilter, kalman_filter
 from identification.estimation.prediction.likelihood import scored
 from identification.estimation.prediction.words import remarks
-from identification.study.free_parameters import dead_times
+from identification.study.free_parameters import dead_times, refuse_clocks
 from identification.study.joint import JointPoint
 from identification.study.study import Study
 
@@ -46,6 +46,7 @@ class PredictionError(Method):
                 f"prediction_error: {', '.join(late)} is a dead time, which is no state of a "
                 "filter; use method='single_shooting'"
             )
+        refuse_clocks(study.graph, self.name)
         if study.nuisances.clock:
             raise UnusableInput(
                 "prediction_error: clock ratios cannot be fitted; resample the recording first or "

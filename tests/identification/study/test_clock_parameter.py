@@ -15,12 +15,15 @@ from bondgraph.graph.elements import C, I, One, R, Se
 from bondgraph.graph.parameter import Parameter
 from bondgraph.graph.sensors import Df, Dq
 from bondgraph.signals.fractional_delay import delayed_within
-from bondgraph.signals.recording import Split
+from bondgraph.signals.recording import Recording, Split
 from bondgraph.signals.varying_delay import warped_within
 from bondgraph.support.errors import UnusableInput
+from identification.estimation import Study, estimate
+from identification.estimation.methods import METHODS
 from identification.estimation.single_record import fit
 from identification.study.problem import Data, Problem
 from identification.study.residual import Point, evaluate, slots, start_point
+from identification.uncertainty.structural import identifiability
 from tests.settled import simulate
 
 N, DT = 2000, 1e-3
@@ -160,3 +163,19 @@ def test_files_keep_a_clock_and_exports_refuse_it() -> None:
         program(plant())
     lost = plant(None).with_element("x", clock="nowhere")
     assert any("nowhere" in line for line in lost.check())
+
+
+@pytest.mark.parametrize("method", sorted(METHODS.keys() - {"single_shooting"}))
+def test_methods_without_a_free_run_refuse_a_clock_of_its_own(method: str) -> None:
+    t = DT * np.arange(200)
+    columns = {"F[N]": force(t), "x[m]": np.sin(20 * t), "rate[m/s]": np.cos(20 * t)}
+    study = Study(plant(), Recording.from_arrays("r", columns, fs=1 / DT))
+    with pytest.raises(UnusableInput, match=r"x is read by a clock of its own.*single_shooting"):
+        estimate(study, method)
+
+
+def test_a_clock_is_determined_by_a_reading_that_an_input_moves() -> None:
+    found = identifiability(plant())
+    assert found.exact
+    assert found.dead == ()
+    assert set(found.determined) == {"m", "k", "b", "clock_x"}
