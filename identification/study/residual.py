@@ -22,6 +22,7 @@ from bondgraph.signals.split import stretches
 from bondgraph.signals.varying_delay import warped_within
 from bondgraph.simulation.exact_run import KernelRun
 from bondgraph.support.arrays import Array
+from identification.study.engine import Engine
 from identification.study.problem import Problem
 
 Prepared = TypeVar("Prepared")
@@ -168,7 +169,10 @@ def evaluate(
     jacobians: list[Array] = []
     local: list[tuple[slice, Array]] = []
     filled, total = 0, 0.0
-    rest, by_p = _rest(problem, p, directions)
+    rest: Array | None = None
+    by_p: Array | None = None
+    if problem.initial == "rest":
+        rest, by_p = rest_under(engine, p, problem.inputs[0], directions)
     ready = by_step(lambda h: engine.prepare(p, h, problem.steps, directions, derivatives))
     for number, (w, x0) in enumerate(zip(windows(problem), point.states, strict=True)):
         chosen = train[w]
@@ -256,24 +260,20 @@ def weighted(problem: Problem, block: Array) -> Array:
     return np.asarray(block)
 
 
-def _rest(
-    problem: Problem, p: Array, directions: Sequence[int]
-) -> tuple[Array | None, Array | None]:
-    """Rest under the first inputs and its derivative by the parameters, where a record rests."""
-    if problem.initial != "rest":
-        return None, None
-    first = problem.inputs[0]
+def rest_under(
+    engine: Engine, p: Array, inputs: Array, directions: Sequence[int]
+) -> tuple[Array, Array]:
+    """Return the rest under constant inputs, and its derivative by some of the parameters."""
     columns = []
     for i in directions:
         h = 1e-6 * max(abs(p[i]), 1e-30)
         ends = [p.copy(), p.copy()]
         ends[0][i] += h
         ends[1][i] -= h
-        high, low = (problem.engine.rest(e, first) for e in ends)
+        high, low = (engine.rest(e, inputs) for e in ends)
         columns.append((high - low) / (2 * h))
-    n_x = problem.engine.n_x
-    by_p = np.stack(columns, axis=1) if columns else np.zeros((n_x, 0))
-    return problem.engine.rest(p, first), by_p
+    by_p = np.stack(columns, axis=1) if columns else np.zeros((engine.n_x, 0))
+    return engine.rest(p, inputs), by_p
 
 
 @dataclass(frozen=True)
