@@ -340,10 +340,9 @@ def _own_offsets(problem: Problem) -> list[int]:
 def _dead_time(problem: Problem, name: str) -> tuple[float, float]:
     """Bounds of a declared dead time in samples; one number if it is not free."""
     dt, longest = problem.data.dt, 0.1 * problem.data.n
-    declared = problem.graph.parameters.get(name)
-    p = problem.overrides.get(name, declared)
-    if name in problem.fixed:
-        known = problem.starts.get(name, p.value if p is not None else 0.0) / dt
+    p = problem.late[name]
+    if name in problem.fixed or (p is not None and p.fixed):
+        known = problem.late_starts[name] / dt
         return known, known
     low = 0.0 if p is None or p.lower is None else p.lower / dt
     if name not in problem.skews:

@@ -418,8 +418,8 @@ class Problem:
         """Centre and weight (one over the standard deviation) of each prior, as theta."""
         if not self.priors:
             return {}
-        late = {n: self.overrides.get(n, self.graph.parameters.get(n)) for n in self.delays}
-        every = [*self.free, *(Free(p, 0.0, False, self.data.dt) for p in late.values() if p)]
+        late = (p for p in self.late.values() if p is not None)
+        every = [*self.free, *(Free(p, 0.0, False, self.data.dt) for p in late)]
         known = self.priors
         return {n: known[n].on_theta(f) for f in every if (n := f.parameter.name) in known}
 
@@ -450,6 +450,17 @@ class Problem:
             if isinstance(sensor, Sensor) and sensor.delay:
                 found[sensor.delay] = (*found.get(sensor.delay, ()), i)
         return found | self.skews
+
+    @cached_property
+    def late(self) -> dict[str, Parameter | None]:
+        """Parameters of `delays` with the bounds of this problem; None where none is declared."""
+        return {n: self.overrides.get(n, self.graph.parameters.get(n)) for n in self.delays}
+
+    @cached_property
+    def late_starts(self) -> dict[str, float]:
+        """Where each of `delays` starts, or is held, SI: as declared if not given."""
+        declared = {n: p.value if p is not None else 0.0 for n, p in self.late.items()}
+        return {n: self.starts.get(n, v) for n, v in declared.items()}
 
     @cached_property
     def skews(self) -> dict[str, tuple[int, ...]]:

@@ -112,7 +112,7 @@ def start_point(problem: Problem) -> Point:
     """Start values: nominal parameters, declared delays, no offset, rest as initial state."""
     at = slots(problem)
     theta = np.zeros(at.size)
-    theta[at.delays] = [problem.starts.get(n, 0.0) / problem.data.dt for n in problem.delays]
+    theta[at.delays] = [v / problem.data.dt for v in problem.late_starts.values()]
     if problem.known_offsets:
         theta[at.offsets] = problem.known_offsets
     states = np.tile(problem.rest_state, (len(windows(problem)), 1))
