@@ -21,6 +21,7 @@ from identification.estimation import (
     Vary,
     estimate,
 )
+from identification.estimation.settling import carried_setting
 from tests.identification.estimation.plants import (
     FREE,
     NOISE,
@@ -307,6 +308,26 @@ def test_fit_goes_on_where_another_ended(plain: Estimation) -> None:
     assert len(again.trace) < len(plain.trace)
     for n, v in plain.values.items():
         assert again.values[n] == pytest.approx(v, rel=1e-6)
+
+
+def test_what_another_study_says_holds_where_the_fit_goes_on(plain: Estimation) -> None:
+    made = plain.study.changed(hold="hold", noise={"x": 0.05}, n_sub=2)
+    begun = carried_setting(made, plain.setting, plain.study)
+    assert (begun.hold, begun.n_sub, begun.n_fine) == ("hold", (2,), (2,))
+    assert begun.floors[0] == pytest.approx([0.05])
+    again = estimate(made, start=plain, max_iterations=0)
+    assert again.setting.hold == "hold"
+    assert again.setting.floors[0] == pytest.approx([0.05])
+    # what is to be estimated begins where it ended, but for corrections of other readings
+    change = np.ones(plain.simulated[0].shape)
+    corrected = replace(plain.setting, corrections=(change,), corrected_at=plain.point.theta)
+    same = carried_setting(plain.study, corrected, plain.study)
+    assert same.corrections[0] is not None
+    assert same.floors[0] == pytest.approx(plain.setting.floors[0])
+    other = plain.study.changed(recordings=(record(seed=8),))
+    there = carried_setting(other, corrected, plain.study)
+    assert (there.corrections, there.corrected_at) == ((None,), None)
+    assert there.floors[0] == pytest.approx(plain.setting.floors[0])
 
 
 def test_estimation_and_study_travel(plain: Estimation) -> None:
