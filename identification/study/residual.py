@@ -19,7 +19,7 @@ import numpy as np
 
 from bondgraph.signals.fractional_delay import delayed, delayed_values, delayed_within, warped
 from bondgraph.signals.split import stretches
-from bondgraph.signals.varying_delay import warped_within
+from bondgraph.signals.varying_delay import warped_on, warped_within
 from bondgraph.simulation.exact_run import KernelRun
 from bondgraph.support.arrays import Array
 from identification.study.engine import Engine
@@ -298,8 +298,8 @@ def read_out(
 ) -> SampledReadings:
     """Return what the sensors say of a run: lags, dead times and clocks; no offsets.
 
-    `first` is the sample of its recording at which the run begins: declared clocks count from its
-    start. `stretch` is the mean time between samples over that of this recording: delays are given
+    `first` is the sample of its recording at which the run begins: clocks count from its start.
+    `stretch` is the mean time between samples over that of this recording: delays are given
     in the former.
     """
     at, n_y = slots(problem), len(problem.data.names)
@@ -313,9 +313,11 @@ def read_out(
         by_delay = stretch * by_delay
         lags = own
     if problem.clock:
-        y, by_lag, tangent = _clocked(run, n_y, lags, theta[at.clocks] * problem.clock)
-        samples = np.arange(y.shape[0], dtype=float)[:, None]
+        samples = np.arange(first, first + run.y.shape[0], dtype=float)[:, None]
         # theta of a clock is its ratio error over the largest one
+        late = lags - theta[at.clocks] * problem.clock * samples
+        read = warped if problem.window is None else warped_on
+        y, by_lag, tangent = _clocked(run, n_y, late, read)
         by_clock = -by_lag * samples * problem.clock
     else:
         y, by_lag, tangent = _lagged(run, n_y, lags, derivatives and problem.fits_lags)
@@ -338,13 +340,13 @@ def sensor_columns(problem: Problem, seen: SampledReadings, rows: Array) -> Arra
     return block
 
 
-def _clocked(run: KernelRun, n_y: int, lags: Array, clocks: Array) -> tuple[Array, Array, Array]:
-    """Read the outputs as sensors with clocks of their own take them."""
+def _clocked(
+    run: KernelRun, n_y: int, late: Array, read: Callable[[Array, Array], tuple[Array, Array]]
+) -> tuple[Array, Array, Array]:
+    """Read the outputs as sensors with clocks of their own take them, `late` of shape (n, n_y)."""
     y, by_lag, tangent = run.y[:, :n_y].copy(), np.zeros_like(run.y[:, :n_y]), run.dy.copy()
-    samples = np.arange(y.shape[0], dtype=float)
     for c in range(n_y):
-        late = lags[c] - clocks[c] * samples
-        both, slopes = warped(np.concatenate([run.y[:, c, None], run.dy[:, c]], axis=1), late)
+        both, slopes = read(np.concatenate([run.y[:, c, None], run.dy[:, c]], axis=1), late[:, c])
         y[:, c], tangent[:, c], by_lag[:, c] = both[:, 0], both[:, 1:], slopes[:, 0]
     return y, by_lag, tangent[:, :n_y]
 

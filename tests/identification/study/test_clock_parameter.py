@@ -22,7 +22,7 @@ from identification.estimation import Study, estimate
 from identification.estimation.methods import METHODS
 from identification.estimation.single_record import fit
 from identification.study.problem import Data, Problem
-from identification.study.residual import Point, evaluate, slots, start_point
+from identification.study.residual import Point, evaluate, slots, start_point, windows
 from identification.uncertainty.structural import identifiability
 from tests.settled import simulate
 
@@ -104,6 +104,28 @@ def test_a_window_counts_time_from_the_start_of_the_record() -> None:
     cut = fit(Problem(plant(), data, window=500, starts={"clock_x": ratio}, fixed=("m", "b", "k")))
     assert cut.values["clock_x"] == pytest.approx(ratio, rel=0.02)
     assert np.abs(whole[:-20, 0] - data.readings[:-20, 0]).max() < 1e-3 * np.ptp(whole[:, 0])
+
+
+def test_a_nuisance_clock_counts_from_the_start_of_the_record_in_windows_too() -> None:
+    data = recorded(0.003)
+    problem = Problem(plant(None), data, window=500, clock=0.01, nuisances=False)
+    at, point = slots(problem), start_point(problem)
+    theta = point.theta.copy()
+    theta[at.clocks] = 0.3, 0.0
+    y = evaluate(problem, Point(theta, point.states)).y
+    declared = Problem(plant(), data, window=500, starts={"clock_x": 0.003}, nuisances=False)
+    wanted = evaluate(declared, start_point(declared)).y
+    begins = np.array([w.start for w in windows(problem)])
+    inner = np.abs(np.arange(N)[:, None] - np.append(begins, N)).min(axis=1) > 20
+    np.testing.assert_allclose(y[inner], wanted[inner], atol=1e-4 * np.ptp(wanted))
+    column = evaluate(problem, Point(theta, point.states)).jacobian[:, at.clocks.start]
+    h, ends = 1e-3, []
+    for d in (h, -h):
+        moved = theta.copy()
+        moved[at.clocks.start] += d
+        ends.append(-evaluate(problem, Point(moved, point.states), derivatives=False).residual)
+    wanted = (ends[0] - ends[1]) / (2 * h)
+    np.testing.assert_allclose(column, wanted, atol=2e-3 * np.abs(column).max())
 
 
 def test_recordings_in_a_row_start_their_clocks_anew() -> None:
