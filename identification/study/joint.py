@@ -181,6 +181,11 @@ class JointProblem:
             for _ in p.data.names
         )
 
+    def readings(self, evaluations: Sequence[ResidualEvaluation]) -> tuple[int, ...]:
+        """Return how many of `channels` are the readings of each window."""
+        pairs = zip(self.problems, evaluations, strict=True)
+        return tuple(len(p.data.names) for p, e in pairs for _ in e.local)
+
     def cost(self, evaluations: Sequence[ResidualEvaluation], point: JointPoint) -> float:
         """Mean square of residuals and priors."""
         weight, centre = self.prior

@@ -93,6 +93,8 @@ class FitView:
         Of residuals and given priors; weak priors of free parameters left out.
     known_noise : bool
         Whether the noise levels were given rather than estimated.
+    readings : tuple of int
+        How many of the channels are the readings of each window.
     """
 
     stack: JointProblem
@@ -103,6 +105,7 @@ class FitView:
     channels: tuple[int, ...]
     sum_of_squares: float
     known_noise: bool = False
+    readings: tuple[int, ...] = ()
 
     @property
     def freedom(self) -> int:
@@ -140,7 +143,7 @@ class FitView:
         """Information with the sandwich, right for coloured residuals too."""
         return information(
             self.sensitivities, self.residual, prior=self.prior, channels=self.channels,
-            variance=self.variance,
+            variance=self.variance, readings=self.readings,
         )  # fmt: skip
 
     def inflation(self, name: str) -> float:
@@ -188,7 +191,9 @@ def fitted(
         tuple(u.free.parameter.unit for u in parameters),
     )
     channels, total = stack.channels(made), sum_of_squares(stack, made, point)
-    return FitView(stack, point, parameters, s, residual, channels, total, known_noise)
+    return FitView(
+        stack, point, parameters, s, residual, channels, total, known_noise, stack.readings(made)
+    )
 
 
 def from_estimation(estimation: Estimation) -> FitView:
