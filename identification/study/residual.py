@@ -169,25 +169,24 @@ def evaluate(
     jacobians: list[Array] = []
     local: list[tuple[slice, Array]] = []
     filled, total = 0, 0.0
-    rest: Array | None = None
-    by_p: Array | None = None
-    if problem.initial == "rest":
-        rest, by_p = rest_under(engine, p, problem.inputs[0], directions)
+    rest = lru_cache(maxsize=None)(lambda at: rest_under(engine, p, problem.inputs[at], directions))
     ready = by_step(lambda h: engine.prepare(p, h, problem.steps, directions, derivatives))
     for number, (w, x0) in enumerate(zip(windows(problem), point.states, strict=True)):
         chosen = train[w]
         shown = bool(chosen.any())
         if (scored and not shown) or (among is not None and number not in among):
             continue
+        begin = max((b for b in data.breaks if b <= w.start), default=0)
+        x0, by_p = rest(begin) if problem.initial == "rest" else (x0, None)
         run = engine.run(
             ready(data.step(w)),
             problem.inputs[w],
-            x0 if rest is None else rest,
+            x0,
             problem.fine_inputs(w),
             every_substep=bool(problem.delays),
             memory=time_memories(problem, w.start),
         )
-        begun = w.start - max((b for b in data.breaks if b <= w.start), default=0)
+        begun = w.start - begin
         seen = read_out(
             problem, run, point.theta,
             derivatives=derivatives, first=begun, stretch=data.dt / data.step(w),

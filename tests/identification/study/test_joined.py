@@ -127,6 +127,28 @@ def test_derivatives_of_recordings_with_clocks_of_their_own() -> None:
             assert np.linalg.norm(exact[:, i] - column) < 2e-3 * np.linalg.norm(column) + 1e-3, i
 
 
+def test_each_of_joined_recordings_rests_under_its_own_first_inputs() -> None:
+    parts = [
+        Recording.from_arrays(n, {"F[N]": np.full(50, u), "x[m]": np.full(50, u / 200.0)}, fs=FS)
+        for n, u in (("up", 5.0), ("down", -5.0))
+    ]
+    both, breaks = joined(parts)
+    graph = spring()
+    data = replace(data_for(graph, both, split_of(parts), {"x": NOISE}), breaks=breaks)
+    data = replace(data, split=Split(slice(0, both.n), slice(0, 0), "all"))
+    problem = Problem(graph, data, initial="rest")
+    point = start_point(problem)
+    np.testing.assert_allclose(evaluate(problem, point).y, data.readings, rtol=1e-9)
+    i = [f.parameter.name for f in problem.free].index("k")
+    theta = point.theta.copy()
+    exact, ends, h = evaluate(problem, point).jacobian[:, i], [], 1e-5
+    for s in (h, -h):
+        theta[i] = point.theta[i] + s
+        ends.append(evaluate(problem, replace(point, theta=theta), derivatives=False).residual)
+    wanted = -(ends[0] - ends[1]) / (2 * h)
+    np.testing.assert_allclose(exact, wanted, rtol=1e-5, atol=1e-6 * np.abs(wanted).max())
+
+
 def test_a_diagnosis_of_recordings_with_clocks_of_their_own_finds_nothing() -> None:
     graph, parts = spring(), []
     for seed, fs in ((1, FS), (2, 1.012 * FS), (3, 2.5 * FS)):
