@@ -65,11 +65,14 @@ def unknowns(stack: JointProblem) -> tuple[Unknown, ...]:
             float(stack.prior[0][place]) ** 2 if f.parameter.name in given else 0.0,
         )  # fmt: skip
     for p, columns, factors in zip(stack.problems, stack.columns, stack.factors, strict=True):
-        for j in range(slots(p).delays.start, slots(p).delays.stop):
+        for j, name in enumerate(p.delays, start=slots(p).delays.start):
             place, step = int(columns[j]), p.data.dt * float(factors[j])
-            late = Free(Parameter(stack.names[place], 0.0, "s"), 0.0, False, step)
-            most = float(upper[place]) * step
-            found.setdefault(place, Unknown(stack.names[place], place, late, 0.0, most))
+            if upper[place] <= lower[place]:
+                continue  # held: nothing is unknown
+            unit = "1" if name in p.skews else "s"
+            late = Free(Parameter(stack.names[place], 0.0, unit), 0.0, False, step)
+            ends = (float(lower[place]) * step, float(upper[place]) * step)
+            found.setdefault(place, Unknown(stack.names[place], place, late, *ends))
     return tuple(found[k] for k in sorted(found))
 
 

@@ -21,8 +21,10 @@ from bondgraph.support.errors import UnusableInput
 from identification.estimation import Study, estimate
 from identification.estimation.methods import METHODS
 from identification.estimation.single_record import fit
+from identification.study.joint import stack_of
 from identification.study.problem import Data, Problem
 from identification.study.residual import Point, evaluate, slots, start_point, windows
+from identification.uncertainty.fitted import unknowns
 from identification.uncertainty.structural import identifiability
 from tests.settled import simulate
 
@@ -167,6 +169,23 @@ def test_bounds_and_fixed_clocks() -> None:
     assert fit(Problem(tight, recorded(2.5e-3))).values["clock_x"] == pytest.approx(1e-3)
     held = fit(Problem(plant(), recorded(2.5e-3), fixed=("clock_x",), starts={"clock_x": -1e-3}))
     assert held.values["clock_x"] == pytest.approx(-1e-3)
+
+
+def test_a_clock_without_bounds_may_run_slow_and_is_judged_as_a_ratio() -> None:
+    loose = plant().with_parameters([Parameter("clock_x", 0.0, positive=False)])
+    stack = stack_of((Problem(loose, recorded(-4e-3)),))
+    (clock,) = [u for u in unknowns(stack) if u.name == "clock_x"]
+    assert clock.lower == pytest.approx(-0.1)
+    assert clock.upper == pytest.approx(0.1)
+    assert clock.free.parameter.unit == "1"
+    bounded = stack_of((Problem(plant(), recorded(-4e-3)),))
+    (clock,) = [u for u in unknowns(bounded) if u.name == "clock_x"]
+    assert (clock.lower, clock.upper) == pytest.approx((-0.01, 0.01))
+
+
+def test_a_clock_that_is_held_is_no_unknown() -> None:
+    held = stack_of((Problem(plant(), recorded(-4e-3), fixed=("clock_x",)),))
+    assert "clock_x" not in {u.name for u in unknowns(held)}
 
 
 def test_variable_delay_is_the_fixed_one_where_it_stands_still() -> None:
