@@ -57,10 +57,10 @@ def estimates_of(
             done.add(i)
             t, reach = float(point.theta[i]), 1.96 * float(sd[i])
             if free is not None:
-                # wide intervals of logarithmic parameters stay within what a double holds
-                ends = sorted(
-                    (free.value(max(t - reach, -700.0)), free.value(min(t + reach, 700.0)))
-                )
+                low, high = t - reach, t + reach
+                if free.log:  # wide intervals stay within what a double holds
+                    low, high = max(low, -700.0), min(high, 700.0)
+                ends = sorted((free.value(low), free.value(high)))
                 nuisance = free.parameter.name in p.added
             elif upper[i] > lower[i]:
                 half = reach * abs(slope * float(factor[j]))

@@ -10,6 +10,7 @@ import pytest
 from scipy.interpolate import CubicSpline
 
 from bondgraph import BondGraph
+from bondgraph.graph.parameter import Parameter
 from bondgraph.laws import Polynomial
 from bondgraph.signals.recording import Recording, Split
 from identification.estimation import (
@@ -21,6 +22,7 @@ from identification.estimation import (
     Vary,
     estimate,
 )
+from identification.estimation.estimates import estimates_of
 from identification.estimation.settling import carried_setting
 from tests.identification.estimation.plants import (
     FREE,
@@ -359,6 +361,18 @@ def test_words_and_tables(plain: Estimation) -> None:
 
 def test_fitted_graph_carries_the_values(plain: Estimation) -> None:
     assert plain.graph().parameters["k"].value == plain.values["k"]
+
+
+def test_the_interval_of_a_linear_number_far_from_its_start_holds_it() -> None:
+    off = Parameter("off", 0.0, "m", positive=False, scale=1e-6)
+    graph = spring().with_parameters([off]).with_element("x", offset="off")
+    stack = Study(graph, record(60), ("off",)).stack()
+    at, start = stack.names.index("off"), stack.start()
+    theta, covariance = start.theta.copy(), np.zeros((stack.n, stack.n))
+    theta[at], covariance[at, at] = 1e4, 25.0
+    (found,), _ = estimates_of(stack, replace(start, theta=theta), covariance)
+    assert found.value == pytest.approx(1e-2)
+    assert found.ci95 == pytest.approx((1e-2 - 9.8e-6, 1e-2 + 9.8e-6), rel=1e-9)
 
 
 def test_record_in_training_only_has_no_test_error() -> None:
