@@ -64,7 +64,8 @@ def estimates_of(
                 nuisance = free.parameter.name in p.added
             elif upper[i] > lower[i]:
                 half = reach * abs(slope * float(factor[j]))
-                ends, nuisance = [value - half, value + half], stack.names[i] not in p.delays
+                declared = range(slots(p).size)[slots(p).delays]
+                ends, nuisance = [value - half, value + half], j not in declared
             else:
                 continue
             hit = bool(t <= lower[i] + 1e-9 or t >= upper[i] - 1e-9)

@@ -10,6 +10,7 @@ import pytest
 from scipy.interpolate import CubicSpline
 
 from bondgraph import BondGraph
+from bondgraph.graph.drives import Drive
 from bondgraph.graph.parameter import Parameter
 from bondgraph.laws import Polynomial
 from bondgraph.signals.recording import Recording, Split
@@ -373,6 +374,17 @@ def test_the_interval_of_a_linear_number_far_from_its_start_holds_it() -> None:
     (found,), _ = estimates_of(stack, replace(start, theta=theta), covariance)
     assert found.value == pytest.approx(1e-2)
     assert found.ci95 == pytest.approx((1e-2 - 9.8e-6, 1e-2 + 9.8e-6), rel=1e-9)
+
+
+def test_a_dead_time_of_each_recording_is_an_estimate_as_a_shared_one_is() -> None:
+    tau = Parameter("tau", 0.01, "s", lower=0.0)
+    graph = spring().with_parameters([tau]).with_element("F", drive=Drive(delay="tau"))
+    for own, names in ((True, ["tau @a", "tau @b"]), (False, ["tau"])):
+        study = Study(graph, [record(60, name="a"), record(60, name="b")], (Vary("tau", own=own),))
+        stack = study.stack()
+        found, others = estimates_of(stack, stack.start(), np.eye(stack.n))
+        assert [e.name for e in found] == names
+        assert not any(e.name.startswith("tau") for e in others)
 
 
 def test_record_in_training_only_has_no_test_error() -> None:
