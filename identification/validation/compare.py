@@ -50,7 +50,8 @@ class Contestant:
     criteria : Criteria or None
         Counted with the memory of the fit with the least training misfit.
     behind : float
-        Standard errors by which it lies behind the best, block by block; 0 for the best.
+        Standard errors by which it lies behind the best, block by block; 0 for the best. Negative
+        where it is better in most blocks and a few carry its mean square.
     p : float
         Chance of so large a distance between equally good fits.
     """
@@ -68,6 +69,11 @@ class Contestant:
         """Where it stands."""
         if self.behind == 0.0:
             return "best on held-out samples"
+        if self.p < 0.05 and self.behind < 0:
+            return (
+                "larger in the mean square, but smaller in most stretches, by "
+                f"{-self.behind:.1f} standard errors: look at the few where it fails"
+            )
         if self.p < 0.05:
             return f"worse than the best by {self.behind:.1f} standard errors"
         return "not worse than the best beyond chance"

@@ -50,6 +50,22 @@ def test_equal_fits_are_not_told_apart_beyond_chance() -> None:
     assert told <= 9
 
 
+def test_a_fit_that_is_better_nearly_everywhere_is_not_called_worse() -> None:
+    rng = np.random.default_rng(0)
+    truth, noise = np.sin(0.05 * np.arange(N)), rng.standard_normal(N)
+    loud = 0.6 * noise
+    loud[-4:] = 60 * noise[-4:]  # one stretch carries the mean square
+    fits = {}
+    for name, residual in (("even", noise), ("loud", loud)):
+        r = record(residual, simulated=truth - residual)
+        fits[name] = material(replace(r, measured=truth[:, None]))
+    c = compare(fits)
+    loser = c.contestants[1]
+    assert (loser.name, loser.p < 0.05, loser.behind < 0) == ("loud", True, True)
+    assert "worse than the best by" not in loser.words
+    assert f"smaller in most stretches, by {-loser.behind:.1f} standard errors" in loser.words
+
+
 def test_the_memory_of_the_best_counts_for_all() -> None:
     slow = coloured(np.random.default_rng(2), N, 0.95)
     c = compare({"a": fit(0 * slow, "k"), "b": fit(2 * slow, "k")})
