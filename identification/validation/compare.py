@@ -20,6 +20,7 @@ from identification.statistics.criteria import (
     criteria,
     likelihood_ratio,
 )
+from identification.validation.channel import level_on
 from identification.validation.judge import Judgement, judge
 from identification.validation.validation_data import ValidationData, ValidationRecord
 
@@ -155,7 +156,7 @@ def compare(fits: Mapping[str, Any]) -> Comparison:
         _same_data(first, judged[first].material, n, judged[n].material)
     totals = {n: _total(j.material) for n, j in judged.items()}
     leader = min(judged, key=lambda n: totals[n])
-    levels = {n: _levels(j) for n, j in judged.items()}
+    levels = _common_levels(judged)
     memories = _common_memories(levels)
     found = []
     for n, j in judged.items():
@@ -245,6 +246,37 @@ def _levels(j: Judgement) -> list[ResidualLevel] | None:
     trained = [c for c in j.channels if c.train.n]  # recordings that are only judged have no level
     known = [c.level for c in trained if c.level is not None and c.level.mean_square > 0]
     return known if known and len(known) == len(trained) else None
+
+
+def _common_levels(judged: Mapping[str, Judgement]) -> dict[str, list[ResidualLevel] | None]:
+    """Return the levels of all fits on the samples that all of them score.
+
+    Noise models of unlike order begin at different samples.
+    """
+    levels = {n: _levels(j) for n, j in judged.items()}
+    if len({tuple(x.n for x in v) for v in levels.values() if v is not None}) < 2:
+        return levels
+    every = [j.material.records for j in judged.values()]
+    shared = [
+        [
+            np.logical_and.reduce([r.train & np.isfinite(r.innovations(c)) for r in same])
+            for c in range(len(same[0].names))
+        ]
+        for same in zip(*every, strict=True)
+        if same[0].train.any()
+    ]
+    found: dict[str, list[ResidualLevel] | None] = {}
+    for name, j in judged.items():
+        trained = [r for r in j.material.records if r.train.any()]
+        pairs = [
+            (r, c, rows)
+            for r, own in zip(trained, shared, strict=True)
+            for c, rows in enumerate(own)
+        ]
+        own = [level_on(r, c, rows) for r, c, rows in pairs]
+        known = [v for v in own if v is not None and v.mean_square > 0]
+        found[name] = known if levels[name] is not None and len(known) == len(own) else None
+    return found
 
 
 def _common_memories(levels: Mapping[str, list[ResidualLevel] | None]) -> list[float] | None:

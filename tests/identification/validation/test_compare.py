@@ -66,6 +66,25 @@ def test_a_fit_that_is_better_nearly_everywhere_is_not_called_worse() -> None:
     assert f"smaller in most stretches, by {-loser.behind:.1f} standard errors" in loser.words
 
 
+def test_nested_fits_with_noise_models_of_unlike_order_are_tested_on_common_samples() -> None:
+    slow = coloured(np.random.default_rng(4), N, 0.6)
+    long, short = np.array([1.0, -0.6, 0.0, 0.01]), np.array([1.0, -0.6])
+    wave = 0.5 * np.sin(0.3 * np.arange(N))
+    truth, fits = 10 * np.sin(0.05 * np.arange(N)), {}
+    for name, residual, filter_, numbers in (
+        ("poor", slow + wave, long, ("k",)), ("good", slow, short, ("k", "d"))
+    ):  # fmt: skip
+        r = record(residual, simulated=truth - residual, whitening=(filter_,))
+        r = replace(r, measured=truth[:, None])
+        parts = tuple(Number(n, 1.0, "N/m", (0.9, 1.1)) for n in numbers)
+        fits[name] = material(r, numbers=parts, n_free=2 + len(numbers))
+    c = compare(fits)
+    assert [(n.simpler, n.richer) for n in c.nested] == [("poor", "good")]
+    assert c.nested[0].test.p < 1e-6
+    counts = {x.criteria.n for x in c.contestants if x.criteria is not None}
+    assert counts == {int(fits["good"].records[0].train.sum()) - 3}
+
+
 def test_the_memory_of_the_best_counts_for_all() -> None:
     slow = coloured(np.random.default_rng(2), N, 0.95)
     c = compare({"a": fit(0 * slow, "k"), "b": fit(2 * slow, "k")})
