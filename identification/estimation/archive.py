@@ -279,6 +279,7 @@ def _put_fit(f: Estimation, arrays: dict[str, Array]) -> dict[str, Any]:
         "estimates": [_put_estimate(e) for e in f.estimates],
         "nuisances": [_put_estimate(e) for e in f.nuisances],
         "filtered": _put_filtered(f.filtered, arrays),
+        "run": f.run,
     }  # fmt: skip
 
 
@@ -346,4 +347,5 @@ def _take_fit(form: Mapping[str, Any], study: Study, arrays: Mapping[str, Array]
         notes=tuple(form["notes"]),
         seconds=form["seconds"],
         filtered=_take_filtered(form.get("filtered"), arrays),
+        run=form.get("run", ""),
     )

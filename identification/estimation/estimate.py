@@ -381,7 +381,7 @@ def _finished(
             *miscalibrated(study.graph, study.nuisances.gains, (*estimates, *nuisances)),
             *coarse_steps(study, setting, stack, point, found), *far_levels(stack, point),
         ),
-        filtered=solution.filtered,
+        filtered=solution.filtered, run=solution.run,
     )  # fmt: skip
     judged = [
         simulate_validation(result.problem(i), result, study.init)

@@ -67,6 +67,8 @@ class Estimation:
     seconds : float
     filtered : Filtered or None
         Process noise, innovations and filtered states, where the method has a Kalman filter.
+    run : str
+        What `simulated` is of the fitted recordings, in words, where it is no free run.
 
     Examples
     --------
@@ -89,6 +91,7 @@ class Estimation:
     notes: tuple[str, ...] = ()
     seconds: float = 0.0
     filtered: Filtered | None = None
+    run: str = ""
 
     @property
     def noises(self) -> tuple[Estimate, ...]:

@@ -228,7 +228,10 @@ def _solution(
         _shown(stack, record, theta, np.asarray(y.full().T), v)
         for record, y, v in zip(made.records, seen, stages, strict=True)
     )
-    return MethodSolution(point, found.status, costs, covariance, tuple(notes), readings)
+    return MethodSolution(
+        point, found.status, costs, covariance, tuple(notes), readings,
+        run="a trajectory fitted up to the last training sample, then a free run from its end",
+    )  # fmt: skip
 
 
 def _shown(

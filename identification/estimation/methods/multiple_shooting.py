@@ -91,7 +91,10 @@ class MultipleShooting(Method):
             "joined windows",
         )
         covariance = _information(whole, cut, system)
-        return MethodSolution(point, status, trace, covariance, notes, now.readings)
+        return MethodSolution(
+            point, status, trace, covariance, notes, now.readings,
+            run="windows that join, each with an initial state of its own",
+        )  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False)

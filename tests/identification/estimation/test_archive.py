@@ -118,7 +118,7 @@ def test_all_fields_of_a_fit_are_stored() -> None:
     assert {f.name for f in fields(Estimation)} == {
         "study", "setting", "method", "optimiser", "status", "point", "covariance", "cost",
         "trace", "estimates", "nuisances", "simulated", "notes", "seconds",
-        "filtered",
+        "filtered", "run",
     }  # fmt: skip
     assert {f.name for f in fields(SettledSetting)} == {
         "hold", "n_sub", "floors", "whitening", "n_fine", "corrections",
