@@ -261,7 +261,8 @@ def sizes(stack: JointProblem) -> tuple[int, int]:
 
 def same_setting(a: SettledSetting, b: SettledSetting, share: float) -> bool:
     """Whether noise and colours differ by less than `share`."""
-    level = all(np.allclose(x, y, rtol=share) for x, y in zip(a.floors, b.floors, strict=True))
+    floors = zip(a.floors, b.floors, strict=True)
+    level = all(np.allclose(x, y, rtol=share, atol=0) for x, y in floors)
     pairs = zip(a.whitening, b.whitening, strict=True)
     return level and all(
         len(x) == len(y)

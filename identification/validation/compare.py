@@ -207,7 +207,7 @@ def _difference(r: ValidationRecord, s: ValidationRecord) -> str:
         return "holds different measured values"
     if not (np.array_equal(r.test, s.test) and np.array_equal(r.train, s.train)):
         return "is split differently"
-    if not np.allclose(r.floor, s.floor, rtol=1e-9):
+    if not np.allclose(r.floor, s.floor, rtol=1e-9, atol=0):
         return "has two different noise floors"
     return ""
 
@@ -301,7 +301,7 @@ def _same_held(simple: Judgement, rich: Judgement) -> bool:
     if a is None or b is None:
         return True
     held = [n for n in b.values if n not in b.study.free_names]
-    return all(np.isclose(a.values.get(n, np.nan), b.values[n], rtol=1e-9) for n in held)
+    return all(np.isclose(a.values.get(n, np.nan), b.values[n], rtol=1e-9, atol=0) for n in held)
 
 
 def _nested(

@@ -165,7 +165,7 @@ class _Run:
         x = self._start(mode, begin, start) if first else self._taken_over(mode, begin)
         readings = {n: self.held.get(f"y {n}") for n in mode.taps}
         times = self._times(begin, end)
-        chunks = _even(times)
+        chunks = even_runs(times)
         for i, chunk in enumerate(chunks):
             done = self._simulate(mode, chunk, x)
             x = done.state
@@ -252,14 +252,14 @@ def _remembering(mode: Mode) -> set[str]:
     return {port.element for port in mode.compiled.laws if port.law.n_memory}
 
 
-def _even(times: Array) -> list[Array]:
+def even_runs(times: Array) -> list[Array]:
     """Cut rising times, of which only the first and the last step may differ, into even runs."""
     if times.size <= 2:
         return [times]
     steps = np.diff(times)
     middle: Any = np.median(steps[1:-1]) if steps.size > 2 else steps.max()
-    first = 0 if np.isclose(steps[0], middle, rtol=1e-6) else 1
-    last = times.size - (0 if np.isclose(steps[-1], middle, rtol=1e-6) else 1)
+    first = 0 if np.isclose(steps[0], middle, rtol=1e-6, atol=0) else 1
+    last = times.size - (0 if np.isclose(steps[-1], middle, rtol=1e-6, atol=0) else 1)
     cuts = [times[: first + 1]] if first else []
     if last - first >= 2:
         cuts.append(times[first:last])

@@ -10,7 +10,7 @@ from bondgraph.graph.elements import X0, X1, MSe, MSf
 from bondgraph.hysteresis import PrandtlIshlinskii
 from bondgraph.laws import Hysteretic, Polynomial
 from bondgraph.simulation.modes.resolve import in_mode, mode_of, modes
-from bondgraph.simulation.modes.run import simulate_modes
+from bondgraph.simulation.modes.run import even_runs, simulate_modes
 from bondgraph.support.errors import UnknownName, UnusableInput
 
 TIME = np.linspace(0.0, 5.0, 501)
@@ -240,3 +240,9 @@ def test_schedules_that_make_no_sense_are_refused() -> None:
         simulate_modes(in_mode(g), TIME, [], STEP)
     with pytest.raises(UnusableInput, match="rise evenly"):
         simulate_modes(g, TIME**2, [], STEP)
+
+
+def test_steps_of_nanoseconds_are_told_apart() -> None:
+    for unit in (1.0, 1e-9):
+        runs = even_runs(unit * np.array([0.0, 0.3, 1.3, 2.3, 2.9]))
+        assert [r.size for r in runs] == [2, 3, 2]

@@ -111,6 +111,15 @@ def test_other_data_are_refused(change: dict[str, object], why: str) -> None:
         compare({"a": a, "b": b})
 
 
+def test_floors_of_nanometres_differ_too() -> None:
+    a = fit(np.zeros(N))
+    small = tuple(
+        material(replace(a.records[0], floor=np.array([floor]))) for floor in (1e-9, 5e-9)
+    )
+    with pytest.raises(UnusableInput, match="two different noise floors"):
+        compare({"a": small[0], "b": small[1]})
+
+
 def test_one_fit_is_nothing_to_compare() -> None:
     with pytest.raises(UnusableInput, match="two or more"):
         compare({"a": fit(np.zeros(N))})
