@@ -47,6 +47,7 @@ def refused(file: Path, **options: object) -> str:
         ("time[ms];x_um;F_N\n0;1,0;2\n500;3,0;4\n1000;5,0;6\n", "decimal commas"),
         ("Time_s\tx_um\tF_kN\n0\t1\t2e-3\n0.5\t3\t4e-3\n1\t5\t6e-3\n", "tabs"),
         ("fs_hz,x_um,F_N\n2,1,2\n2,3,4\n2,5,6\n", "rate"),
+        ("fs[Hz],x_um,F_N\n2,1,2\n2,3,4\n2,5,6\n", "rate in brackets"),
         ('"t_s","x_um","F_N"\n0, 1 ,2\n0.5,3,4\n1,5,6', "quotes, spaces, no last newline"),
     ],
 )
