@@ -126,6 +126,13 @@ def test_npz(tmp_path: Path) -> None:
     assert "differ in length" in refused(file, fs=1.0)
 
 
+def test_durations_are_seconds_whatever_the_header_says() -> None:
+    stamps = np.arange(4) * np.timedelta64(2, "ms")
+    for header in ("t", "t_ms", "time[us]"):
+        r = Recording.from_arrays("d", {header: stamps, "x[m]": np.arange(4.0)})
+        assert r.time == pytest.approx(2e-3 * np.arange(4)), header
+
+
 def test_mat(tmp_path: Path) -> None:
     io = pytest.importorskip("scipy.io")
     file = tmp_path / "c.mat"
