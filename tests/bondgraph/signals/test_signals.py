@@ -441,6 +441,14 @@ def test_aperiodic_drive(kind: str) -> None:
     assert (split.train, split.test, split.rest) == (slice(0, 600), slice(600, 900), None)
 
 
+@pytest.mark.parametrize("kind", ["hardly two periods", "a step at the end"])
+def test_something_is_always_held_out(kind: str) -> None:
+    n = np.arange(100)
+    u = np.sin(2 * np.pi * n / 50.4) if kind == "hardly two periods" else 1.0 * (n == 99)
+    split = default_split(with_drive(u), drive=u)
+    assert (split.train, split.test, split.rest) == (slice(0, 67), slice(67, 100), None)
+
+
 @given(st.integers(1, 60), st.floats(0.01, 0.99), st.integers(0, 30), st.integers(0, 5))
 def test_split_parts_never_overlap(n: int, fraction: float, rest: int, seed: int) -> None:
     u = np.random.default_rng(seed).integers(0, 2, n).astype(float)
