@@ -38,8 +38,8 @@ class Posed:
         Outputs that must settle: readings before they are rounded, without a sensor the states.
     u : ndarray, shape (N, n_u), SI
     p : ndarray, shape (n_p,), SI
-    at, step : float
-        Time of the first sample, and between samples, s.
+    step : float
+        Between samples, s; the time of the model counts from the first one.
     usual : str
         What inputs do between samples where nobody says.
     """
@@ -49,7 +49,6 @@ class Posed:
     columns: list[int]
     u: Array
     p: Array
-    at: float
     step: float
     usual: str
 
@@ -63,12 +62,12 @@ class Posed:
             x0 = state_by_name(q.name, x0, q.states)
         if x0 is None or isinstance(x0, str):
             begun = begun_with(q.name, x0, q.inputs, u)
-            x, z = rest(q, begun, self.p, memory=memory, time=self.at)
+            x, z = rest(q, begun, self.p, memory=memory)
             if np.array_equal(begun, u):
                 return x, z
             x0 = x
         x = initial_state(q.name, x0, q.states)
-        return x, unknowns_at(q, self.at, x, u, self.p, memory)
+        return x, unknowns_at(q, 0.0, x, u, self.p, memory)
 
     def between(self, hold: str | None) -> str:
         """Return what inputs do between samples: as usual, unless it is said."""
@@ -115,7 +114,6 @@ def pose(
         [program.outputs.index(n) for n in watched],
         inputs_of(program, checked_commands(graph.name, commands, time), time),
         program.vector(parameters or {}),
-        float(time[0]),
         float(np.diff(time).mean()),
         usual_hold(graph, program.input_rates),
     )

@@ -250,7 +250,7 @@ def simulate_general(
 
     time = even_grid(graph.name, time)
     asked = pose(graph, time, commands, parameters, observed)
-    program, p, u, at, step = asked.program, asked.p, asked.u, asked.at, asked.step
+    program, p, u, step = asked.program, asked.p, asked.u, asked.step
     hold = asked.between(hold)
     start, _ = program.start_memory(memory)
     x0, z0 = asked.start(x0, start)
@@ -259,7 +259,7 @@ def simulate_general(
     while n_sub <= LARGEST:
         # unchecked: a law that jumps is tried, too, for the motion may never reach its jump
         ready = PreparedGeneral(program, p, step, n_sub, (), False, False)
-        made = run_general(ready, u, x0, hold, memory=memory, time=at, unknowns=z0)
+        made = run_general(ready, u, x0, hold, memory=memory, unknowns=z0)
         change = np.inf
         if made.settled and last is not None and last.settled:
             change = relative_change(last.y[:, asked.columns], made.y[:, asked.columns])
@@ -271,7 +271,7 @@ def simulate_general(
         last, n_sub = made, 2 * n_sub
     what = "the outputs do not settle"
     if last is not None and not last.settled:
-        what = f"Newton's method does not converge near {at + last.reached * step:.6g} s"
+        what = f"Newton's method does not converge near {time[0] + last.reached * step:.6g} s"
     if jumps := jumping(program):
         what += f" ({', '.join(jumps)} has a law that jumps, which a smooth step cannot follow)"
     raise BondsightError(

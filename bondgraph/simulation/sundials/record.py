@@ -172,12 +172,12 @@ def begun(asked: Posed, x0: object, memory: Memories | None, relaxed: bool) -> A
     x, z = asked.start(x0, m)
     if relaxed and not given.all():
         nothing = np.zeros((0, 0))
-        order = Order(asked.at, 0.0, 1, asked.p, (), asked.u[0], nothing)
+        order = Order(0.0, 0.0, 1, asked.p, (), asked.u[0], nothing)
         width = np.zeros((x.size + z.size, 0)), np.zeros((m.size, 0))
         rest, _ = relaxed_memory(q, order, Carried(np.concatenate([x, z]), m, *width))
         m = np.where(given, m, rest)
-        z = unknowns_at(q, asked.at, x, asked.u[0], asked.p, m)
-    return Accepted(asked.at, x, z, m, m)
+        z = unknowns_at(q, 0.0, x, asked.u[0], asked.p, m)
+    return Accepted(0.0, x, z, m, m)
 
 
 def _sizes(program: Program, asked: Posed, begin: Accepted, hold: str) -> Array:
@@ -194,7 +194,7 @@ def _sizes(program: Program, asked: Posed, begin: Accepted, hold: str) -> Array:
     for n_sub in PROBES:
         ready = PreparedGeneral(everything, asked.p, asked.step, n_sub, (), False, False)
         made = run_general(
-            ready, asked.u, begin.x, hold, memory=memory, time=asked.at, unknowns=begin.z
+            ready, asked.u, begin.x, hold, memory=memory, unknowns=begin.z
         )
         good = made.y[np.isfinite(made.y).all(axis=1)]
         size = np.maximum(size, np.abs(good).max(axis=0, initial=0.0))
@@ -220,7 +220,7 @@ def march(
                 if hold == "hold" and a.z.size:  # inputs jump here, and unknowns with them
                     a = stepper.jumped(a, left)
                 made, count = stepper.onward(a, h, left, right)
-                a, steps = replace(made, t=asked.at + (k + 1) * h), steps + count
+                a, steps = replace(made, t=(k + 1) * h), steps + count
                 if (k + 1) % n_sub == 0:
                     rows.append(stepper.reading(a, right))
     except RuntimeError as error:

@@ -24,9 +24,11 @@ from bondgraph import (
     Zero,
     simulate,
 )
+from bondgraph.energy.bond_power import observables
+from bondgraph.energy.ledger import ledger
 from bondgraph.equations.codegen import program
 from bondgraph.graph.elements import MTF, MSe
-from bondgraph.graph.modulation import displacement, effort
+from bondgraph.graph.modulation import TIME, displacement, effort
 from bondgraph.hysteresis import PrandtlIshlinskii
 from bondgraph.laws import Hysteretic, Polynomial
 from bondgraph.simulation.radau.start import rest
@@ -285,3 +287,16 @@ def test_signals_beside_the_sensors_and_no_sensor_at_all() -> None:
     assert read["p_m"] == pytest.approx(read["v"], rel=1e-12)
     assert bare["p_m"] == pytest.approx(read["v"], abs=1e-6)
     assert bare.memory["k"] == pytest.approx(read.memory["k"], abs=1e-6)
+
+
+def test_time_counts_from_the_first_sample() -> None:
+    """As the documentation of `TIME`, energy and a study say."""
+    with BondGraph("shaken") as g:
+        body = One("body")
+        MSe("F", value=sp.sin(5 * TIME)) >> body >> I("m", 0.1)
+        body >> R("d", 2.0)
+        body >> Df("v")
+    t, x0 = 1e-2 * np.arange(101), {"p_m": 0.0}
+    runs = [simulate(g, t + at, x0=x0, observed=observables(g)) for at in (0.0, 5.3)]
+    assert runs[1]["v"] == pytest.approx(runs[0]["v"], abs=1e-9)
+    assert ledger(g, runs[1]).closes
