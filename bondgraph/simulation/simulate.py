@@ -29,16 +29,7 @@ from bondgraph.simulation.start import (
     state_by_name,
     usual_hold,
 )
-from bondgraph.simulation.timing import (
-    clock_errors,
-    clocked,
-    dead_times,
-    is_timed,
-    late,
-    late_resolutions,
-    rounded,
-    without_timing,
-)
+from bondgraph.simulation.timing import is_timed, read, sent, without_timing
 from bondgraph.simulation.trajectory import Trajectory, units_of
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import BondsightError, UnusableInput, unknown_name
@@ -108,17 +99,15 @@ def simulate(
         require_graph(given, "simulate(graph, time, commands)")
     if integrator is not None and integrator not in INTEGRATORS:
         raise unknown_name("integrator", integrator, "simulate", INTEGRATORS)
-    if isinstance(model, BondGraph) and is_timed(model):
-        held = dead_times(model, parameters or {})
-        ratios = clock_errors(model, parameters or {})
+    graph = model if isinstance(model, BondGraph) else model.model.graph
+    if is_timed(graph):
+        arrived = sent(graph, time, commands, parameters, before=0.0 if x0 is None else None)
         made = simulate(
-            without_timing(model), time,
-            late(commands or {}, held, time, before=0.0 if x0 is None else None), parameters,
-            x0=x0, hold=hold, accuracy=accuracy, observed=observed, memory=memory,
-            integrator=integrator,
+            without_timing(graph), time, arrived, parameters,
+            x0=x0, hold=hold, accuracy=accuracy, memory=memory, integrator=integrator,
+            observed=observed if isinstance(model, BondGraph) else model.observed,
         )  # fmt: skip
-        sampled = clocked(late(made.outputs, held, made.time), ratios)
-        return replace(made, outputs=rounded(sampled, late_resolutions(model, parameters or {})))
+        return replace(made, outputs=read(graph, made.time, made.outputs, parameters))
     if isinstance(model, BondGraph) and parameters:
         if lines := tried_problems(model, parameters):
             raise UnusableInput(f"{model.name}: {'; '.join(lines)}")

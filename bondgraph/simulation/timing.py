@@ -70,6 +70,29 @@ def without_timing(graph: BondGraph) -> BondGraph:
     return graph
 
 
+def sent(
+    graph: BondGraph,
+    time: Array,
+    commands: Mapping[str, Array] | None,
+    parameters: Mapping[str, float] | None,
+    before: float | None,
+) -> dict[str, Array]:
+    """Return the commands as they arrive behind the dead times of their sources; see `late`."""
+    return late(commands or {}, dead_times(graph, parameters or {}), np.asarray(time), before)
+
+
+def read(
+    graph: BondGraph,
+    time: Array,
+    outputs: Mapping[str, Array],
+    parameters: Mapping[str, float] | None,
+) -> dict[str, Array]:
+    """Return the outputs of a simulation as late sensors with clocks of their own give them."""
+    values = parameters or {}
+    taken = clocked(late(outputs, dead_times(graph, values), time), clock_errors(graph, values))
+    return rounded(taken, late_resolutions(graph, values))
+
+
 def late(
     signals: Mapping[str, Array],
     held: Mapping[str, float],

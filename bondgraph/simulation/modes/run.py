@@ -10,7 +10,7 @@ impulse and is refused.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -21,6 +21,7 @@ from bondgraph.simulation.modes.resolve import mode_of
 from bondgraph.simulation.modes.states import Mode, taken_over
 from bondgraph.simulation.simulate import simulate
 from bondgraph.simulation.start import usual_hold
+from bondgraph.simulation.timing import is_timed, read, sent, without_timing
 from bondgraph.simulation.trajectory import Trajectory
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import GraphError, UnusableInput, unknown_name
@@ -80,6 +81,13 @@ def simulate_modes(
     UnusableInput
         Times that do not rise or lie outside of `time`.
     """
+    if is_timed(graph):
+        arrived = sent(graph, time, commands, parameters, before=None if start else 0.0)
+        made = simulate_modes(
+            without_timing(graph), time, schedule, arrived, parameters,
+            start=start, hold=hold, accuracy=accuracy, tolerance=tolerance,
+        )  # fmt: skip
+        return replace(made, outputs=read(graph, made.time, made.outputs, parameters))
     grid = _checked_grid(graph, time)
     given = {k: np.asarray(v, float) for k, v in (commands or {}).items()}
     hold = hold or usual_hold(graph, ())

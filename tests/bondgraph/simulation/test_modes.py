@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 
 from bondgraph import BondGraph, C, De, Df, Dq, GraphError, I, One, R, Se, Zero, simulate
+from bondgraph.graph.drives import Drive
 from bondgraph.graph.elements import X0, X1, MSe, MSf
+from bondgraph.graph.parameter import Parameter
 from bondgraph.hysteresis import PrandtlIshlinskii
 from bondgraph.laws import Hysteretic, Polynomial
+from bondgraph.simulation.lure import compile_model
 from bondgraph.simulation.modes.resolve import in_mode, mode_of, modes
 from bondgraph.simulation.modes.run import simulate_modes
 from bondgraph.support.errors import UnknownName, UnusableInput
@@ -240,3 +245,26 @@ def test_schedules_that_make_no_sense_are_refused() -> None:
         simulate_modes(in_mode(g), TIME, [], STEP)
     with pytest.raises(UnusableInput, match="rise evenly"):
         simulate_modes(g, TIME**2, [], STEP)
+
+
+def meter(junction: Any, **sensor: Any) -> BondGraph:
+    """A charge that is read behind a resistor; what switches never does."""
+    with BondGraph("meter") as g:
+        loop = junction("loop")
+        Se("V", unit="V", drive=Drive(delay="tau")) >> loop >> R("R_1", 1.0)
+        loop >> C("C_1", 0.05)
+        loop >> Dq("q", **sensor)
+    known = [Parameter("tau", 0.1, "s"), Parameter("lag", 0.025, "s"), Parameter("slow", 0.02, "1")]
+    return g.with_parameters([*known, Parameter("rise", 0.3, "C")])
+
+
+LATE = {"delay": "lag", "clock": "slow", "resolution": 1e-3}
+
+
+def test_dead_times_and_clocks_are_those_of_a_plain_simulation() -> None:
+    t = np.linspace(0.0, 1.0, 101)
+    drive = {"V": np.sin(9.0 * t)}
+    switched, plain = meter(X1, **LATE), simulate(meter(One, **LATE), t, drive)["q"]
+    assert simulate_modes(switched, t, [(0.333, {})], drive)["q"] == pytest.approx(plain, abs=1.01e-3)
+    compiled = simulate(compile_model(in_mode(switched)), t, drive)["q"]
+    assert compiled == pytest.approx(plain, abs=1e-12)
