@@ -20,7 +20,7 @@ from bondgraph.graph.elements import Source
 from bondgraph.simulation.modes.resolve import mode_of
 from bondgraph.simulation.modes.states import Mode, taken_over
 from bondgraph.simulation.simulate import simulate
-from bondgraph.simulation.start import usual_hold
+from bondgraph.simulation.start import own_input, usual_hold
 from bondgraph.simulation.timing import is_timed, read, sent, without_timing
 from bondgraph.simulation.trajectory import Trajectory
 from bondgraph.support.arrays import Array
@@ -190,19 +190,22 @@ class _Run:
         inside = self.grid[(self.grid > begin + slack) & (self.grid < end - slack)]
         return np.concatenate([[begin], inside, [end]])
 
-    def _at(self, times: Array) -> dict[str, Array]:
+    def _at(self, mode: Mode, times: Array) -> dict[str, Array]:
+        # a sensor drifts along the whole record, not once a piece
+        own = {n: own_input(n, self.grid.size) for n in mode.compiled.inputs if n != "one"}
+        signals = {**{n: v for n, v in own.items() if v is not None}, **self.commands}
         if self.hold == "hold":
             slack = _SHORT * (self.grid[1] - self.grid[0])
             index = np.searchsorted(self.grid, times + slack, side="right") - 1
             index[-1] = max(index[0], np.searchsorted(self.grid, times[-1] - slack) - 1)
-            return {n: v[np.clip(index, 0, None)] for n, v in self.commands.items()}
-        return {n: np.interp(times, self.grid, v) for n, v in self.commands.items()}
+            return {n: v[np.clip(index, 0, None)] for n, v in signals.items()}
+        return {n: np.interp(times, self.grid, v) for n, v in signals.items()}
 
     def _simulate(self, mode: Mode, times: Array, x: Array | None) -> Trajectory:
         done = simulate(
             mode.compiled,
             times,
-            self._at(times),
+            self._at(mode, times),
             self.parameters,
             x0=x,
             hold=self.hold,

@@ -268,3 +268,14 @@ def test_dead_times_and_clocks_are_those_of_a_plain_simulation() -> None:
     assert simulate_modes(switched, t, [(0.333, {})], drive)["q"] == pytest.approx(plain, abs=1.01e-3)
     compiled = simulate(compile_model(in_mode(switched)), t, drive)["q"]
     assert compiled == pytest.approx(plain, abs=1e-12)
+
+
+@pytest.mark.parametrize("hold", ["hold", "linear"])
+def test_a_sensor_drifts_once_along_the_record(hold: str) -> None:
+    t, drive = np.linspace(0.0, 1.0, 101), {"V": np.zeros(101)}
+    graph = meter(X1, drift=("rise", "slow"))
+    plain = simulate(meter(One, drift=("rise", "slow")), t, drive, hold=hold)["q"]
+    assert plain[-1] == pytest.approx(0.32, abs=0.01)
+    for at in (0.5, 0.333):
+        made = simulate_modes(graph, t, [(at, {})], drive, hold=hold)["q"]
+        assert made == pytest.approx(plain, abs=0.004), at  # a sample of the drift
