@@ -101,9 +101,11 @@ def simulate(
         raise unknown_name("integrator", integrator, "simulate", INTEGRATORS)
     graph = model if isinstance(model, BondGraph) else model.model.graph
     if is_timed(graph):
-        arrived = sent(graph, time, commands, parameters, before=0.0 if x0 is None else None)
+        plain = without_timing(graph)
+        between = hold or _usual_hold_of(plain, integrator)
+        before = 0.0 if x0 is None else None
         made = simulate(
-            without_timing(graph), time, arrived, parameters,
+            plain, time, sent(graph, time, commands, parameters, before, between), parameters,
             x0=x0, hold=hold, accuracy=accuracy, memory=memory, integrator=integrator,
             observed=observed if isinstance(model, BondGraph) else model.observed,
         )  # fmt: skip
@@ -164,6 +166,17 @@ def simulate(
         compiled.model.name, time, outputs, laws, n_sub, run.x, run.memory, known, run.settled,
         hold=hold, units=units_of(compiled.model.graph),
     )  # fmt: skip
+
+
+def _usual_hold_of(graph: BondGraph, integrator: str | None) -> str:
+    """Return what `simulate` takes inputs to do between samples where nobody says."""
+    from bondgraph.equations.derivation import equations
+    from bondgraph.simulation.lure import exact_form
+
+    compiled = None if integrator else exact_form(graph)
+    return usual_hold(
+        graph, equations(graph).input_rates if compiled is None else compiled.model.recorded
+    )
 
 
 def _rested(

@@ -76,9 +76,15 @@ def sent(
     commands: Mapping[str, Array] | None,
     parameters: Mapping[str, float] | None,
     before: float | None,
+    hold: str,
 ) -> dict[str, Array]:
-    """Return the commands as they arrive behind the dead times of their sources; see `late`."""
-    return late(commands or {}, dead_times(graph, parameters or {}), np.asarray(time), before)
+    """Return the commands as they arrive behind the dead times of their sources; see `late`.
+
+    What is held jumps between two samples, and has the mean of the old and the new value there: no
+    polynomial goes through a staircase without ringing, even before it is sent.
+    """
+    delays = dead_times(graph, parameters or {})
+    return late(commands or {}, delays, np.asarray(time), before, stairs=hold == "hold")
 
 
 def read(
@@ -98,11 +104,17 @@ def late(
     held: Mapping[str, float],
     time: Array,
     before: float | None = None,
+    *,
+    stairs: bool = False,
 ) -> dict[str, Array]:
-    """Delay signals that have a dead time; before, they rest at `before`, or their first value."""
+    """Delay signals that have a dead time; before, they rest at `before`, or their first value.
+
+    Those that are `stairs` keep the mean over every sample, others are interpolated.
+    """
     step = float(np.diff(time).mean()) if time.size > 1 else 1.0
+    shifted = _mean_behind if stairs else _behind
     return {
-        n: _behind(np.asarray(v, float), held[n] / step, before) if held.get(n) else v
+        n: shifted(np.asarray(v, float), held[n] / step, before) if held.get(n) else v
         for n, v in signals.items()
     }
 
@@ -111,6 +123,12 @@ def _behind(values: Array, samples: float, before: float | None) -> Array:
     front = 0 if before is None else int(samples) + TAPS
     whole = np.concatenate([np.full(front, before or 0.0), values])
     return delayed(whole, samples)[0][front:]
+
+
+def _mean_behind(values: Array, samples: float, before: float | None) -> Array:
+    n = np.arange(values.size)
+    first = values[:1] if before is None else [before]
+    return np.interp(n - samples, [-1, *n], np.concatenate([first, values]))
 
 
 def clocked(signals: Mapping[str, Array], ratios: Mapping[str, float]) -> dict[str, Array]:

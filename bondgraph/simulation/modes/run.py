@@ -82,7 +82,8 @@ def simulate_modes(
         Times that do not rise or lie outside of `time`.
     """
     if is_timed(graph):
-        arrived = sent(graph, time, commands, parameters, before=None if start else 0.0)
+        between, before = hold or usual_hold(graph, ()), None if start else 0.0
+        arrived = sent(graph, time, commands, parameters, before, between)
         made = simulate_modes(
             without_timing(graph), time, schedule, arrived, parameters,
             start=start, hold=hold, accuracy=accuracy, tolerance=tolerance,
