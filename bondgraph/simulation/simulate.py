@@ -22,7 +22,6 @@ from bondgraph.simulation.exact_run import (
 from bondgraph.simulation.start import (
     begun_with,
     checked_commands,
-    equilibrium,
     even_grid,
     initial_state,
     inputs_of,
@@ -77,7 +76,8 @@ def simulate(
         ``equations(graph).lure.states``), or displacements and momenta by name as in
         ``equations(graph).states``; ``"rest"`` is the rest under the first inputs, as of a record
         that begins long after they were switched on. When not given, everything rests with all
-        inputs at zero until the first sample: a constant input is a step.
+        inputs at zero until the first sample: a constant input is a step. Laws are at rest, too,
+        those with memory relaxed.
     hold : {"hold", "linear", "band-limited"}, optional
         What inputs do between samples. When not given, they are held, as by a converter; linear
         where the equations need their rates, or one is recorded by its rate or its integral.
@@ -183,8 +183,10 @@ def _rested(
     compiled: Compiled, p: Array, u: Array, step: float, x0: str | None, memory: Memories | None
 ) -> tuple[Array, Memories | None]:
     """Return the state and the memory of a rest before the first sample."""
+    from bondgraph.simulation.law_rest import law_rest
+
     begun = begun_with(compiled.model.name, x0, compiled.inputs, u[0])
-    x = equilibrium(compiled, p, begun)
+    x = law_rest(compiled, p, begun, memory)
     if np.array_equal(begun, u[0]):
         return x, memory
     # laws remember that rest, not what the first input makes of it
@@ -204,7 +206,7 @@ def _by_sundials(
     memory: Memories | None,
     **rest: Any,
 ) -> Trajectory:
-    """Start where `simulate` would: at rest by the linear part where the step is exact."""
+    """Start where `simulate` would: at rest as the exact step is, where there is one."""
     from bondgraph.simulation.sundials.record import simulate_sundials
 
     if not isinstance(model, BondGraph):

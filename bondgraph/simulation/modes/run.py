@@ -232,12 +232,13 @@ class _Run:
 
     # -- taking over ------------------------------------------------------------------------
     def _start(self, mode: Mode, begin: float, start: Mapping[str, float] | None) -> Array:
-        from bondgraph.simulation.start import begun_with, equilibrium, inputs_of
+        from bondgraph.simulation.law_rest import law_rest
+        from bondgraph.simulation.start import begun_with, inputs_of
 
         now = {n: v[:1] for n, v in self.commands.items()}
         model, p = mode.compiled, mode.compiled.vector(self.parameters)
         first = inputs_of(mode.compiled, now, np.zeros(1))[0]
-        x = equilibrium(model, p, begun_with(model.model.name, None, model.inputs, first))
+        x = law_rest(model, p, begun_with(model.model.name, None, model.inputs, first))
         for name, value in (start or {}).items():
             if name not in mode.states:
                 raise unknown_name("state", name, f"mode {mode.text}", mode.states)
