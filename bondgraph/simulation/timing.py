@@ -128,7 +128,7 @@ def _behind(values: Array, samples: float, before: float | None) -> Array:
 def _mean_behind(values: Array, samples: float, before: float | None) -> Array:
     n = np.arange(values.size)
     first = values[:1] if before is None else [before]
-    return np.interp(n - samples, [-1, *n], np.concatenate([first, values]))
+    return np.asarray(np.interp(n - samples, [-1, *n], np.concatenate([first, values])))
 
 
 def clocked(signals: Mapping[str, Array], ratios: Mapping[str, float]) -> dict[str, Array]:

@@ -175,7 +175,7 @@ def test_slips_with_free_heights_and_with_numbers_agree() -> None:
 
 @pytest.mark.parametrize("free", ["stiffnesses", "breakaways[1]"])
 def test_free_numbers_of_an_operator_are_those_of_the_run(free: str) -> None:
-    law = Hysteretic(MaxwellResistiveCapacitor((100.0, 200.0), (0.5, 3.0)), free=free)
+    law = Hysteretic(MaxwellResistiveCapacitor((100.0, 200.0), (0.5, 3.0)), free=(free,))
     g = spring(0.1, 2.0, None, law)
     values = {p.name: 0.5 * p.value for p in law.parameters("k")}
     t = 2e-3 * np.arange(500)

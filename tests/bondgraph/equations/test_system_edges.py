@@ -216,7 +216,7 @@ def test_a_number_is_the_parameter_of_any_two_port() -> None:
         loop = One("loop")
         Se("V") >> MTF("m", ratio=2.0) >> loop >> R("r", 1.0)
         loop >> C("c", 1.0)
-    m, r, c, q, v = *P("m r c"), *S("q_c V")
+    (m, r, c), (q, v) = P("m r c"), S("q_c V")
     model = equations(g)
     assert same(model.shown(model.stored[0].rate), (v / m - q / c) / r)
 

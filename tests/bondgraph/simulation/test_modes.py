@@ -265,7 +265,9 @@ def test_dead_times_and_clocks_are_those_of_a_plain_simulation() -> None:
     t = np.linspace(0.0, 1.0, 101)
     drive = {"V": np.sin(9.0 * t)}
     switched, plain = meter(X1, **LATE), simulate(meter(One, **LATE), t, drive)["q"]
-    assert simulate_modes(switched, t, [(0.333, {})], drive)["q"] == pytest.approx(plain, abs=1.01e-3)
+    assert simulate_modes(switched, t, [(0.333, {})], drive)["q"] == pytest.approx(
+        plain, abs=1.01e-3
+    )
     compiled = simulate(compile_model(in_mode(switched)), t, drive)["q"]
     assert compiled == pytest.approx(plain, abs=1e-12)
 
