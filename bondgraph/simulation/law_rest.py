@@ -157,9 +157,7 @@ def _memory(
     return m, by
 
 
-def _value(
-    port: LawUse, j: int, s: Array, q: Array, kept: Mapping[str, Sequence[float]]
-) -> float:
+def _value(port: LawUse, j: int, s: Array, q: Array, kept: Mapping[str, Sequence[float]]) -> float:
     """Return the deviation of a law at rest."""
     m, _ = _memory(port, j, s, kept)
     numbers = (*map(float, q), 0.0) if port.law.timed else tuple(map(float, q))

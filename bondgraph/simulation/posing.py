@@ -12,8 +12,10 @@ from bondgraph.equations.derivation import equations
 from bondgraph.equations.program import Program
 from bondgraph.equations.relation import FINE
 from bondgraph.graph.bond_graph import BondGraph
+from bondgraph.simulation.exact_run import Memories
 from bondgraph.simulation.radau.jumping import stepping_program
-from bondgraph.simulation.radau.start import inputs_of, rest, unknowns_at
+from bondgraph.simulation.radau.memory import relaxed_at
+from bondgraph.simulation.radau.start import inputs_of, relaxed_rest, unknowns_at
 from bondgraph.simulation.start import (
     begun_with,
     checked_commands,
@@ -52,22 +54,28 @@ class Posed:
     step: float
     usual: str
 
-    def start(self, x0: object, memory: Array) -> tuple[Array, Array]:
-        """Return state and algebraic unknowns at the first sample.
+    def start(self, x0: object, memory: Memories | None) -> tuple[Array, Array, Array]:
+        """Return state, algebraic unknowns and memory at the first sample.
 
-        Without `x0` those of rest with inputs at zero, with ``"rest"`` under the first inputs.
+        Without `x0` those of rest with inputs at zero, with ``"rest"`` under the first inputs. Laws
+        that `memory` does not name are relaxed there, or else at their first arguments.
         """
         q, u = self.program, self.u[0]
+        m, kept = q.start_memory(memory)
         if isinstance(x0, Mapping):
             x0 = state_by_name(q.name, x0, q.states)
         if x0 is None or isinstance(x0, str):
             begun = begun_with(q.name, x0, q.inputs, u)
-            x, z = rest(q, begun, self.p, memory=memory)
+            x, z, m = relaxed_rest(q, begun, self.p, m, kept)
             if np.array_equal(begun, u):
-                return x, z
-            x0 = x
+                return x, z, m
+            return x, unknowns_at(q, 0.0, x, u, self.p, m), m
         x = initial_state(q.name, x0, q.states)
-        return x, unknowns_at(q, 0.0, x, u, self.p, memory)
+        z = unknowns_at(q, 0.0, x, u, self.p, m)
+        if kept.all():
+            return x, z, m
+        m = np.where(kept, m, relaxed_at(q, np.concatenate([x, z]), u, self.p, m)[0])
+        return x, unknowns_at(q, 0.0, x, u, self.p, m), m
 
     def between(self, hold: str | None) -> str:
         """Return what inputs do between samples: as usual, unless it is said."""

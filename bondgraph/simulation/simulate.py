@@ -222,7 +222,7 @@ def _by_sundials(
         x0 = dict(zip(known, start.tolist(), strict=True))
     return simulate_sundials(
         model, time, commands, parameters, integrator,
-        x0=x0, memory=memory, relaxed=compiled is not None, **rest,
+        x0=x0, memory=memory, **rest,
     )  # fmt: skip
 
 
@@ -256,8 +256,8 @@ def simulate_general(
     asked = pose(graph, time, commands, parameters, observed)
     program, p, u, step = asked.program, asked.p, asked.u, asked.step
     hold = asked.between(hold)
-    start, _ = program.start_memory(memory)
-    x0, z0 = asked.start(x0, start)
+    x0, z0, begun = asked.start(x0, memory)
+    memory = program.memory_by_law(begun)
     last: GeneralRun | None = None
     n_sub = 1
     while n_sub <= LARGEST:

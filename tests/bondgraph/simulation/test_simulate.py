@@ -209,15 +209,17 @@ CUBIC = Polynomial(half=0.1, size=10.0, orders=(3,), unit="N")
     [
         (CUBIC, {"a_3_k": 10.0}, 0.0682327803828),  # 100 x + 10 (x / 0.1)^3 = 10
         (Backlash(coefficient="k", width=0.25), {}, 0.35),
-        (StopSum((0.01, 0.05)), {"h_1_k": 200.0, "h_2_k": 100.0}, 0.1),  # relaxed: they carry nothing
+        (
+            StopSum((0.01, 0.05)),
+            {"h_1_k": 200.0, "h_2_k": 100.0},
+            0.1,
+        ),  # relaxed: they carry nothing
         (Hysteretic(MaxwellResistiveCapacitor((60.0, 40.0), (2.0, 50.0))), {}, 0.2),  # 2 + 40 x
         (None, {}, 0.1),
     ],
     ids=["cubic", "gap", "stops", "slips", "linear"],
 )
-def test_rest_holds_with_its_laws(
-    law: Law | None, values: dict[str, float], rest: float
-) -> None:
+def test_rest_holds_with_its_laws(law: Law | None, values: dict[str, float], rest: float) -> None:
     t = 1e-2 * np.arange(200)
     graph = spring(1.0, 5.0, 100.0, law, Coulomb(0.5), speed="v")
     run = simulate(graph, t, {"F": np.full(200, 10.0)}, values, x0="rest")
