@@ -36,8 +36,9 @@ def law_rest(
     """Return the state at rest under constant inputs, shape (n_x,); integrators stay at zero.
 
     Newton's method from the rest of the linear part. Laws with memory are relaxed there, unless
-    `memory` holds theirs; friction that sticks carries nothing. Where none is found the state is
-    that of the linear part; a warning says so, unless nothing rests there either.
+    `memory` holds theirs; friction that sticks carries nothing, and what acts in time begins with
+    the record. Where none is found the state is that of the linear part; a warning says so, unless
+    nothing rests there either.
 
     Parameters
     ----------
@@ -58,7 +59,7 @@ def law_rest(
     acting = [
         (j, port, numbers[q])
         for j, (port, _, q) in enumerate(law_slices(compiled))
-        if by_w[:, j].any()
+        if by_w[:, j].any() and not port.law.counts_time
     ]
     noise = _noise(parts.a, parts.cs, x)
 
