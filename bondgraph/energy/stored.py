@@ -117,7 +117,7 @@ def _loss(law: Law, p: Sequence[float]) -> Loss | None:
     if isinstance(law, StopSum):
         return _stop_loss(law, p) if law.sign == 1.0 and not law.rated else None
     if isinstance(law, Hysteretic) and law.operator.passive_port == "output":
-        return _operator_loss(law.operator)
+        return _operator_loss(law.operator_at(p))
     return None
 
 

@@ -23,6 +23,7 @@ from tests.bondgraph.energy.energy_models import coupled, crank, plate, rlc
 from tests.bondgraph.energy.power_balance import power_balance
 from tests.properties.test_random_graphs import random_graph
 from tests.settled import simulate
+from tests.spring import spring
 
 SLIPS = MaxwellResistiveCapacitor((1.3e9, 0.6e9), (0.4e3, 1.1e3))
 
@@ -170,6 +171,17 @@ def test_slips_with_free_heights_and_with_numbers_agree() -> None:
     scale = first["C_nl"].lost[-1]
     np.testing.assert_allclose(second["C_nl"].lost, first["C_nl"].lost, atol=1e-3 * scale)
     close(second["C_nl"].stored, first["C_nl"].stored, atol=1e-3 * scale)
+
+
+@pytest.mark.parametrize("free", ["stiffnesses", "breakaways[1]"])
+def test_free_numbers_of_an_operator_are_those_of_the_run(free: str) -> None:
+    law = Hysteretic(MaxwellResistiveCapacitor((100.0, 200.0), (0.5, 3.0)), free=(free,))
+    g = spring(0.1, 2.0, None, law)
+    values = {p.name: 0.5 * p.value for p in law.parameters("k")}
+    t = 2e-3 * np.arange(500)
+    run = simulate(g, t, {"F": 3.0 * np.sin(2 * np.pi * t)}, values, observed=observables(g))
+    assert ledger(g, run, parameters=values).closes
+    assert not ledger(g, run).closes
 
 
 def test_what_a_law_without_energy_does_stays_open() -> None:
