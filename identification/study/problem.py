@@ -49,7 +49,9 @@ class Data:
     hold : str
         Behaviour of the commands between samples.
     breaks : tuple of int
-        First samples of further recordings: every recording starts from a state of its own.
+        First samples of further recordings, and `cuts`: from each a state of its own begins.
+    cuts : tuple of int
+        Those of `breaks` that begin no recording, but a further window of one.
     resolution : dict of str to float
         Unit of a sensor's converter, SI, where it is known: rounding to it is no finding.
     floor_measured : bool
@@ -74,6 +76,7 @@ class Data:
     floor_measured: bool = False
     sha256: str = ""
     finer: tuple[tuple[int, Mapping[str, Array]], ...] = ()
+    cuts: tuple[int, ...] = ()
 
     @property
     def n(self) -> int:
@@ -102,6 +105,11 @@ class Data:
         # one clock for all, but for the rounding of the stamps
         return self.dt if abs(own - self.dt) < SAME_CLOCK * self.dt else own
 
+    @property
+    def starts(self) -> tuple[int, ...]:
+        """First samples of further recordings."""
+        return tuple(b for b in self.breaks if b not in self.cuts)
+
     @cached_property
     def parts(self) -> int:
         """Steps of a sample in which the commands of every recording are known."""
@@ -109,10 +117,11 @@ class Data:
 
     def commanded(self, window: slice) -> tuple[int, Mapping[str, Array]]:
         """Return the steps a sample in which commands of a window are known, and these commands."""
-        k, last = (bisect_right(self.breaks, i) for i in (window.start or 0, window.stop - 1))
+        starts = self.starts
+        k, last = (bisect_right(starts, i) for i in (window.start or 0, window.stop - 1))
         # of several recordings at once none has steps of its own
         steps, known = self.finer[k] if self.finer and k == last else (1, {})
-        begin = (0, *self.breaks)[k]
+        begin = (0, *starts)[k]
         own = slice((window.start - begin) * steps, (window.stop - 1 - begin) * steps + 1)
         return steps, {n: v[own] for n, v in known.items() if n in self.commands}
 
@@ -173,6 +182,7 @@ class Data:
             readings=self.readings[::factor],
             split=split,
             breaks=tuple(-(-b // factor) for b in self.breaks),
+            cuts=tuple(-(-b // factor) for b in self.cuts),
             finer=(),
         )
 

@@ -176,7 +176,7 @@ def evaluate(
         shown = bool(chosen.any())
         if (scored and not shown) or (among is not None and number not in among):
             continue
-        begin = max((b for b in data.breaks if b <= w.start), default=0)
+        begin = max((b for b in data.starts if b <= w.start), default=0)
         x0, by_p = rest(begin) if problem.initial == "rest" else (x0, None)
         run = engine.run(
             ready(data.step(w)),

@@ -50,7 +50,7 @@ def notes_of(
         *material.recording.notes, *notes_on_size(last, named),
         *_chosen(last, holds),
         *_noise_notes(material.read, floor, material.sure, material.given),
-        *rough_rates(nominal.problem.graph, material.recording, material.data.breaks),
+        *rough_rates(nominal.problem.graph, material.recording, material.data.starts),
         *_growing_notes(last), *_resumed_notes(known),
     )  # fmt: skip
 
@@ -164,7 +164,7 @@ def _chosen(last: Fit, holds: Sequence[str]) -> tuple[str, ...]:
         f"commands between samples: {last.problem.data.hold} ({hold_margin(last, holds)})",
         f"held out: {last.problem.data.split.rule}",
     ]
-    if last.problem.data.breaks:
+    if last.problem.data.starts and not last.problem.data.cuts:
         notes.append(
             "each recording starts from a state of its own; that of a held-out one is fitted to "
             "its samples, no parameter is"

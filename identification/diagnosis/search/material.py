@@ -76,7 +76,9 @@ def material_of(asked: Asked) -> Material:
     floor = read | given_noise(given, sensors, graph.name)
     sure = all(n in given or noise[n][1] for n in sensors)
     level = np.array([floor[n] for n in sensors])
-    data = replace(data, floor=level, floor_measured=sure, breaks=asked.cuts or breaks)
+    inner = tuple(c for c in asked.cuts if c not in breaks)
+    begins = asked.cuts or breaks
+    data = replace(data, floor=level, floor_measured=sure, breaks=begins, cuts=inner)
     ours = asked.split is None and not breaks and recording.n >= LEAST_TO_INTERLEAVE
     return Material(recording, data, read, given, sure, ours, _nothing_moves(data))
 
