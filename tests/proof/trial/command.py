@@ -143,7 +143,7 @@ def _told(layout: Layout, found: TrialScore) -> int:
 
 def _withheld(options: argparse.Namespace) -> int:
     from tests.proof.exam.said import read_exam_answers
-    from tests.proof.trial.commitment import reveal
+    from tests.proof.trial.commitment import read_commitment, reveal, verify
     from tests.proof.trial.truths import read_public
     from tests.proof.trial.withheld import (
         publish_withheld,
@@ -156,10 +156,12 @@ def _withheld(options: argparse.Namespace) -> int:
     public = read_public(layout.public)
     truths = reveal(layout)
     asked = to_withhold(truths, read_exam_answers(layout.answers))
+    if any(not (layout.withheld / f"{i}.json").exists() for i in asked):
+        verify(layout)  # what is asked must be the tool that has answered
     with _bar() as bar:
         run_withheld(layout, public, truths, asked, jobs=options.jobs, progress=bar)
     found = score_withheld(truths, read_exam_answers(layout.withheld))
-    path = publish_withheld(found, layout.score)
+    path = publish_withheld(found, read_commitment(layout), layout.score)
     print("\n".join(g.words for g in found.gates))
     print(f"score: {path}")
     return 0 if found.passed else 1

@@ -39,6 +39,13 @@ def facts(score: TrialScore, commitment: Mapping[str, Any]) -> list[tuple[str, s
     return [
         ("recordings", f"{len(score.exam.outcomes)}, {score.exam.rates['crashes'].hits} crashes"),
         ("process time", f"{hours:.2f} h"),
+        *committed(commitment),
+    ]
+
+
+def committed(commitment: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """Return what was committed when, and what is no longer so."""
+    return [
         ("kind", str(commitment.get("kind", "?"))),
         ("committed", f"{commitment.get('date', '?')} at {commitment.get('tool_commit', '?')}"),
         ("truths", str(commitment.get("truths_sha256", "?"))),

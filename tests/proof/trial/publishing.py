@@ -29,9 +29,14 @@ def publish(score: TrialScore, commitment: Mapping[str, Any], folder: Path) -> P
     page = _page(top, pieces, figures(score, paper=False))
     write_atomically(folder / "report.html", page)
     target = folder / "RESULTS.md"
-    said = f"**{said}**\n\n" + "\n".join(f"- {k}: {v}" for k, v in known)
+    said = f"**{said}**\n\n" + listing(known)
     write_atomically(target, markdown_of("Sealed trial", said, pieces, drawn))
     return target
+
+
+def listing(known: Sequence[tuple[str, str]]) -> str:
+    """Return facts as a list in Markdown."""
+    return "\n".join(f"- {k}: {v}" for k, v in known)
 
 
 def markdown_of(title: str, said: str, pieces: Sequence[Part], drawn: Mapping[str, str]) -> str:

@@ -113,8 +113,10 @@ def test_the_gate_is_certified_or_missed(tmp_path: Path) -> None:
     assert not found.passed
     assert found.rates["wrong places, of the places given"] == Rate(1, 59)
     assert found.rates["right kind, of the kinds given"] == Rate(0, 58)
-    text = publish_withheld(found, tmp_path).read_text(encoding="utf-8")
+    text = publish_withheld(found, {"tool_commit": "abc"}, tmp_path).read_text("utf-8")
     assert "1/59  1.7 % (0.0-9.1)" in text
+    assert "committed: ? at abc" in text
+    assert "changed since: the proof's sources" in text
     assert "backlash@k_2 10 | exact creep@k_1 | wrong name, wrong place" in text
     data = json.loads((tmp_path / "withheld.json").read_text(encoding="utf-8"))
     assert data["gates"][0]["state"] == "not certified"
