@@ -133,10 +133,13 @@ def scored(layout: Layout, development: Path | None = None) -> TrialScore:
 
 def _told(layout: Layout, found: TrialScore) -> int:
     from tests.proof.trial.commitment import read_commitment
-    from tests.proof.trial.publishing import publish
+    from tests.proof.trial.parts import headline
+    from tests.proof.trial.publishing import publish, withheld_counted
 
     path = publish(found, read_commitment(layout), layout.score)
-    print("\n".join(g.words for g in found.gates))
+    second = withheld_counted(layout.score)
+    print("\n".join(g.words for g in (*found.gates, *second)))
+    print(headline(found, second))
     print(f"score: {path}, {path.with_name('report.html')}")
     return 0 if found.passed else 1
 
@@ -163,7 +166,7 @@ def _withheld(options: argparse.Namespace) -> int:
     found = score_withheld(truths, read_exam_answers(layout.withheld))
     path = publish_withheld(found, read_commitment(layout), layout.score)
     print("\n".join(g.words for g in found.gates))
-    print(f"score: {path}")
+    print(f"score: {path}; bondsight blind score takes it up")
     return 0 if found.passed else 1
 
 
