@@ -132,11 +132,11 @@ def scored(layout: Layout, development: Path | None = None) -> TrialScore:
 
 
 def _told(layout: Layout, found: TrialScore) -> int:
-    from tests.proof.trial.commitment import read_commitment
+    from tests.proof.trial.commitment import with_note
     from tests.proof.trial.parts import headline
     from tests.proof.trial.publishing import publish, withheld_counted
 
-    path = publish(found, read_commitment(layout), layout.score)
+    path = publish(found, with_note(layout), layout.score)
     second = withheld_counted(layout.score)
     print("\n".join(g.words for g in (*found.gates, *second)))
     print(headline(found, second))
@@ -146,7 +146,7 @@ def _told(layout: Layout, found: TrialScore) -> int:
 
 def _withheld(options: argparse.Namespace) -> int:
     from tests.proof.exam.said import read_exam_answers
-    from tests.proof.trial.commitment import read_commitment, reveal, verify
+    from tests.proof.trial.commitment import reveal, verify, with_note
     from tests.proof.trial.truths import read_public
     from tests.proof.trial.withheld import (
         publish_withheld,
@@ -164,7 +164,7 @@ def _withheld(options: argparse.Namespace) -> int:
     with _bar() as bar:
         run_withheld(layout, public, truths, asked, jobs=options.jobs, progress=bar)
     found = score_withheld(truths, read_exam_answers(layout.withheld))
-    path = publish_withheld(found, read_commitment(layout), layout.score)
+    path = publish_withheld(found, with_note(layout), layout.score)
     print("\n".join(g.words for g in found.gates))
     print(f"score: {path}; bondsight blind score takes it up")
     return 0 if found.passed else 1

@@ -3,7 +3,9 @@
 Committed are the hash of the salted truths, the hash of every data file, the commit of the tool,
 its sources, thresholds and options; and, apart from them, the proof's own sources and its design.
 The salt stays in the sealed folder until the answers are in; without it the hash says nothing about
-the truths, with it anybody can check that they were not changed.
+the truths, with it anybody can check that they were not changed. Where it is published before, so
+that another machine can go on, only the committed tool is a seal: a line of ``NOTE.md`` beside the
+commitment says since when, and the score repeats it.
 """
 
 from __future__ import annotations
@@ -244,6 +246,13 @@ def changed_since(content: Mapping[str, Any]) -> tuple[str, ...]:
         **{WORDS[key]: (key, value) for key, value in settings().items()},
     }
     return tuple(what for what, (key, value) in now.items() if content.get(key) != value)
+
+
+def with_note(layout: Layout) -> dict[str, Any]:
+    """Read what was committed, and since when its salt is public, if a line says so."""
+    told = layout.note.read_text(encoding="utf-8") if layout.note.is_file() else ""
+    lines = [line.strip() for line in told.splitlines() if "salt" in line.casefold()]
+    return read_commitment(layout) | {"salt_public": " ".join(lines)}
 
 
 def read_commitment(layout: Layout) -> dict[str, Any]:

@@ -29,6 +29,11 @@ class Layout:
         return self.folder / "commitment.json"
 
     @property
+    def note(self) -> Path:
+        """What became known of the trial after the commitment, such as a salt that is public."""
+        return self.folder / "NOTE.md"
+
+    @property
     def answers(self) -> Path:
         """Folder of the answers, one a recording."""
         return self.folder / "answers"

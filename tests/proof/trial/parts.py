@@ -61,10 +61,12 @@ def facts(score: TrialScore, commitment: Mapping[str, Any]) -> list[tuple[str, s
 
 def committed(commitment: Mapping[str, Any]) -> list[tuple[str, str]]:
     """Return what was committed when, and what is no longer so."""
+    public = commitment.get("salt_public")
     return [
         ("kind", str(commitment.get("kind", "?"))),
         ("committed", f"{commitment.get('date', '?')} at {commitment.get('tool_commit', '?')}"),
         ("truths", str(commitment.get("truths_sha256", "?"))),
+        *([("salt public before the end", str(public))] if public else []),
         ("changed since", " and ".join(changed_since(commitment)) or "nothing"),
     ]
 

@@ -23,9 +23,11 @@ from tests.proof.trial.commitment import (
     tool_commit,
     truths_hash,
     verify,
+    with_note,
 )
 from tests.proof.trial.generator.writing import seal
 from tests.proof.trial.layout import Layout
+from tests.proof.trial.parts import committed
 
 ROWS: list[dict[str, Any]] = [
     truth("control") | {"id": "r0", "control_kind": "plain"},
@@ -191,6 +193,15 @@ def test_no_oracle_and_no_withheld_law_is_asked_of_a_changed_tool(
     assert "the tool's sources differ from the commitment" in capsys.readouterr().err
     assert not layout.oracle.exists()
     assert not layout.withheld.exists()
+
+
+def test_the_score_says_since_when_the_salt_is_public(layout: Layout) -> None:
+    commit(layout, ROWS)
+    assert "salt public before the end" not in dict(committed(with_note(layout)))
+    layout.note.write_text("A note.\nThe salt is public since Friday.\n", encoding="utf-8")
+    facts = dict(committed(with_note(layout)))
+    assert facts["salt public before the end"] == "The salt is public since Friday."
+    verify(layout)
 
 
 def test_a_trial_without_commitment_is_refused(tmp_path: Path) -> None:
