@@ -309,7 +309,7 @@ def _diagnosed(
         nominal = base.fit if same else deeper(nominal, base.fit.values) or nominal
     stopped = made.stopped
     if not stopped:
-        finer, stopped = _on_finer_stretches(result, material, options, say, made.decisions)
+        finer, stopped = on_finer_stretches(result, material, options, say, made.decisions)
         if finer is not None:
             return finer
     say("fitting the repaired model on all training samples", 0.95)
@@ -360,7 +360,7 @@ def _nominal(result: Diagnosis, material: Material) -> tuple[Fit, Split]:
     return nominal, nominal.problem.data.split
 
 
-def _on_finer_stretches(
+def on_finer_stretches(
     result: Diagnosis,
     material: Material,
     options: DiagnosisOptions,

@@ -73,7 +73,7 @@ def test_a_search_on_finer_stretches_that_is_stopped_says_so(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """Ctrl-C, the studio's stop and the time all come with the progress."""
-    finer = interleaved(0, N, 90)
+    finer = interleaved(0, 900, 90)
     module = import_module(diagnose.__module__)
     monkeypatch.setattr(module, "split_that_shows", lambda fit, noise: finer)
     asked: list[str] = []
@@ -84,7 +84,7 @@ def test_a_search_on_finer_stretches_that_is_stopped_says_so(
         if len(asked) == 2 and fraction < SEARCHED:
             raise KeyboardInterrupt
 
-    d = judged(run(hit=False, dry=0.5), effects=2, progress=stop)
+    d = judged(run(hit=False, dry=0.5).slice(0, 900), effects=2, progress=stop)
     assert d.data is not None
     assert "of 30 stretches" in d.data.split.rule
     assert [s.chosen.effect for s in d.findings if s.chosen] == ["coulomb_friction"]

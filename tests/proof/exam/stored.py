@@ -14,7 +14,7 @@ import numpy as np
 
 from bondgraph.support.arrays import Array
 from identification.diagnosis.catalogue.effect import Insertion
-from identification.diagnosis.diagnose import diagnose
+from identification.diagnosis.diagnose import Diagnosis, diagnose, on_finer_stretches
 from identification.diagnosis.evidence.answer import Decision
 from identification.diagnosis.evidence.block_score import BlockScore
 from identification.diagnosis.evidence.decision import decide
@@ -69,9 +69,10 @@ class StoredScore:
 
 @contextmanager
 def recorded() -> Iterator[list[dict[str, Any]]]:
-    """Collect the evidence of every decision of the last search made meanwhile, in order.
+    """Collect the evidence of every decision of the last diagnosis made meanwhile, in order.
 
-    Of a decision that was made again with more laws the last evidence is kept.
+    Of a decision that was made again with more laws the last evidence is kept. That of a further
+    search on finer stretches comes after that of the first one, if what it found is what is told.
     """
     found: list[dict[str, Any]] = []
     seen: list[Any] = []
@@ -83,6 +84,13 @@ def recorded() -> Iterator[list[dict[str, Any]]]:
         floors.update(zip(data.names, map(float, data.floor), strict=True))
         return steps(*arguments)
 
+    def further(*arguments: Any) -> tuple[Diagnosis | None, bool]:
+        first, known = found[:], dict(floors)
+        result, stopped = on_finer_stretches(*arguments)
+        found[:] = first if result is None else [*first, *found]
+        floors.update(known)
+        return result, stopped
+
     def noted(evidence: Evidence, limits: Thresholds | None = None) -> Decision:
         if found and seen and evidence.plain is seen[-1]:
             found.pop()
@@ -93,6 +101,7 @@ def recorded() -> Iterator[list[dict[str, Any]]]:
     with (
         patch(f"{one_step.__name__}.decide", noted),
         patch(f"{diagnose.__module__}.steps", begun),
+        patch(f"{diagnose.__module__}.on_finer_stretches", further),
     ):
         yield found
 

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import json
 import re
+from importlib import import_module
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -17,9 +19,10 @@ from identification.diagnosis.diagnose import diagnose
 from identification.diagnosis.evidence.answer import RIGHT
 from identification.diagnosis.evidence.decision import decide
 from identification.diagnosis.evidence.hypotheses import Thresholds
+from identification.diagnosis.search import one_step
 from identification.diagnosis.search.candidates import DiagnosisOptions
 from identification.diagnosis.verdict import verdict
-from tests.proof.exam import certifying
+from tests.proof.exam import certifying, stored
 from tests.proof.exam.certifying import GATES, GRID, UNTOLD, certify_lines, replayed, settings
 from tests.proof.exam.said import exam_answer_of
 from tests.proof.exam.stored import evidence_of, recorded
@@ -58,6 +61,33 @@ def test_stored_evidence_gives_the_same_decisions(friction: float) -> None:
         strict = replayed(content, Thresholds(z=1e6))
         assert strict.claims == (UNTOLD,)
         assert strict.alarm
+
+
+@pytest.mark.parametrize("told", [True, False])
+def test_the_first_search_stays_first(told: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What a search on finer stretches looked at comes after it, or not at all."""
+    whole = import_module(diagnose.__module__)
+
+    def search(floor: float, *names: str) -> None:
+        data = SimpleNamespace(names=("x",), floor=[floor])
+        whole.steps(SimpleNamespace(fit=SimpleNamespace(problem=SimpleNamespace(data=data))))
+        for name in names:
+            one_step.decide(SimpleNamespace(plain=object(), name=name))  # type: ignore[arg-type]
+
+    def finer() -> tuple[str | None, bool]:
+        search(2.0, "c")
+        return "found" if told else None, False
+
+    monkeypatch.setattr(stored, "steps", lambda base: None)
+    monkeypatch.setattr(stored, "decide", lambda evidence, limits: None)
+    monkeypatch.setattr(stored, "stored", lambda evidence: {"name": evidence.name})
+    monkeypatch.setattr(stored, "on_finer_stretches", finer)
+    with recorded() as kept:
+        search(9.0, "of another diagnosis")
+        search(1.0, "a", "b")
+        whole.on_finer_stretches()
+    found = [(e["name"], e["floors"]["x"]) for e in kept]
+    assert found == [("a", 1.0), ("b", 1.0), *([("c", 2.0)] if told else [])]
 
 
 def test_a_decision_made_again_with_more_laws_is_kept_once() -> None:
