@@ -269,10 +269,11 @@ def _seconds(outcomes: Sequence[ExamOutcome]) -> dict[str, float]:
 def stated(outcomes: Sequence[ExamOutcome]) -> list[tuple[float, bool]]:
     """Return the probability of every name that states one, and whether it was right.
 
-    On controls every name is wrong.
+    That is asked as by `certifying.right_lines`, from which the probability is read: a right name
+    at a wrong place is wrong. On controls every name is wrong.
     """
     return [
-        (c.claim.probability, c.exactly)
+        (c.claim.probability, c.holds)
         for o in outcomes
         for c in o.claims
         if c.claim.probability is not None and c.claim.answer in ("exact", "approximate")
