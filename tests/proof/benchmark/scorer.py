@@ -194,7 +194,7 @@ def _errors(outcomes: Sequence[Outcome]) -> Counts:
     concealing = [o for o in outcomes if not o.truth["empty"]]
     outside = [o for o in concealing if o.truth["outside"] and not o.mixed_up]
     said = [c for o in concealing for c in o.claims]
-    inside = [c for o in concealing if not o.truth["outside"] for c in o.claims]
+    inside = [c for o in concealing if not o.truth["outside"] or o.mixed_up for c in o.claims]
 
     def exact(o: Outcome) -> bool:
         return any(c.answer == "exact" for c in o.claims)

@@ -78,7 +78,8 @@ def _errors(outcomes: Sequence[ExamOutcome]) -> dict[str, Rate]:
     concealing = [o for o in outcomes if not o.truth.empty]
     reassured = [o for o in outcomes if o.answer.reassuring]
     said = [(o, c) for o in concealing for c in o.claims]
-    inside = [c for o, c in said if not o.truth.outside]
+    # channels that were exchanged have no name: whatever is named there is wrong
+    inside = [c for o, c in said if not o.truth.outside or o.truth.mixed_up]
     outside = [o for o in concealing if o.truth.outside and not o.truth.mixed_up]
     return {
         "false alarms, of the controls": rate(o.false_alarm for o in controls),

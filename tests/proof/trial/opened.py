@@ -55,24 +55,26 @@ def opened(folder: Path) -> tuple[ExamOutcome, ...]:
 def lines(outcomes: Sequence[ExamOutcome]) -> Iterator[str]:
     """Say how many names and places were wrong, and of what."""
     name, place = attrgetter("name"), attrgetter("place")
+
+    def of_catalogue(some: Sequence[ExamOutcome]) -> list[ExamOutcome]:
+        return [o for o in some if not o.truth.outside or o.truth.mixed_up]
+
     something = [o for o in outcomes if not o.truth.empty]
     inside = [o for o in something if not o.truth.outside]
+    named = of_catalogue(something)
     outside = [o for o in something if o.truth.outside]
     later = [o for o in something if o.truth.plant in LATER_PLANTS]
     known = [o for o in something if o.truth.plant not in LATER_PLANTS]
 
-    def of_catalogue(some: Sequence[ExamOutcome]) -> list[ExamOutcome]:
-        return [o for o in some if not o.truth.outside]
-
     empty = [o for o in outcomes if o.truth.empty]
     yield f"false alarms: {Rate(sum(o.false_alarm for o in empty), len(empty))}"
-    yield f"wrong names: {_wrong(inside, name)}"
-    yield f"  of first findings: {_wrong(inside, name, slice(0, 1))}"
-    yield f"  of later findings: {_wrong(inside, name, slice(1, None))}"
+    yield f"wrong names: {_wrong(named, name)}"
+    yield f"  of first findings: {_wrong(named, name, slice(0, 1))}"
+    yield f"  of later findings: {_wrong(named, name, slice(1, None))}"
     yield f"  on plants that development draws too: {_wrong(of_catalogue(known), name)}"
     yield f"  on plants that it never draws: {_wrong(of_catalogue(later), name)}"
     for word in ("exact", "approximate"):
-        yield f"  given as {word}: {_wrong(inside, partial(_given_as, word))}"
+        yield f"  given as {word}: {_wrong(named, partial(_given_as, word))}"
     yield f"wrong places: {_wrong(something, place)}"
     yield f"  of physics outside the catalogue: {_wrong(outside, place)}"
     yield f"  of all other: {_wrong(inside, place)}"

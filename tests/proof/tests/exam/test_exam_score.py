@@ -140,6 +140,15 @@ def test_of_several_effects_each_claim_speaks_of_its_own() -> None:
     assert score.rates["several effects that all show: strongest found"] == Rate(2, 3)
 
 
+def test_a_name_for_exchanged_channels_is_a_wrong_one() -> None:
+    row = truth("mixed_up", effect("unknown", "x_1"))
+    exact = said(MISSING, finding("exact", "sensor_gain", "x_1"))
+    rates = counted((row, exact), (row, said(UNKNOWN, finding("unknown")))).rates
+    assert rates["wrong names, of the names given"] == Rate(1, 1)
+    assert rates["wrong exact names, of those given"] == Rate(1, 1)
+    assert rates["outside the catalogue named exactly"] == Rate(0, 0)
+
+
 def test_a_stated_probability_is_of_name_and_place() -> None:
     """As where it is read from: `certify` counts a right name at a wrong place as wrong."""
     sure = {"probability": 0.9}
