@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
 from types import SimpleNamespace
@@ -18,10 +19,11 @@ from bondgraph.signals.recording import Recording
 from identification.diagnosis.diagnose import diagnose
 from identification.diagnosis.evidence.answer import RIGHT
 from identification.diagnosis.evidence.decision import decide
-from identification.diagnosis.evidence.hypotheses import Thresholds
+from identification.diagnosis.evidence.hypotheses import Evidence, Thresholds
 from identification.diagnosis.search import one_step
 from identification.diagnosis.search.candidates import DiagnosisOptions
 from identification.diagnosis.verdict import verdict
+from tests.identification.diagnosis.decision_cases import ROWS, Case, N, lag
 from tests.proof.exam import certifying, stored
 from tests.proof.exam.certifying import GATES, GRID, UNTOLD, certify_lines, replayed, settings
 from tests.proof.exam.said import exam_answer_of
@@ -61,6 +63,38 @@ def test_stored_evidence_gives_the_same_decisions(friction: float) -> None:
         strict = replayed(content, Thresholds(z=1e6))
         assert strict.claims == (UNTOLD,)
         assert strict.alarm
+
+
+def restored(e: Evidence) -> Evidence:
+    return evidence_of(json.loads(json.dumps(stored.stored(e))))
+
+
+def test_a_law_that_is_idle_stays_so() -> None:
+    case = Case(9.0).law("coulomb_friction at d", 0.0).law("quadratic_drag at d", lag(1.0))
+    case.laws[1] = replace(case.laws[1], idle=True)
+    d = decide(restored(case.evidence()))
+    assert (d.answer, d.places) == (case.decided().answer, case.decided().places)
+    assert d.answer != decide(replace(case.evidence(), laws=tuple(
+        replace(s, idle=False) for s in case.evidence().laws
+    ))).answer  # fmt: skip
+    older = stored.stored(case.evidence())
+    del older["several"], older["recordings"]
+    for row in older["laws"]:
+        del row["idle"]
+    assert not any(s.idle for s in evidence_of(older).laws)
+
+
+@pytest.mark.parametrize("agreed", [True, False])
+def test_what_several_recordings_agree_on_is_kept(agreed: bool) -> None:
+    where = 1.0 if agreed else np.where(ROWS.sample < N // 2, 1.0, 0.0)
+    case = Case(9.0, where=where, several=True).law("hysteresis at k", 2.0, test=99.0)
+    case.law("coulomb_friction at d", 2.0, test=99.0).kind("memory", "k", 2.0)
+    for s in case.laws:
+        problem: Any = s.trial.fit.problem
+        problem.data = replace(problem.data, breaks=(N // 2,))
+    again = decide(restored(case.evidence()))
+    assert again.places == case.decided().places
+    assert set(again.places) == ({"k", "d"} if agreed else set())
 
 
 @pytest.mark.parametrize("told", [True, False])
