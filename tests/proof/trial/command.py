@@ -120,12 +120,15 @@ def scored(layout: Layout, development: Path | None = None) -> TrialScore:
     from tests.proof.trial.curves import baseline_curves
     from tests.proof.trial.layout import Layout
     from tests.proof.trial.oracles import read_oracles
+    from tests.proof.trial.running import require_own
     from tests.proof.trial.scoring import score_trial
 
     truths = reveal(layout)
+    require_own(layout, layout.answers)
     known = None
     if development is not None:
         before = Layout(development)
+        require_own(before, before.answers)
         known = read_exam_truths(before.truths), read_each(before.answers, dict)
     curves = baseline_curves(truths, read_each(layout.answers, dict), known)
     return score_trial(truths, read_exam_answers(layout.answers), read_oracles(layout), curves)
@@ -147,6 +150,7 @@ def _told(layout: Layout, found: TrialScore) -> int:
 def _withheld(options: argparse.Namespace) -> int:
     from tests.proof.exam.said import read_exam_answers
     from tests.proof.trial.commitment import reveal, verify, with_note
+    from tests.proof.trial.running import require_own
     from tests.proof.trial.truths import read_public
     from tests.proof.trial.withheld import (
         publish_withheld,
@@ -158,6 +162,7 @@ def _withheld(options: argparse.Namespace) -> int:
     layout = _layout(options)
     public = read_public(layout.public)
     truths = reveal(layout)
+    require_own(layout, layout.answers)
     asked = to_withhold(truths, read_exam_answers(layout.answers))
     if any(not (layout.withheld / f"{i}.json").exists() for i in asked):
         verify(layout)  # what is asked must be the tool that has answered

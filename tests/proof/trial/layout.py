@@ -74,6 +74,11 @@ class Layout:
         return self.data / "sealed" / "truths.json"
 
     @property
+    def drawn(self) -> Path:
+        """The kind of trial that the salt was drawn for."""
+        return self.data / "sealed" / "kind.txt"
+
+    @property
     def salt(self) -> Path:
         """The salt while it is sealed."""
         return self.data / "sealed" / "salt.txt"

@@ -21,6 +21,7 @@ from tests.proof.exam.truths import read_exam_truths, truth_of
 from tests.proof.trial.commitment import truths_hash
 from tests.proof.trial.layout import Layout
 from tests.proof.trial.rates import Rate
+from tests.proof.trial.running import require_own
 
 PUBLISHED = Path(__file__).parent / "trials" / "trial_2"
 LATER_PLANTS = ("table", "speaker")
@@ -37,6 +38,7 @@ def opened(folder: Path) -> tuple[ExamOutcome, ...]:
     """
     draw = Layout(folder)
     if draw.answers.is_dir():
+        require_own(draw, draw.answers)
         found = read_exam_answers(draw.answers)
         known = read_exam_truths(draw.truths)
         return tuple(judge_exam(known[name], answer) for name, answer in found.items())
