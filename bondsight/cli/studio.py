@@ -33,14 +33,16 @@ def add_studio_command(verbs: Any) -> None:
         "--live", action="store_true",
         help="show the steps in a browser of this machine while they are made, then the page",
     )  # fmt: skip
-    p.set_defaults(run=_run, json=False)
+    p.set_defaults(run=_run, json=False, seed=None)
 
 
 def _run(options: argparse.Namespace) -> int:
     if len(options.recordings) == 1 and Path(options.recordings[0]).is_dir():
         folder = Path(options.recordings[0])
-        options.recordings, options.seed = recordings_of(folder)
+        options.recordings, seed = recordings_of(folder)
+        options.seed = seed if options.seed is None else options.seed
         options.out = folder if options.out == OUT else options.out
+    options.seed = options.seed or 0
     if not options.live:
         return diagnose_files(options)[0]
     from identification.diagnosis.studio.live import LiveStudio
