@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 import os
 import re
 from collections.abc import Mapping
@@ -281,7 +282,12 @@ def test_the_studio_takes_the_seed_of_the_verdict_where_none_is_given(
 ) -> None:
     seen: list[int] = []
     monkeypatch.setattr(studio, "recordings_of", lambda folder: ([str(folder / "run.csv")], 7))
-    monkeypatch.setattr(studio, "diagnose_files", lambda o: (seen.append(o.seed) or 0, None))
+
+    def diagnosed(options: argparse.Namespace) -> tuple[int, None]:
+        seen.append(options.seed)
+        return 0, None
+
+    monkeypatch.setattr(studio, "diagnose_files", diagnosed)
     assert main(["studio", str(tmp_path), "--model", "resonator", *given]) == 0
     assert main(["studio", "run.csv", "--model", "resonator"]) == 0
     assert seen == [taken, 0]

@@ -100,13 +100,13 @@ def test_what_several_recordings_agree_on_is_kept(agreed: bool) -> None:
 @pytest.mark.parametrize("told", [True, False])
 def test_the_first_search_stays_first(told: bool, monkeypatch: pytest.MonkeyPatch) -> None:
     """What a search on finer stretches looked at comes after it, or not at all."""
-    whole = import_module(diagnose.__module__)
+    whole, steps = import_module(diagnose.__module__), import_module(one_step.__name__)
 
     def search(floor: float, *names: str) -> None:
         data = SimpleNamespace(names=("x",), floor=[floor])
         whole.steps(SimpleNamespace(fit=SimpleNamespace(problem=SimpleNamespace(data=data))))
         for name in names:
-            one_step.decide(SimpleNamespace(plain=object(), name=name))  # type: ignore[arg-type]
+            steps.decide(SimpleNamespace(plain=object(), name=name))
 
     def finer() -> tuple[str | None, bool]:
         search(2.0, "c")
