@@ -55,7 +55,10 @@ class Data:
     resolution : dict of str to float
         Unit of a sensor's converter, SI, where it is known: rounding to it is no finding.
     floor_measured : bool
-        `floor` was read off the noise itself, not estimated from the spectrum.
+        `floor` was read off the noise itself or is known, of every reading; not estimated from the
+        spectrum.
+    floor_known : frozenset of str
+        Readings of which that holds, where it does not of every one.
     sha256 : str
         Of the recording's file; empty if there is none.
     finer : tuple of (int, dict)
@@ -77,6 +80,12 @@ class Data:
     sha256: str = ""
     finer: tuple[tuple[int, Mapping[str, Array]], ...] = ()
     cuts: tuple[int, ...] = ()
+    floor_known: frozenset[str] = frozenset()
+
+    @property
+    def sure(self) -> Array:
+        """Whether the noise of each reading is measured or known, shape (n_y,)."""
+        return np.array([self.floor_measured or n in self.floor_known for n in self.names], bool)
 
     @property
     def n(self) -> int:

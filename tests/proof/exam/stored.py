@@ -147,7 +147,7 @@ def stored(e: Evidence) -> dict[str, Any]:
 
 def _by_recording(e: Evidence) -> list[list[float]]:
     """Square sums of the prediction errors over the floor, of each recording that trains."""
-    starts = e.laws[0].trial.fit.problem.data.breaks
+    starts = e.laws[0].trial.fit.problem.data.starts
     run = np.searchsorted(starts, e.plain.out.rows.sample, side="right")
     trains = np.bincount(run) > 0
     sums = (
@@ -177,7 +177,8 @@ def _seen(value: float | None) -> float | None:
 
 def _left(left: Remaining) -> list[Any]:
     over = {name: _number(v) for name, v in left.over_noise.items()}
-    return [over, left.measured, _number(left.follows), {}, _number(left.louder)]
+    follows, louder = _number(left.follows), _number(left.louder)
+    return [over, left.measured, follows, {}, louder, sorted(left.sure)]
 
 
 def _law(s: Scored) -> dict[str, Any]:
@@ -214,7 +215,7 @@ def evidence_of(content: Mapping[str, Any]) -> Evidence:
     known = dict(zip(content["elements"], content["classes"], strict=False))
     classes: Any = SimpleNamespace(class_of=lambda x: known.get(x, [x])) if known else None
     return Evidence(
-        scores[0], tuple(laws), tuple(kinds), Remaining(*content["before"]), content["nominal"],
+        scores[0], tuple(laws), tuple(kinds), _remaining(content["before"]), content["nominal"],
         content["trained"], classes, tuple(content["named"]),
         tuple((effect, place) for effect, place in content.get("untried", ())),
         tuple(content.get("located", ())), content.get("along", False),
@@ -230,8 +231,12 @@ def _out_of(sums: list[float]) -> Any:
 
 def _fit_of(recordings: int) -> Any:
     """Return of a fit only where its recordings begin: one row each, as in `_out_of`."""
-    data = SimpleNamespace(breaks=tuple(range(1, recordings)))
+    data = SimpleNamespace(starts=tuple(range(1, recordings)))
     return SimpleNamespace(problem=SimpleNamespace(data=data))
+
+
+def _remaining(row: list[Any]) -> Remaining:
+    return replace(Remaining(*row[:5]), sure=frozenset(*row[5:]))
 
 
 def _known(value: float | None) -> float:
@@ -250,4 +255,4 @@ def _scored(law: Mapping[str, Any], score: Any, fit: Any) -> Scored:
         element=law["element"], fit=fit, added=_known(law.get("added")),
         misstated=law.get("misstated", False),
     )  # fmt: skip
-    return Scored(trial, score, Remaining(*law["left"]), law.get("idle", False))
+    return Scored(trial, score, _remaining(law["left"]), law.get("idle", False))

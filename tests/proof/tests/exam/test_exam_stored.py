@@ -20,6 +20,7 @@ from identification.diagnosis.diagnose import diagnose
 from identification.diagnosis.evidence.answer import RIGHT
 from identification.diagnosis.evidence.decision import decide
 from identification.diagnosis.evidence.hypotheses import Evidence, Thresholds
+from identification.diagnosis.evidence.remaining import Remaining
 from identification.diagnosis.search import one_step
 from identification.diagnosis.search.candidates import DiagnosisOptions
 from identification.diagnosis.verdict import verdict
@@ -82,6 +83,15 @@ def test_a_law_that_is_idle_stays_so() -> None:
     for row in older["laws"]:
         del row["idle"]
     assert not any(s.idle for s in evidence_of(older).laws)
+
+
+def test_whose_noise_is_known_is_kept() -> None:
+    known = Remaining({"x": 2.0, "v": 3.0}, False, 1.0, {}, 1.5, frozenset({"v"}))
+    evidence = Case(9.0, known).law("hysteresis at k", 2.0).evidence()
+    assert restored(evidence).before == known
+    older = stored.stored(evidence)
+    older["before"] = older["before"][:5]
+    assert evidence_of(older).before == replace(known, sure=frozenset())
 
 
 @pytest.mark.parametrize("agreed", [True, False])
