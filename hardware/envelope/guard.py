@@ -32,7 +32,8 @@ class GuardedOutput:
     ----------
     raw : RawOutput
         Handed over for good: nobody else may keep it. It may be `Fed`, and may have attributes
-        ``converter`` (`Converter`) and ``rest`` (V after its power-up; 0).
+        ``converter`` (`Converter`) and ``rest`` (V after its power-up; 0), and a method
+        ``keep_within(envelope)`` if it walks by itself at power-up.
     envelope : Envelope
     clock : Clock, optional
         Time of the program; the computer's by default.

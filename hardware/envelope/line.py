@@ -55,6 +55,9 @@ class OutputLine:
                     f"guard: {what} {volts:g} V, which lies outside {self.low:g} .. {self.high:g} "
                     "V; widen the envelope or use another output"
                 )
+        # what walks by itself at power-up has to know its limits before
+        if (keep := getattr(raw, "keep_within", None)) is not None:
+            keep(envelope)
         self.lock = threading.RLock()
         self.epoch = 0
         self.parkers: set[object] = set()

@@ -15,7 +15,8 @@ from hardware.contracts import Clock, Identity, WallClock
 from hardware.devices.controllers.gcs_errors import UNKNOWN, forgiven
 from hardware.devices.controllers.gcs_setup import GcsSetup
 from hardware.devices.controllers.gcs_talk import GcsTalk
-from hardware.devices.walking import walk
+from hardware.devices.walking import Descent, walk
+from hardware.envelope.limits import Envelope
 from hardware.errors import HardwareError, LimitViolation, LinkLost, ProtocolFault, TimedOut
 
 _STOPPED = 10
@@ -47,6 +48,7 @@ class GcsController:
         self.setup = GcsSetup() if setup is None else setup
         self.clock: Clock = WallClock() if clock is None else clock
         self._identity: Identity | None = None
+        self._way = Descent(self.setup.gentle)
 
     @property
     def identity(self) -> Identity:
@@ -67,19 +69,26 @@ class GcsController:
         parts = [p.strip() for p in answer.rsplit(",", 3)]
         self._identity = Identity(*parts) if len(parts) == 4 else Identity(model=answer)
 
+    def keep_within(self, envelope: Envelope) -> None:
+        """Take the limits of the guard for the way to safe at power-up."""
+        self._way = Descent.within(envelope, self.setup.gentle)
+
     def power_up(self) -> None:
         """Connect where the link is not alive, stop the generator, open the loop, walk to safe.
 
         Raises
         ------
         ProtocolFault
-            If control value and voltage of the device contradict the setup; nothing was put out.
+            If control value and voltage of the device contradict the setup, or tell a voltage
+            that is not allowed; nothing was put out.
         """
         self._revive()
         self.stop_wave()
         self.servo(False)
-        self._check_scale()
-        walk(self.write, self.read(), self.setup.safe, self.setup.gentle, self.clock)
+        # of two that agree the control value: steps are those between control values
+        stands = self._checked()
+        self._way.require(stands, f"{self.talk.address}: stands at")
+        walk(self.write, stands, self.setup.safe, self._way, self.clock)
 
     def write(self, volts: float) -> None:
         """Set the open-loop voltage (V)."""
@@ -217,18 +226,17 @@ class GcsController:
                 self.talk.close()
         self.open()
 
-    def _check_scale(self) -> None:
-        """Compare ``SVA?`` with ``VOL?``; near zero nothing can be told."""
-        if (measured := self._measured()) is None:
-            return
-        expected = self._expected()
-        if abs(measured - expected) > max(_TELLING, 0.1 * abs(measured)):
+    def _checked(self) -> float:
+        """Voltage by ``SVA?`` (V), compared with ``VOL?``; near zero nothing can be told."""
+        measured, expected = self._measured(), self._expected()
+        if measured is not None and abs(measured - expected) > max(_TELLING, 0.1 * abs(measured)):
             raise ProtocolFault(
                 f"{self.talk.address}: by its control value it should be at {expected:g} V, but "
                 f"VOL? says {measured:g} V; nothing was put out, correct scale, offset or channel "
                 "of the setup",
                 measured,
             )
+        return expected
 
     def _measured(self) -> float | None:
         """Voltage of the output channel (V); None where there is no ``VOL?``."""

@@ -21,7 +21,8 @@ from hardware.devices.amplifier import (
     UltrasonicLimits,
 )
 from hardware.devices.daq import Card, CardChannel, CardInputs, SoftwareTimedWave
-from hardware.errors import LimitViolation, LinkLost, TimedOut
+from hardware.envelope import P840_1_UNIPOLAR, GuardedOutput
+from hardware.errors import LimitViolation, LinkLost, ProtocolFault, TimedOut
 from hardware.simulators.registers import AmplifierData, CardFront, Wires
 from hardware.simulators.rig import Rig
 from tests.hardware.devices.daq.bench import Capacitor, card_on
@@ -141,6 +142,46 @@ def test_without_its_inputs_the_card_is_ramped_down_from_what_was_written_last()
         output.read()
     output.power_up()
     assert rig.volts == 0.0
+    assert rig.extremes.largest_step < 1.1
+
+
+class Floating:
+    """Inputs that nothing is wired to."""
+
+    def __init__(self, volts: float) -> None:
+        self.volts = volts
+
+    def read(self) -> np.ndarray:
+        return np.array([self.volts, 0.0])
+
+
+WIDE = replace(STACK, lowest=-200.0, highest=200.0)
+"""As a station makes it: limits of the voltage are the envelope's business."""
+
+
+def test_a_monitor_that_tells_what_cannot_be_is_not_walked_from() -> None:
+    rig, front, card = bench()
+    card.power_up()  # by an earlier program
+    card = card_on(front, rig)
+    raw = AnalogueAmplifier(CardChannel(card), WIDE, Floating(10.0), clock=card.clock)
+    output = GuardedOutput(raw, P840_1_UNIPOLAR, card.clock)
+    with pytest.raises(ProtocolFault, match=r"tells 200 V, outside the 0 \.\. 100 V") as refusal:
+        output.power_up()
+    assert "\n" not in str(refusal.value)
+    assert rig.extremes.highest == 0.0
+
+
+def test_the_last_command_counts_more_than_a_monitor() -> None:
+    rig, _, card = bench()
+    output = AnalogueAmplifier(CardChannel(card), WIDE, Floating(4.0), clock=card.clock)
+    output.power_up()
+    with pytest.raises(LimitViolation):
+        output.write(201.0)
+    for volts in range(11):
+        output.write(float(volts))
+    output.power_up()
+    assert rig.volts == 0.0
+    assert rig.extremes.highest == pytest.approx(10.0, abs=0.02)
     assert rig.extremes.largest_step < 1.1
 
 

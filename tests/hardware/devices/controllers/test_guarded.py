@@ -9,7 +9,7 @@ import pytest
 
 from hardware.devices.controllers import GcsSetup, GcsWave
 from hardware.envelope import Envelope, GuardedOutput, GuardedWave, OutputState
-from hardware.errors import HardwareError, LimitViolation, LinkLost
+from hardware.errors import HardwareError, LimitViolation, LinkLost, ProtocolFault
 from hardware.simulators.controllers import CommandWatchdog, Fault, GcsModel
 from tests.hardware.devices.controllers.bench import Bench, bench
 
@@ -87,3 +87,19 @@ def test_dead_wire_and_a_watchdog() -> None:
         b.rig.wait(1.0)
         assert b.rig.volts == 0.0
         assert b.rig.extremes.largest_step <= 2.0
+
+
+@pytest.mark.parametrize("left", [103.0, 110.0])
+def test_the_walk_at_power_up_keeps_within_the_envelope(left: float) -> None:
+    with bench("own") as b:
+        b.front.device.axis.command(left)
+        output = GuardedOutput(b.controller, LIMITS, clock=b.clock)
+        if left > 105.0:
+            with pytest.raises(ProtocolFault, match=r"stands at 110 V, outside the 0 \.\. 100 V"):
+                output.power_up()
+            assert b.rig.volts == left
+        else:
+            output.power_up()
+            assert b.rig.volts == 0.0
+        sent = [float(c.split()[2]) for c in b.front.device.commands if c.startswith("SVA ")]
+        assert max(sent, default=0.0) <= 100.0
