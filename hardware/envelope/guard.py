@@ -32,8 +32,9 @@ class GuardedOutput:
     ----------
     raw : RawOutput
         Handed over for good: nobody else may keep it. It may be `Fed`, and may have attributes
-        ``converter`` (`Converter`) and ``rest`` (V after its power-up; 0), and a method
-        ``keep_within(envelope)`` if it walks by itself at power-up.
+        ``converter`` (`Converter`) and ``rest`` (V after its power-up; 0). If it walks by itself
+        at power-up it has methods ``keep_within(envelope)`` and, where players share the device,
+        ``moved(volts)``, which is told where it stands.
     envelope : Envelope
     clock : Clock, optional
         Time of the program; the computer's by default.

@@ -58,6 +58,8 @@ class OutputLine:
         # what walks by itself at power-up has to know its limits before
         if (keep := getattr(raw, "keep_within", None)) is not None:
             keep(envelope)
+        # and where a player has left it
+        self.moved: Callable[[float], None] | None = getattr(raw, "moved", None)
         self.lock = threading.RLock()
         self.epoch = 0
         self.parkers: set[object] = set()
@@ -131,6 +133,11 @@ class OutputLine:
                 f"silent for more than the {engineering(self.heart.timeout, 's')} of its watchdog"
             )
 
+    def may_rest(self) -> bool:
+        """Whether a watchdog may have parked the device behind the program's back."""
+        fed = self.heart.timeout is not None
+        return self.heart.bitten(self.clock.now()) if fed else self.raw.has_watchdog
+
     def write(self, volts: float, what: str) -> None:
         """Send one voltage (V).
 
@@ -172,6 +179,8 @@ class OutputLine:
         now = self.clock.now()
         self.present = volts
         self.span = volts, volts
+        if self.moved is not None:
+            self.moved(volts)
         self.restarted = False
         self.last = now
         self.dwelling.moved(volts, now)

@@ -100,13 +100,16 @@ def _find(line: OutputLine) -> str:
 
     A read-back near the last commands is believed. One far from them is believed only if it was
     proven, lies where the device rests after a restart, and the link was what failed. Any other
-    one is not: the way down then begins at the last command.
+    one is not, and some devices have none: the way down then begins at the last command. Only
+    where none is known, or it cannot be given again, the device is powered up anew.
     """
     try:
         reading = line.raw.read()
     except Exception:
         reading = None
     if reading is None or math.isnan(reading):
+        if line.span is not None and not line.may_rest() and _stays(line, line.span):
+            return "taken for the last command, it cannot be read back"
         line.power_up()
         return ""
     allowed = PLAUSIBLE * (line.envelope.v_max - line.envelope.v_min)
@@ -138,6 +141,17 @@ def _find(line: OutputLine) -> str:
     # the way down begins by writing this value
     line.interrupted = True
     return remark
+
+
+def _stays(line: OutputLine, span: tuple[float, float]) -> bool:
+    """Give the last command again; False if it cannot be given."""
+    line.reached(0.5 * (span[0] + span[1]), "taken for the last command")
+    line.interrupted = True
+    try:
+        line.settle()
+    except Exception:
+        return False
+    return True
 
 
 def _stands(line: OutputLine, reading: float) -> None:

@@ -88,6 +88,10 @@ class AnalogueAmplifier:
         """Take the limits and the pace of the guard for the way to 0 V at power-up."""
         self._way = Descent.within(envelope)
 
+    def moved(self, volts: float) -> None:
+        """Take note of a voltage at the actuator (V) that a player has written."""
+        self._last = volts
+
     def power_up(self) -> None:
         """Bring the actuator to 0 V without an overshoot.
 

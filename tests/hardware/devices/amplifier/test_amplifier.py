@@ -16,6 +16,7 @@ from hardware.devices.amplifier import (
     EPA_104,
     Amplifier,
     AnalogueAmplifier,
+    EndedWave,
     Monitors,
     UltrasonicDriver,
     UltrasonicLimits,
@@ -234,6 +235,21 @@ def test_the_ultrasonic_driver_keeps_its_input_and_the_ends_of_travel() -> None:
     assert rig.volts == 0.0
     assert card.lines == 0
     assert driver.read() is None
+
+
+def test_a_wave_that_a_switch_has_ended_stands_at_none_of_its_samples() -> None:
+    rig, front, card = bench(AmplifierData(gain=1.0, lowest=-10.0, highest=10.0))
+    driver = UltrasonicDriver(CardChannel(card), UltrasonicLimits(upper_end=1), card)
+    driver.power_up()
+    wave = EndedWave(SoftwareTimedWave(card, driver.amplifier), driver)
+    wave.load(np.linspace(0.0, 5.0, 100), 1e3)
+    front.registers.lines_in = 0b10
+    with pytest.raises(LimitViolation, match="end of travel"):
+        list(wave.play())
+    assert rig.volts == 0.0
+    assert wave.position is None
+    front.registers.lines_in = 0
+    assert list(wave.play())[-1].samples == wave.position == 100
 
 
 def test_the_supply_of_the_ultrasonic_driver_is_off_while_its_input_is_unknown() -> None:
