@@ -51,6 +51,11 @@ class Descent:
         """Return a voltage (V) cut to the limits."""
         return min(max(volts, self.lowest), self.highest)
 
+    def allows(self, volts: float) -> bool:
+        """Whether a voltage (V) may be taken for one within the limits."""
+        margin = _PLAUSIBLE * (self.highest - self.lowest)
+        return self.lowest - margin <= volts <= self.highest + margin
+
     def require(self, volts: float, what: str) -> None:
         """Refuse to begin at a voltage (V) that cannot be.
 
@@ -59,8 +64,7 @@ class Descent:
         ProtocolFault
             It lies outside the limits by more than a monitor may be off; nothing was written.
         """
-        margin = _PLAUSIBLE * (self.highest - self.lowest)
-        if not self.lowest - margin <= volts <= self.highest + margin:
+        if not self.allows(volts):
             raise ProtocolFault(
                 f"{what} {volts:g} V, outside the {self.lowest:g} .. {self.highest:g} V that are "
                 "allowed; nothing was written: check the monitor with its scale and wire, or "

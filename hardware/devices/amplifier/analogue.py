@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import final
 
+from bondgraph.support.errors import UnusableInput
 from hardware.contracts import Clock, Identity, WallClock
 from hardware.devices.amplifier.channel import AnalogueChannel, AnalogueInputs
 from hardware.devices.amplifier.data import Amplifier
@@ -85,32 +86,45 @@ class AnalogueAmplifier:
         return False
 
     def keep_within(self, envelope: Envelope) -> None:
-        """Take the limits and the pace of the guard for the way to 0 V at power-up."""
-        self._way = Descent.within(envelope)
+        """Take the limits and the pace of the guard for the way to 0 V at power-up.
+
+        Raises
+        ------
+        UnusableInput
+            Its offset alone is more than the actuator may have.
+        """
+        way, offset = Descent.within(envelope), self._amplifier.offset
+        if not way.allows(offset):
+            raise UnusableInput(
+                f"{self._amplifier.name}: its offset puts {offset:g} V on the actuator while the "
+                f"card gives nothing, outside {way.lowest:g} .. {way.highest:g} V; turn the offset "
+                "down, or widen the envelope"
+            )
+        self._way = way
 
     def moved(self, volts: float) -> None:
         """Take note of a voltage at the actuator (V) that a player has written."""
         self._last = volts
 
     def power_up(self) -> None:
-        """Bring the actuator to 0 V without an overshoot.
+        """Bring the actuator to 0 V by a ramp.
 
-        If the card is giving a voltage already, it is ramped down first: from what was written
-        last or, at the start of a program, from what the monitor tells. Where neither is known
-        the card goes to 0 V in one step.
+        A card that is off comes up at 0 V, so that the ramp begins at the amplifier's offset. If
+        the card is giving a voltage already, it begins at what was written last or, at the start
+        of a program, at what the monitor tells. Where neither is known the card goes to 0 V in one
+        step.
 
         Raises
         ------
         ProtocolFault
             The monitor tells a voltage that is not allowed; nothing was written.
         """
-        present = self._found() if self._channel.adopt() else None
-        if present is not None:
-            walk(self._write_held, present, 0.0, self._way, self._clock)
-        self._channel.power_up()
-        self._last = 0.0
-        if self._amplifier.offset:
-            self.write(0.0)
+        if self._channel.adopt():
+            present = self._found()
+        else:
+            self._channel.power_up()
+            present = self._last = self._amplifier.offset
+        walk(self._write_held, present, 0.0, self._way, self._clock)
 
     def write(self, volts: float) -> None:
         """Set the voltage at the actuator (V) now.
