@@ -22,7 +22,12 @@ from hardware.errors import HardwareError, LimitViolation, LinkLost, ProtocolFau
 _STOPPED = 10
 _SERVO_TIME = 0x0E000200
 _TELLING = 2.0
-"""Difference of control value and voltage that tells of a wrong setup (V)."""
+"""Difference of a voltage from where it should be that tells (V); a tenth of large ones."""
+
+
+def differ(measured: float, expected: float) -> bool:
+    """Whether a voltage is not the one that it should be (V)."""
+    return abs(measured - expected) > max(_TELLING, 0.1 * abs(measured))
 
 
 @final
@@ -96,8 +101,12 @@ class GcsController:
 
     def read(self) -> float | None:
         """Voltage of the output channel (V); of the control value where there is no ``VOL?``."""
-        volts = self._measured()
+        volts = self.measured()
         return self._expected() if volts is None else volts
+
+    def measured(self) -> float | None:
+        """Voltage of the output channel (V); None where there is no ``VOL?``."""
+        return forgiven(UNKNOWN, lambda: self._number("VOL?", self.setup.channel))
 
     def close(self) -> None:
         """Hang up; the output keeps its voltage. Never raises and never hangs."""
@@ -228,8 +237,8 @@ class GcsController:
 
     def _checked(self) -> float:
         """Voltage by ``SVA?`` (V), compared with ``VOL?``; near zero nothing can be told."""
-        measured, expected = self._measured(), self._expected()
-        if measured is not None and abs(measured - expected) > max(_TELLING, 0.1 * abs(measured)):
+        measured, expected = self.measured(), self._expected()
+        if measured is not None and differ(measured, expected):
             raise ProtocolFault(
                 f"{self.talk.address}: by its control value it should be at {expected:g} V, but "
                 f"VOL? says {measured:g} V; nothing was put out, correct scale, offset or channel "
@@ -237,10 +246,6 @@ class GcsController:
                 measured,
             )
         return expected
-
-    def _measured(self) -> float | None:
-        """Voltage of the output channel (V); None where there is no ``VOL?``."""
-        return forgiven(UNKNOWN, lambda: self._number("VOL?", self.setup.channel))
 
     def _expected(self) -> float:
         """Voltage (V) that belongs to the present control value."""
