@@ -217,7 +217,8 @@ class GuardedOutput:
         Commands are refused until it has ended, and at its end the safe value is written whatever
         is known. An unknown output is looked for by its read-back, else powered up anew; one that
         contradicts the last command is not believed, and `status` says so. Before the first
-        `power_up` and after `close` there is nothing to park.
+        `power_up` and after `close` there is nothing to park. In a signal handler that has come
+        within a write or a step of a waveform it returns at once, and that one parks at its end.
 
         Raises
         ------

@@ -186,14 +186,7 @@ class GuardedWave:
             # stays set if an interrupt ends the transfer: the last report is not the last sample
             self._inside = True
             self._idle.clear()
-        try:
-            written = next(source, None)
-            self._inside = False
-        except Exception as error:
-            line.lose(error, "play")
-            raise
-        finally:
-            self._idle.set()
+        written = line.whole(lambda: self._advanced(source))
         with line.lock:
             self._require_reign(epoch)
             if written is None:
@@ -204,6 +197,17 @@ class GuardedWave:
                 line.reached(float(prepared.volts[k]), "playing a waveform")
             line.beat()
         return written
+
+    def _advanced(self, source: Iterator[WaveProgress]) -> WaveProgress | None:
+        try:
+            written = next(source, None)
+            self._inside = False
+            return written
+        except Exception as error:
+            self._output._line.lose(error, "play")
+            raise
+        finally:
+            self._idle.set()
 
     def _require_reign(self, epoch: int) -> None:
         if epoch != self._output._line.epoch:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import threading
 from collections.abc import Callable
-from typing import final
+from typing import TypeVar, final
 
 from bondgraph.support.errors import UnusableInput
 from hardware.contracts import Clock, RawOutput
@@ -16,6 +16,7 @@ from hardware.envelope.state import OutputState
 from hardware.envelope.watchdog import Heartbeat
 from hardware.errors import HardwareError, LimitViolation, ProtocolFault
 
+T = TypeVar("T")
 TICK = 2e-3
 """Longest time between two steps of a ramp (s)."""
 PLAUSIBLE = 0.05
@@ -63,6 +64,8 @@ class OutputLine:
         self.lock = threading.RLock()
         self.epoch = 0
         self.parkers: set[object] = set()
+        self.inside: set[int] = set()
+        self.deferred: dict[int, Callable[[OutputLine], None]] = {}
         self.charge: int | None = None
         self.parks = 0
         self.closed = False
@@ -152,27 +155,73 @@ class OutputLine:
             raise LimitViolation(
                 f"{what}: {volts!r} V lies outside {self.low:g} .. {self.high:g} V; not sent"
             )
-        volts = min(max(volts, self.low), self.high)
+        self.whole(lambda: self._send(min(max(volts, self.low), self.high), what))
+
+    def _send(self, volts: float, what: str) -> None:
+        before = self.present, self.span, self.state, self.interrupted
         around = (*(self.span or (self.present,)), volts)
         try:
+            # first: wherever Ctrl-C comes in, the device has this voltage or the one before
+            self.interrupted = True
+            self.span = min(around), max(around)
+            self.present = volts
+            self.state = OutputState.DRIVEN
             self.raw.write(volts)
+            self.reached(volts, what)
+            self.interrupted = False
         except LimitViolation as error:
             # the device's own refusal: nothing was sent, unless it tells where it went instead
+            self.present, self.span, self.state, self.interrupted = before
             if isinstance(error.partial, float):
                 self.reached(error.partial, what)
             raise
         except Exception as error:
+            self.present, _, self.state, self.interrupted = before
             self.span = min(around), max(around)
             self.lose(error, what)
             raise
         except BaseException:
-            # Ctrl-C inside the transfer: the device has this voltage or the one before
-            self.interrupted = True
             self.reached(volts, what)
             self.span = min(around), max(around)
             raise
-        self.interrupted = False
-        self.reached(volts, what)
+
+    def whole(self, action: Callable[[], T]) -> T:
+        """Do something at the device that nothing of the same thread may come in between.
+
+        A signal handler runs within whatever it interrupts, which would go on behind it and undo
+        it. So `defer` keeps what it asks for until the action is over.
+        """
+        me = threading.get_ident()
+        outer = me not in self.inside
+        error: BaseException | None = None
+        try:
+            self.inside.add(me)
+            return action()
+        except BaseException as caught:
+            error = caught
+            raise
+        finally:
+            if outer:
+                self.inside.discard(me)
+                self._do_deferred(me, error)
+
+    def defer(self, action: Callable[[OutputLine], None]) -> bool:
+        """Keep an action for the end of what this thread is doing; False if it does nothing."""
+        me = threading.get_ident()
+        if me not in self.inside:
+            return False
+        self.deferred[me] = action
+        return True
+
+    def _do_deferred(self, me: int, error: BaseException | None) -> None:
+        if (action := self.deferred.pop(me, None)) is None:
+            return
+        try:
+            action(self)
+        except Exception as second:
+            if error is None:
+                raise
+            error.add_note(f"stop() within it failed too: {second}")
 
     def reached(self, volts: float, what: str) -> None:
         """Note that the output stands at a voltage (V) from now on."""
@@ -252,6 +301,9 @@ class OutputLine:
 
     def power_up(self) -> None:
         """Let the device come up and compare what it tells with where it should be."""
+        self.whole(self._come_up)
+
+    def _come_up(self) -> None:
         self.touched = True
         self.forget_quietly("power-up did not end")
         self.span = None

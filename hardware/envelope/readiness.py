@@ -2,15 +2,22 @@
 
 from __future__ import annotations
 
+import threading
+
 from hardware.envelope.line import OutputLine
 from hardware.envelope.state import OutputState
 from hardware.errors import LimitViolation
 
 
 def require_open(line: OutputLine, what: str) -> None:
-    """Refuse what comes after `close`, or while a stop is on its way down."""
+    """Refuse what comes after `close`, while a stop is on its way down, or within a write."""
     if line.closed:
         raise LimitViolation(f"{what}: the output is closed; open the device anew")
+    if threading.get_ident() in line.inside:
+        raise LimitViolation(
+            f"{what}: given within another command of this thread, by a signal handler; there "
+            "only stop() and close() may be called"
+        )
     if line.parkers:
         raise LimitViolation(
             f"{what}: stop() is on its way to {line.envelope.safe:g} V; wait until it has ended"

@@ -13,13 +13,16 @@ def park(line: OutputLine) -> None:
     """Park, and return when that is done; commands are refused until then.
 
     A second call, of another thread or of a signal handler, takes over; the first one returns
-    when the output is parked all the same.
+    when the output is parked all the same. A signal handler that has come within a write of its
+    own thread returns at once, and the way down begins when that write is over.
 
     Raises
     ------
     Exception
         Of the device, at two attempts; the output is unknown then.
     """
+    if line.defer(close if line.closed else park):
+        return
     token = object()
     try:
         # before the lock, which a thread of commands might never leave to others
@@ -43,6 +46,8 @@ def park(line: OutputLine) -> None:
 def close(line: OutputLine) -> None:
     """Refuse all commands, park, let go of the device."""
     line.closed = True
+    if line.defer(close):
+        return
     try:
         if line.touched and not line.released:
             park(line)
