@@ -332,10 +332,11 @@ class OutputLine:
 
     def end_wave(self) -> None:
         """Stop the waveform that plays, if one does."""
-        halt, self.halt = self.halt, None
-        if halt is None:
+        if self.halt is None:
             return
-        around = halt()
+        around = self.halt()
+        # an interrupted one is ended again by the next who comes
+        self.halt = None
         self.span = None if around is None else (min(around), max(around))
         if self.state is OutputState.UNKNOWN:
             return

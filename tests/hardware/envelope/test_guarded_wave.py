@@ -131,6 +131,30 @@ def test_ctrl_c_anywhere_in_a_steep_waveform(place: int) -> None:
     assert unsafe(b.device, -20.0, 100.0, 10.0) == []
 
 
+def test_an_abort_that_was_interrupted_is_done_again() -> None:
+    class Pressed(TellingPlayer):
+        pressed = False
+
+        def abort(self) -> None:
+            if not self.pressed:
+                self.pressed = True
+                raise KeyboardInterrupt
+            super().abort()
+
+    b = bench()
+    player = Pressed(b.device)
+    wave = GuardedWave(b.output, player)
+    wave.prepare(WAVE, RATE)
+    playing = wave.play()
+    with pytest.raises(KeyboardInterrupt), parked(b.output):
+        for written in playing:
+            if written.samples >= 40:
+                raise KeyboardInterrupt
+    assert not player.running
+    assert b.device.volts == 0.0
+    assert b.output.state is OutputState.PARKED
+
+
 def test_abort_leaves_the_voltage_and_ends_the_iterator() -> None:
     b = bench()
     wave, _ = waves(b)
