@@ -78,6 +78,11 @@ class AsciiController:
         serial = self._identity[1] if len(self._identity) > 1 else ""
         return Identity(d.maker, f"{d.model} ({self._identity[0]})", serial)
 
+    @property
+    def rest(self) -> float:
+        """Where it stands after a power-up (V), for the guard."""
+        return self._safe
+
     def open(self) -> None:
         """Connect and identify."""
         self._transport.open()

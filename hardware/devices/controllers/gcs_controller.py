@@ -67,6 +67,11 @@ class GcsController:
         """Whether the setup says so."""
         return self.setup.watchdog
 
+    @property
+    def rest(self) -> float:
+        """Where it stands after a power-up (V), for the guard."""
+        return self.setup.safe
+
     def open(self) -> None:
         """Connect and identify."""
         answer = self.talk.open()
