@@ -12,7 +12,7 @@ from hardware.envelope.line import OutputLine
 from hardware.envelope.plain_numbers import engineering, finite_number
 from hardware.envelope.proof import compare, noise_of, probe_step
 from hardware.envelope.provenance import provenance
-from hardware.envelope.readiness import refuse_again, require_open, require_ready
+from hardware.envelope.readiness import overstay, refuse_again, require_open, require_ready
 from hardware.envelope.single import check_ramp, check_set, nearest
 from hardware.envelope.state import OutputState, OutputStatus
 from hardware.envelope.way_down import close, park
@@ -272,14 +272,10 @@ class GuardedOutput:
             if line.closed or self.state is OutputState.UNKNOWN:
                 return
             line.beat()
-            late = None if line.halt is not None else line.dwelling.exceeded(line.clock.now())
+            late = line.overstayed()
         if late is not None:
-            dwell, seconds = late
             self.stop()
-            raise LimitViolation(
-                f"output: {engineering(seconds, 's')} beyond {dwell.level:g} V, allowed are "
-                f"{engineering(dwell.seconds, 's')}; it was ramped to {self.envelope.safe:g} V"
-            )
+            raise overstay(line, *late)
 
     def close(self) -> None:
         """Refuse all commands, park and let go of the device, any number of times.

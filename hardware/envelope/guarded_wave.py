@@ -19,7 +19,13 @@ from hardware.envelope.guard import GuardedOutput
 from hardware.envelope.marks import marked
 from hardware.envelope.plain_numbers import finite_number, finite_wave
 from hardware.envelope.raw_wave import RawWave
-from hardware.envelope.readiness import refuse_again, require_open, require_ready, require_rest
+from hardware.envelope.readiness import (
+    overstay,
+    refuse_again,
+    require_open,
+    require_ready,
+    require_rest,
+)
 from hardware.envelope.runs import trail
 from hardware.envelope.wave import check_join, check_wave
 from hardware.errors import HardwareError, LimitViolation, Overrun, ProtocolFault
@@ -182,6 +188,9 @@ class GuardedWave:
         line = self._output._line
         with line.lock:
             self._require_reign(epoch)
+            if (late := line.overstayed()) is not None:
+                # whoever raises out of here ramps down
+                raise overstay(line, *late)
             self._player = threading.get_ident()
             # stays set if an interrupt ends the transfer: the last report is not the last sample
             self._inside = True

@@ -10,7 +10,7 @@ from typing import TypeVar, final
 from bondgraph.support.errors import UnusableInput
 from hardware.contracts import Clock, RawOutput
 from hardware.envelope.dwelling import Dwelling
-from hardware.envelope.limits import Converter, Envelope
+from hardware.envelope.limits import Converter, Dwell, Envelope
 from hardware.envelope.plain_numbers import engineering
 from hardware.envelope.state import OutputState
 from hardware.envelope.watchdog import Heartbeat
@@ -262,6 +262,18 @@ class OutputLine:
                 f"set: {engineering(passed, 's')} after the command before, allowed is "
                 f"{engineering(period, 's')}; the clock stands still, check it"
             )
+
+    def overstayed(self) -> tuple[Dwell, float] | None:
+        """Return the first dwell that has lasted too long, and how long (s).
+
+        A waveform was judged as a whole; of it only a stall can be too long.
+        """
+        if not self.envelope.dwell:
+            return None
+        now = self.clock.now()
+        if self.halt is None:
+            return self.dwelling.exceeded(now)
+        return self.dwelling.stalled(self.present, 0.0 if self.last is None else now - self.last)
 
     def beat(self) -> None:
         """Feed the watchdog if it is due."""

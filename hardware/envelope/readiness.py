@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import threading
 
+from hardware.envelope.limits import Dwell
 from hardware.envelope.line import OutputLine
+from hardware.envelope.plain_numbers import engineering
 from hardware.envelope.state import OutputState
 from hardware.errors import LimitViolation
 
@@ -41,6 +43,14 @@ def require_ready(line: OutputLine, what: str) -> None:
     if not line.cleared:
         raise LimitViolation(f"{what}: {line.hindrance}; call power_up() first")
     require_rest(line, what)
+
+
+def overstay(line: OutputLine, dwell: Dwell, seconds: float) -> LimitViolation:
+    """Make the error of an output that was beyond a level for too long (s)."""
+    return LimitViolation(
+        f"output: {engineering(seconds, 's')} beyond {dwell.level:g} V, allowed are "
+        f"{engineering(dwell.seconds, 's')}; it was ramped to {line.envelope.safe:g} V"
+    )
 
 
 def refuse_again(guard: object) -> None:

@@ -275,6 +275,33 @@ def test_dwell_goes_on_across_waveforms() -> None:
         b.output.tend()
 
 
+@pytest.mark.parametrize("found_by", ["tend", "next"])
+def test_dwell_holds_while_a_waveform_stalls(found_by: str) -> None:
+    b = bench(Envelope(-20.0, 100.0, 1e4, gentle=500.0, dwell=[Dwell(60.0, 0.2)]))
+    wave, player = waves(b)
+    wave.prepare(np.concatenate([np.linspace(0.0, 80.0, 100), np.linspace(80.0, 0.0, 100)]), RATE)
+    playing = wave.play()
+    while next(playing).samples < 100:
+        b.output.tend()
+    b.clock.sleep(0.19)
+    b.output.tend()
+    b.clock.sleep(0.02)
+    with pytest.raises(LimitViolation, match=r"210 ms beyond 60 V.* ramped to 0 V"):
+        if found_by == "tend":
+            b.output.tend()
+        else:
+            next(playing)
+    assert not player.running
+    assert b.device.volts == 0.0
+    assert b.output.state is OutputState.PARKED
+    # below the level it may wait as long as it likes
+    playing = wave.play()
+    assert next(playing).samples == 20
+    b.clock.sleep(10.0)
+    b.output.tend()
+    assert list(playing)[-1].samples == 200
+
+
 def test_the_converter_limits_waveforms() -> None:
     b = bench(converter=Converter(-10.0, 60.0))
     wave, _ = waves(b)
