@@ -7,7 +7,6 @@ from typing import final
 
 from hardware.envelope.limits import ROUNDING, Dwell, Envelope
 
-
 STALL = 0.1
 """Silence of a waveform that is one (s); it reports about every 20 ms."""
 

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 from hardware.contracts import Clock, Identity, RawOutput, WallClock
 from hardware.envelope.limits import Converter, Envelope
 from hardware.envelope.line import OutputLine
-from hardware.envelope.plain_numbers import engineering, finite_number
+from hardware.envelope.plain_numbers import finite_number
 from hardware.envelope.proof import compare, noise_of, probe_step
 from hardware.envelope.provenance import provenance
 from hardware.envelope.readiness import overstay, refuse_again, require_open, require_ready

@@ -35,9 +35,10 @@ def recover(
 ) -> tuple[Path, ...]:
     """Save what a journal holds as recordings beside it.
 
-    Streams on one clock become NAME.npz; every other stream becomes NAME-STREAM.npz with a time
-    base of its own, also one that carries its own instants, as a force gauge does. Where samples are missing or not finite a new recording begins
-    (NAME-STREAM-2.npz): nothing is filled and nothing joined. The journal stays as it is.
+    Streams on one clock become NAME.npz; every other one becomes NAME-STREAM.npz with a time base
+    of its own, also what carries its own instants, as a force gauge does. Where samples are
+    missing or not finite a new recording begins (NAME-STREAM-2.npz): nothing is filled and nothing
+    joined. The journal stays as it is.
 
     Parameters
     ----------
@@ -112,8 +113,9 @@ def recovered(
     # what has instants of its own was read now and then: its numbers are not those of the output
     paced = {s: d for s, d in data.items() if s == OUTPUT or INSTANT not in d.channels}
     pace = {known.get(s) for s in paced}
+    one_clock = alignment.method == "shared clock" and len(pace) == 1 and None not in pace
     found: list[tuple[str, Piece]] = []
-    if alignment.method == "shared clock" and len(paced) > 1 and len(pace) == 1 and None not in pace:
+    if one_clock and len(paced) > 1:
         found += [("", p) for p in pieces(joined(paced))]
     alone = known if not found else [s for s in known if s not in paced]
     # two clocks, or one stream without a sample of the other: each by itself

@@ -146,10 +146,14 @@ def test_an_abort_that_was_interrupted_is_done_again() -> None:
     wave = GuardedWave(b.output, player)
     wave.prepare(WAVE, RATE)
     playing = wave.play()
-    with pytest.raises(KeyboardInterrupt), parked(b.output):
-        for written in playing:
-            if written.samples >= 40:
-                raise KeyboardInterrupt
+
+    def interrupted() -> None:
+        with parked(b.output):
+            next(playing)
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        interrupted()
     assert not player.running
     assert b.device.volts == 0.0
     assert b.output.state is OutputState.PARKED
@@ -286,11 +290,9 @@ def test_dwell_holds_while_a_waveform_stalls(found_by: str) -> None:
     b.clock.sleep(0.19)
     b.output.tend()
     b.clock.sleep(0.02)
+    look = b.output.tend if found_by == "tend" else playing.__next__
     with pytest.raises(LimitViolation, match=r"210 ms beyond 60 V.* ramped to 0 V"):
-        if found_by == "tend":
-            b.output.tend()
-        else:
-            next(playing)
+        look()
     assert not player.running
     assert b.device.volts == 0.0
     assert b.output.state is OutputState.PARKED

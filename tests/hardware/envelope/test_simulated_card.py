@@ -10,10 +10,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from hardware.contracts import WaveProgress
 from hardware.devices.amplifier import Amplifier, AnalogueAmplifier, Monitors
 from hardware.devices.daq import CardChannel, CardInputs, CardWiring, SoftwareTimedWave
 from hardware.envelope import P840_1_UNIPOLAR, GuardedOutput, GuardedWave, OutputState, parked
-from hardware.contracts import WaveProgress
 from hardware.errors import HardwareError, TimedOut
 from hardware.simulators.registers import CardFront, Wires
 from hardware.simulators.rig import Rig
@@ -109,9 +109,13 @@ def test_a_waveform_that_fails_without_a_voltage_monitor_is_walked_down(tells: b
     wave = GuardedWave(output, player if tells else Untold(player))
     output.power_up()
     wave.prepare(np.linspace(0.0, 80.0, 4000), 2e3)
-    with pytest.raises(TimedOut):
+
+    def play() -> None:
         for written in wave.play():
             front.faults.endless = written.samples >= 3800
+
+    with pytest.raises(TimedOut):
+        play()
     assert rig.extremes.highest > 75.0
     assert output.state is OutputState.PARKED
     assert rig.volts == 0.0
