@@ -344,3 +344,13 @@ def test_records_that_cannot_be_used(volt: np.ndarray, said: str) -> None:
     assert "\n" not in str(error.value)
     with pytest.raises(UnusableInput, match="at least one recording"):
         identify_stack([], Interval.of(65e6, 0.0))
+
+
+def test_recordings_at_two_rates_are_refused(records: tuple[Recording, Recording]) -> None:
+    ramp, loops = records
+    slow = Recording(
+        "slow loops", loops.time[::2], {c: loops[c][::2] for c in loops.channels}, loops.units
+    )
+    with pytest.raises(UnusableInput, match="slow loops: is sampled at 500 Hz, ramp at 1000") as e:
+        identify_stack([ramp, slow], Interval.of(65e6, 0.0), counts=(4,))
+    assert "\n" not in str(e.value)
