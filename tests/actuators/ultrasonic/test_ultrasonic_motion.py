@@ -94,6 +94,16 @@ def test_motion_is_mirrored_with_the_voltage() -> None:
     np.testing.assert_allclose(up.moved[free], -down.moved[free], atol=1e-12)
 
 
+def test_what_becomes_of_a_run_is_told_of_the_end_it_is_driven_to() -> None:
+    down = us.constant_voltage(-10.0, runs=8, duration=0.3)
+    assert down.final.max() == 0.0
+    assert (down.arrived, down.stuck) == (1.0, 0.0)
+    assert 0.0 < down.relative_spread < 2.0
+    slow = us.constant_voltage(-3.0, runs=8, duration=0.3)
+    assert slow.arrived < 0.5
+    assert slow.stuck > 0.2
+
+
 def test_lowest_sure_voltage_moves_everywhere() -> None:
     stage = us.guided_stage(0)
     sure = us.lowest_sure_voltage(stage)
