@@ -5,10 +5,12 @@ from __future__ import annotations
 from dataclasses import replace
 from math import atan, degrees, inf, pi, radians
 
+import casadi as ca
 import numpy as np
 import pytest
 
 from actuators import ultrasonic as us
+from actuators.ultrasonic.closed_loop import decision
 from actuators.ultrasonic.sampled_loop import closed_loop_matrix, open_loop_response
 from actuators.ultrasonic.stage import MOVED_MASS
 from bondgraph import UnusableInput
@@ -110,6 +112,20 @@ def test_lowest_sure_voltage_moves_everywhere() -> None:
     assert us.constant_voltage(sure + 0.05, stage=stage, duration=1.0).arrived == 1.0
     assert us.constant_voltage(sure - 0.25, stage=stage, duration=1.0).arrived < 1.0
     assert us.speed_at_sure_voltage(stage) > 0.1  # m/s: nothing slower is sure
+
+
+def test_the_law_of_the_controller_is_the_one_it_states() -> None:
+    c = us.PositionController(100.0, 0.05, 2e-3, breakaway=0.01)
+    sampling = us.Sampling(1000.0)
+    decide, reference = decision(ca, c, sampling), 1e-4
+    before, last = 0.0, 0.0
+    for x in (0.0, 3e-6, 7e-6, 8e-6):
+        e, period = reference - x, 1 / sampling.rate
+        stated = c.gain * (e + before - c.derivative * (x - last) / period) + 0.01
+        force, before, last = (float(v) for v in decide(x, before, last, reference))
+        assert force == pytest.approx(stated, rel=1e-6)
+    errors = [reference - x for x in (0.0, 3e-6, 7e-6, 8e-6)]
+    assert before == pytest.approx(period / c.integral * sum(errors), rel=1e-3)
 
 
 # -- the position loop -----------------------------------------------------------------------
