@@ -271,7 +271,13 @@ def ramp_table(ramps: Sequence[RampFit]) -> str:
 def number_table(stack: IdentifiedStack) -> str:
     """Return every number of the operator and of its inverse."""
     lines = [f"{stack.operator.kind}, number and 95 % interval, SI (c = 1, w_s0 = 1 are the gauge)"]
-    lines += [f"  {n.name:8s} {said_of(Interval(n.value, n.ci95))}" for n in stack.numbers]
+    for n in stack.numbers:
+        said = (
+            f"{n.value:.5g} [not determined: {n.reason}]"
+            if n.ci95 is None
+            else said_of(Interval(n.value, n.ci95))
+        )
+        lines.append(f"  {n.name:8s} {said}")
     inverse: Any = stack.operator.inverse()
     stages = [("r'", "w'", inverse)] if hasattr(inverse, "weights") else [
         ("d'", "ws'", inverse.dead_zone), ("r'", "wf'", inverse.play)

@@ -36,6 +36,7 @@ from actuators.stack.validation import rms, validate
 from bondgraph.hysteresis import AlJanaideh, KelvinVoigtCreep, MaxwellResistiveCapacitor
 from bondgraph.hysteresis.errors import NotInvertible
 from bondgraph.hysteresis.fitting.loop_records import LoopRecords
+from bondgraph.hysteresis.fitting.numbered import FittedNumber
 from bondgraph.laws import Hysteretic
 from bondgraph.signals.drive_limits import VoltageLimit
 from bondgraph.signals.recording import Recording
@@ -344,6 +345,18 @@ def test_records_that_cannot_be_used(volt: np.ndarray, said: str) -> None:
     assert "\n" not in str(error.value)
     with pytest.raises(UnusableInput, match="at least one recording"):
         identify_stack([], Interval.of(65e6, 0.0))
+
+
+def test_numbers_without_an_interval_are_told_and_saved(
+    identified: Identification, tmp_path: Path
+) -> None:
+    loose = FittedNumber("wf_1", 2e-9, None, "no sample of the record depends on it")
+    stack = replace(identified.stack, numbers=(loose, *identified.stack.numbers[1:]))
+    assert "wf_1     2e-09 [not determined: no sample" in str(replace(identified, stack=stack))
+    stack.save(tmp_path / "stack.json")
+    assert IdentifiedStack.open(tmp_path / "stack.json").numbers == stack.numbers
+    # a file in which all is determined is as it was
+    assert all("reason" not in n for n in identified.stack.to_dict()["numbers"])
 
 
 def test_recordings_at_two_rates_are_refused(records: tuple[Recording, Recording]) -> None:
