@@ -122,7 +122,7 @@ def test_everything_differs_and_is_found(identified: Identification) -> None:
     assert s.rms < 2.0 * NOISE
     assert s.held_out < 2.5 * NOISE < 1e-3 * stroke
     assert s.creep is None
-    assert {c.way for c in identified.capacitors} == {"loading curve", "all samples"}
+    assert {c.way for c in identified.capacitors} == {"loading curve", "first record"}
     assert identified.choice.best("al_janaideh").held_out > s.held_out
     text = str(identified)
     assert "28.63" in text
