@@ -191,6 +191,14 @@ def test_numbers_that_trade_with_each_other_have_no_interval() -> None:
     assert found[1].ci95 == pytest.approx(alone[1].ci95, rel=0.02)
 
 
+def test_dead_zones_of_an_output_below_zero_are_refused() -> None:
+    x = -2.0 + 2.0 * np.cos(np.linspace(0.0, 9.0, 200))
+    records = LoopRecords.of([(x, PrandtlIshlinskii((0.0, 1.0), (1.0, 0.5)).run(x)[0])])
+    with pytest.raises(BadInput, match="never lies above 0"):
+        fit_ang(records, 2, 1)
+    assert choose_operator(records, ("ang",), counts=(2,)).fit.rms < 1e-4
+
+
 def test_what_cannot_be_fitted_says_so() -> None:
     u = loops()
     records = LoopRecords.of([(u, ALJ.run(u)[0])])
