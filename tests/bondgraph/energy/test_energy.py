@@ -10,7 +10,7 @@ import sympy as sp
 from scipy.integrate import solve_ivp
 
 from actuators.stack.bond_graph import stack_bond_graph
-from bondgraph import BondGraph, C, GraphError, I, One, R, Se, Trajectory, UnusableInput
+from bondgraph import BondGraph, C, GraphError, I, One, R, Se, Sf, Trajectory, UnusableInput
 from bondgraph.energy.accounts import Ledger
 from bondgraph.energy.bond_power import motion, observables
 from bondgraph.energy.ledger import ledger
@@ -204,6 +204,21 @@ def test_sliding_friction_holds_energy_in_its_bristles() -> None:
     assert entry.stored.max() > 1e-4
     assert entry.stored.max() <= 0.5**2 / (2 * 40.0) * (1 + 1e-9)
     assert a.relative_residual < 1e-3
+    assert a.closes
+
+
+def test_sliding_plays_are_booked_by_their_work() -> None:
+    """Plays lose at their input: the energy they hold there is no share of this work."""
+    plays = PrandtlIshlinskii((0.0, 1e-3), (100.0, 500.0))
+    with BondGraph("sliding") as g:
+        Sf("v") >> One("body") >> R("plays", 0.0, law=Sliding(plays))
+    time = np.linspace(0.0, 1.0, 201)
+    drive = {"v": 2e-2 * np.pi * np.cos(2 * np.pi * time)}
+    a = ledger(g, simulate(g, time, drive, observed=observables(g)))
+    entry = a["plays"]
+    assert entry.stored is None
+    assert entry.note == "part may be held in its law"
+    close(entry.lost, entry.work)
     assert a.closes
 
 
