@@ -158,7 +158,8 @@ def pure_from_lumped(law: Hysteretic, constants: Lumped | None = None) -> Prandt
     back = at.volts_per_metre / at.charge_per_metre
     linear, operator = back, law.operator
     if isinstance(operator, Parallel) and isinstance(operator.second, PrandtlIshlinskii):
-        linear, operator = back + float(operator.second.linear_slope), operator.first
+        if operator.second.n_memory == 0:
+            linear, operator = back + float(operator.second.linear_slope), operator.first
     if isinstance(operator, AngInverse):
         if abs(linear) > _RELATIVE_ZERO * back:
             raise BadParameter(

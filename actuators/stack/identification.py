@@ -135,12 +135,20 @@ def identify_stack(
     Raises
     ------
     UnusableInput
-        If there is no recording or one cannot be used; the line says which and why.
+        If there is no recording, one cannot be used, or they differ in rate; the line says which
+        and why.
     """
     if not recordings:
         raise UnusableInput("identify: give at least one recording of a ramp or a loop")
     from_rests = checked_records(recordings)
     first = from_rests[0]
+    for r in from_rests[1:]:
+        if not _one_rate(r, first):  # delay and creep are fitted by samples
+            raise UnusableInput(
+                f"{r.name}: is sampled at {r.rate:g} Hz, {first.name} at {first.rate:g} Hz; delay "
+                "and creep are fitted over all recordings together, so record at one rate, or "
+                "read them at one (Recording.read(..., resample=))"
+            )
     raw = fit_ramp(first, stiffness)  # refused before minutes are spent
     clean = _without_creep(from_rests, carried)
     ramp = fit_ramp(replace(first, x=clean.records.outputs[0]), stiffness)
@@ -195,14 +203,18 @@ def fit_ramps(
         If a rise has too few samples, or the records cannot be put together.
     """
     raw = [fit_ramp(r, stiffness) for r in records]
-    # one rate: creep is fitted by samples
-    if len(records) > 1 and all(abs(r.rate / records[0].rate - 1.0) < 1e-3 for r in records):
+    # creep is fitted by samples
+    if len(records) > 1 and all(_one_rate(r, records[0]) for r in records):
         clean = _without_creep(records, carried)
         if clean.creep is not None:
             outputs = clean.records.outputs
             pairs = zip(records, outputs, strict=True)
             return [fit_ramp(replace(r, x=x), stiffness) for r, x in pairs]
     return [replace(r, unsure=(r.usual_creep, 0.0)) for r in raw]
+
+
+def _one_rate(r: FromRest, first: FromRest) -> bool:
+    return abs(r.rate / first.rate - 1.0) < 1e-3
 
 
 def _without_creep(records: Sequence[FromRest], carried: bool) -> WithoutCreep:
@@ -259,7 +271,13 @@ def ramp_table(ramps: Sequence[RampFit]) -> str:
 def number_table(stack: IdentifiedStack) -> str:
     """Return every number of the operator and of its inverse."""
     lines = [f"{stack.operator.kind}, number and 95 % interval, SI (c = 1, w_s0 = 1 are the gauge)"]
-    lines += [f"  {n.name:8s} {said_of(Interval(n.value, n.ci95))}" for n in stack.numbers]
+    for n in stack.numbers:
+        said = (
+            f"{n.value:.5g} [not determined: {n.reason}]"
+            if n.ci95 is None
+            else said_of(Interval(n.value, n.ci95))
+        )
+        lines.append(f"  {n.name:8s} {said}")
     inverse: Any = stack.operator.inverse()
     stages = [("r'", "w'", inverse)] if hasattr(inverse, "weights") else [
         ("d'", "ws'", inverse.dead_zone), ("r'", "wf'", inverse.play)

@@ -52,7 +52,7 @@ class IdentifiedStack:
     operator : AlJanaideh or Ang
         V to m; from virgin rest at 0 V.
     numbers : tuple of FittedNumber
-        Of the operator, with intervals.
+        Of the operator, with intervals where the recordings determine them.
     low, high : float
         Voltages that were recorded, V.
     noise, rms, held_out : float
@@ -243,7 +243,9 @@ class IdentifiedStack:
 def _plain(value: Any) -> Any:
     if isinstance(value, Operator):
         return value.to_dict()
-    if isinstance(value, Interval | FittedNumber):
+    if isinstance(value, FittedNumber):
+        return {name: v for name, v in asdict(value).items() if v != ""}
+    if isinstance(value, Interval):
         return asdict(value)
     if isinstance(value, tuple):
         return [_plain(v) for v in value]

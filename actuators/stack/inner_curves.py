@@ -60,10 +60,11 @@ class CapacitorFit:
 def fit_capacitor(
     records: LoopRecords, constants: Lumped, segments: int = SEGMENTS
 ) -> tuple[CapacitorFit, ...]:
-    """Fit the Maxwell capacitor to V and x, by the loading curve and by all samples.
+    """Fit the Maxwell capacitor to V and x of the first record, by its rise and by all of it.
 
     The first way is the thesis': a polygon through the first rise from rest, eq. (5.11) and (5.12).
-    The second takes every sample of the records that are not held out, at the same slip points.
+    The second takes every sample of the first record that is not held out, at the same slip
+    points. Later records only tell the errors.
 
     Parameters
     ----------
@@ -87,10 +88,10 @@ def fit_capacitor(
     found = []
     try:
         polygon = fit_loading_curve(q[rising], v[rising], segments)
-        both = fit_maxwell(q, v, tuple(float(e) for e in polygon.ends))
+        whole = fit_maxwell(q, v, tuple(float(e) for e in polygon.ends))
     except BadInput as error:
         raise UnusableInput(f"Maxwell elements: {error} ({ADVICE})") from error
-    for way, capacitor in (("loading curve", polygon.operator), ("all samples", both.operator)):
+    for way, capacitor in (("loading curve", polygon.operator), ("first record", whole.operator)):
         try:
             pure = pure_from_lumped(Hysteretic(capacitor), constants)
         except NotInvertible:

@@ -178,7 +178,10 @@ def sizing_sheet(
         f"{stack.name}: {engineering(volts, 'V')} peak to peak at {engineering(frequency, 'Hz')}, "
         f"amplifier {engineering(current, 'A')}"
     )
-    warnings = _warnings(stack, frequency, resonance, needed, current, point.force, inertia)
+    # at the low end of the stroke the moved mass presses with the load, at the high end it pulls
+    # against it; the voltage may also rest there
+    push, pull = max(point.force, load_force + inertia), inertia - point.force
+    warnings = _warnings(stack, frequency, resonance, needed, current, push, pull)
     return SizingSheet(title, rows, warnings)
 
 
@@ -234,8 +237,8 @@ def _warnings(
     resonance: float,
     needed: float,
     current: float,
-    force: float,
-    inertia: float,
+    push: float,
+    pull: float,
 ) -> tuple[str, ...]:
     found = []
     if needed > current:
@@ -248,14 +251,14 @@ def _warnings(
             f"the resonance {engineering(resonance, 'Hz')} is below twice the drive frequency; "
             "lighten the load or take a stiffer stack"
         )
-    if stack.push_force is not None and force > stack.push_force:
+    if stack.push_force is not None and push > stack.push_force:
         found.append(
-            f"the load force {engineering(force, 'N')} exceeds the permitted push "
-            f"{engineering(stack.push_force, 'N')}"
+            f"load and moved mass press with up to {engineering(push, 'N')}, permitted are "
+            f"{engineering(stack.push_force, 'N')}; lower the load or go slower"
         )
-    if stack.pull_force is not None and inertia > stack.pull_force:
+    if stack.pull_force is not None and pull > stack.pull_force:
         found.append(
-            f"the moved mass pulls with {engineering(inertia, 'N')}, permitted are "
-            f"{engineering(stack.pull_force, 'N')}; preload the stack or go slower"
+            f"the moved mass pulls with {engineering(pull, 'N')} more than the load presses, "
+            f"permitted are {engineering(stack.pull_force, 'N')}; preload the stack or go slower"
         )
     return tuple(found)

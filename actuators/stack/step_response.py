@@ -94,9 +94,14 @@ def fit_step(recording: Recording) -> Ringing:
         found = lowered(lambda p: _misfit(t, y, p, w), np.array([*linear, ratio, 1.0]))
         if found is not None and (point is None or found.cost < point.cost):
             point = found
+    nothing = UnusableInput(f"{recording.name}: nothing rings behind the step; take a smaller mass")
     if point is None or not point.cost < 0.2 * size or not point.numbers[4] > 0.0:
-        raise UnusableInput(f"{recording.name}: nothing rings behind the step; take a smaller mass")
-    decay, pulsation = (_times(n.value, n.ci95, w) for n in intervals(point, _NAMES)[4:])
+        raise nothing
+    found_numbers = intervals(point, _NAMES)[4:]
+    told = [_times(n.value, n.ci95, w) for n in found_numbers if n.ci95 is not None]
+    if len(told) < 2:
+        raise nothing
+    decay, pulsation = told
     return Ringing(decay, pulsation, point.cost)
 
 

@@ -85,15 +85,19 @@ class Runs:
 
     @property
     def arrived(self) -> float:
-        """Share at the end stop."""
-        return float(np.mean(self.final >= self.travel * (1 - 1e-9)))
+        """Share at the end stop that the voltage drives to."""
+        return float(np.mean(self._at_end))
 
     @property
     def stuck(self) -> float:
         """Share that moved and stands before the end."""
         still = np.abs(self.speed[:, -1]) < 1e-9
-        before = self.final < self.travel * (1 - 1e-9)
-        return float(np.mean(still & before & (np.abs(self.moved) >= STILL)))
+        return float(np.mean(still & ~self._at_end & (np.abs(self.moved) >= STILL)))
+
+    @property
+    def _at_end(self) -> Array:
+        left = self.final if self.control < 0 else self.travel - self.final
+        return np.asarray(left <= 1e-9 * self.travel)
 
     @property
     def spread(self) -> float:
@@ -103,7 +107,7 @@ class Runs:
     @property
     def relative_spread(self) -> float:
         """Standard deviation of the distances over their mean; infinite if nothing moved."""
-        mean = float(np.mean(self.moved))
+        mean = abs(float(np.mean(self.moved)))
         return float(np.std(self.moved)) / mean if mean > 0 else float("inf")
 
 
@@ -122,7 +126,7 @@ def constant_voltage(
     Parameters
     ----------
     control : float
-        V.
+        V; negative drives towards the low end.
     duration : float
         s.
     seed : int

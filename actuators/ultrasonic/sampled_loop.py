@@ -24,10 +24,14 @@ MARGIN = 45.0
 
 @dataclass(frozen=True)
 class PositionController:
-    """Force (N) from the position error (m): ``K (e + sum e T / T_i + T_d (e_k - e_(k-1)) / T)``.
+    """Force (N) from a reading x and its error e = r - x (m), sample by sample.
 
-    The sum is over the errors *before* the present one. `with_present_error` gives the controller
-    that acts as if the present one were in the sum, the convention of `actuators.compensation`.
+    ``K (e_k + T / T_i (e_0 + .. + e_(k-1)) - T_d (x_k - x_(k-1)) / T) + breakaway sign(e_k)``,
+    limited to the push force. The derivative is of the reading, so a step of the reference r does
+    not kick. The sum is over the errors *before* the present one, less those at which the force
+    was at its limit in their direction or which lay within `Sampling.tolerance`; there the force
+    is 0. `with_present_error` gives the controller that acts as if the present one were in the
+    sum, the convention of `actuators.compensation`.
 
     Parameters
     ----------

@@ -16,7 +16,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import lru_cache
-from math import exp, pi, sqrt
+from math import exp, inf, pi, sqrt
 from typing import Any
 
 import numpy as np
@@ -158,7 +158,8 @@ def run_plate(
     lock : PhaseLock, optional
         Left out: the frequency stays.
     control : float
-        V; the voltage on the plate is 60 V at 10 V.
+        V; the voltage on the plate is 60 V at 10 V. The sign says which electrode is driven, so it
+        turns the force and nothing else.
     detuning : float
         Start frequency less the cold resonance, Hz.
     duration, step : float
@@ -167,20 +168,26 @@ def run_plate(
     Raises
     ------
     UnusableInput
-        The step is too long for the loop.
+        The step is too long for the loop, or nothing drives the plate.
     """
     plate, heating = plate or Plate(), heating or Heating()
+    size = abs(control)
+    if not 0.0 < size < inf:
+        raise UnusableInput(
+            f"run_plate: control {control:g} V drives nothing that a phase could be told of; give "
+            "some volts"
+        )
     if lock is not None and 2 * pi * lock.bandwidth * step > 0.2:
         raise UnusableInput(
             f"run_plate: a step of {step:g} s is too long for a loop of {lock.bandwidth:g} Hz; "
             f"take at most {0.2 / (2 * pi * lock.bandwidth):.2g} s"
         )
     count = max(round(duration / step), 1)
-    run = _runner(plate, heating, lock, step, count, control)
+    run = _runner(plate, heating, lock, step, count, size)
     start = np.array([0.0, 0.0, 0.0, 2 * pi * detuning, 2 * pi * detuning])
     z = np.hstack([start[:, None], np.asarray(run(start).full())])
     current = z[0] + 1j * z[1]
-    volt = M661.amplitude * control / M661.control
+    volt = M661.amplitude * size / M661.control
     resonance = plate.omega * heating.coefficient * z[2]
     return Tracked(
         control,
@@ -195,7 +202,7 @@ def run_plate(
 
 @lru_cache(maxsize=32)
 def _runner(
-    plate: Plate, heating: Heating, lock: PhaseLock | None, h: float, count: int, control: float
+    plate: Plate, heating: Heating, lock: PhaseLock | None, h: float, count: int, size: float
 ) -> Any:
     """Run of ``(Re i, Im i, warming, integral of the loop, drive frequency)``.
 
@@ -205,7 +212,7 @@ def _runner(
     import casadi as ca
 
     z = ca.SX.sym("z", 5)
-    volt = M661.amplitude * control / M661.control
+    volt = M661.amplitude * size / M661.control
     beta = plate.half_width
     delta = z[4] - plate.omega * heating.coefficient * z[2]
     # i = i_steady + (i - i_steady) exp(-(beta + j delta) h)

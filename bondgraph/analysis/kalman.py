@@ -6,9 +6,11 @@ rank that is the rank for all parameters but those on a set of measure zero.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import TypeAlias
+
+import sympy as sp
 
 from bondgraph.analysis.exact_algebra import PRIME, generic_values, modular, rank
 from bondgraph.analysis.linear import linear_rates
@@ -16,12 +18,16 @@ from bondgraph.equations.derivation import equations
 from bondgraph.equations.system import System
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import MGY, MTF, Source, Valued
+from bondgraph.graph.parameter import Parameter
 from bondgraph.graph.sensors import Sensor
 from bondgraph.simulation.modes.resolve import in_mode
 
 Matrix: TypeAlias = list[list[int]]
 SET_ASIDE = ("one", "ramp")
 """Inputs that nobody can choose: constants and drifts."""
+_TURNS: tuple[Callable[[sp.Expr], sp.Expr], ...] = (
+    lambda n: n, lambda n: -n, lambda n: 1 / n, lambda n: -1 / n,
+)  # fmt: skip
 
 
 def kalman_ranks(graph: BondGraph, seed: int = 1) -> tuple[int, int, int]:
@@ -40,7 +46,9 @@ def kalman_ranks(graph: BondGraph, seed: int = 1) -> tuple[int, int, int]:
 def linear_skeleton(graph: BondGraph) -> BondGraph:
     """Return the graph with the linear part of every law and constant ratios.
 
-    A resistor whose law has no linear part becomes a linear one: it has a slope somewhere.
+    A resistor whose law has no linear part becomes a linear one: it has a slope somewhere. A ratio
+    that follows signals, or is a number, becomes a parameter: nothing says that it is 1. Ratios
+    of one expression, turned round or not, share theirs.
     """
     graph = in_mode(graph)
     for e in graph.of_type(Valued):
@@ -54,8 +62,29 @@ def linear_skeleton(graph: BondGraph) -> BondGraph:
         if e.drive is not None and e.drive.law is not None:
             # the law may be what changes volts into newtons: the unit goes with it
             graph = graph.with_element(e.name, drive=replace(e.drive, law=None), unit="")
+    return _with_constant_ratios(graph)
+
+
+def _with_constant_ratios(graph: BondGraph) -> BondGraph:
+    own = {p.symbol for p in graph.parameters.values()}
+    made: dict[sp.Expr, sp.Expr] = {}
     for e in graph.of_type(MTF, MGY):
-        graph = graph.with_element(e.name, ratio=1.0)
+        if isinstance(e.ratio, str):
+            continue  # a declared parameter already
+        ratio = sp.sympify(e.ratio)
+        if ratio.free_symbols and ratio.free_symbols <= own:
+            continue
+        # two numbers are two ratios, one expression of signals is one
+        turns = _TURNS if ratio.free_symbols else ()
+        shared = next((turn(made[turn(ratio)]) for turn in turns if turn(ratio) in made), None)
+        if shared is None:
+            name = f"ratio_{e.name}"
+            while name in graph.parameters or name in graph.elements:
+                name += "_"
+            parameter = Parameter(name, 1.0, positive=False)
+            graph = graph.with_parameters([parameter])
+            shared = made[ratio] = parameter.symbol
+        graph = graph.with_element(e.name, ratio=shared)
     return graph
 
 

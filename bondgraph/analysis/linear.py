@@ -235,13 +235,39 @@ def zeros(model: System, source: str, signal: str) -> sp.Poly:
 
 
 def sensitivities(model: System, parameters: Sequence[str] | None = None) -> dict[str, sp.Matrix]:
-    """Return ``d(dx/dt)/dp`` in closed form for parameters by name, each of shape (n_x, 1)."""
+    """Return ``d(dx/dt)/dp`` in closed form for parameters by name, each of shape (n_x, 1).
+
+    States and inputs stay as they are; algebraic unknowns z follow their residuals g(z, p) = 0, so
+    ``-(d rate/d z)(d g/d z)^-1 d g/d p`` is part of it. Unknowns stay in the expressions.
+
+    Raises
+    ------
+    UnknownName
+        There is no such parameter.
+    UnusableInput
+        The residuals never determine the unknowns.
+    """
     names = tuple(model.parameters) if parameters is None else tuple(parameters)
     for n in names:
         if n not in model.parameters:
             raise unknown_name("parameter", n, model.name, model.parameters)
     rates = sp.Matrix(list(model.rates)) if model.order else sp.zeros(0, 1)
-    return {n: rates.diff(model.parameters[n].symbol) for n in names}
+    found = {n: rates.diff(model.parameters[n].symbol) for n in names}
+    if not (model.algebraic and model.order):
+        return found
+    unknowns = [symbol(a.name) for a in model.algebraic]
+    residuals = sp.Matrix(list(model.residuals))
+    inner = residuals.jacobian(unknowns)
+    if inner.det() == 0:
+        raise UnusableInput(
+            f"{model.name}: the algebraic loop does not determine its unknowns, so rates have no "
+            "slopes by parameters; check the loop"
+        )
+    by_residual = rates.jacobian(unknowns) * inner.inv()
+    return {
+        n: own - by_residual * residuals.diff(model.parameters[n].symbol)
+        for n, own in found.items()
+    }
 
 
 def eigenvalues(

@@ -32,7 +32,7 @@ from bondgraph.equations.derivation import equations
 from bondgraph.equations.system import System
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.composing.rewriting import replace as replaced
-from bondgraph.graph.elements import Field, Se, Sf, Source
+from bondgraph.graph.elements import MGY, MTF, Field, Se, Sf, Source
 from bondgraph.graph.sensors import Da, De, Df, Dq
 from bondgraph.support.html import html_table
 
@@ -63,7 +63,8 @@ class Reach:
         Sources (sensors) dualised to get there.
     structural_rank : int or None
         Rank of ``[A B]`` (of ``[A; C]``) by causality: states less what is tied. None if a loop of
-        bonds left no assignment without a conflict, or there is a field; the exact rank decides.
+        bonds left no assignment without a conflict, there is a field, or modulated two-ports
+        share a ratio; the exact rank decides.
     exact_rank : int
         The same at random exact parameter values.
     tied : tuple of tuple of str
@@ -184,13 +185,19 @@ def _reach(graph: BondGraph, question: Question) -> Reach:
         paths,
         separate,
         *(held or ((), ())),
-        # causality sees neither the law that ties the ports of a field, nor what rates tell
+        # causality sees neither the law that ties the ports of a field, nor what rates tell, nor
+        # that two ratios are one
         None
-        if held is None or graph.of_type(Field, Da)
+        if held is None or graph.of_type(Field, Da) or _share_ratios(plain)
         else n - len(own) - len(held[0]) + len(form) - without,
         len(form),
         tied,
     )
+
+
+def _share_ratios(graph: BondGraph) -> bool:
+    held = [graph.coefficient(e).free_symbols for e in graph.of_type(MTF, MGY)]
+    return sum(map(len, held)) > len(set().union(*held))
 
 
 def _rows(model: System, question: Question, without: Sequence[int] = ()) -> Matrix:

@@ -54,13 +54,16 @@ def held(graph: BondGraph, e: Element, run: SignalPath, memory: Memories) -> Hel
     """Return the energy of a storage, or of a resistor whose law holds some; else None.
 
     A law with memory is taken through the samples, from `memory` or from its own initial one, so
-    a turning point between two samples is missed.
+    a turning point between two samples is missed. A sliding law holds energy where its operator is
+    passive at the output alone: elsewhere what that stores is no share of this work.
     """
     if isinstance(e, CField | IField):
         return HeldEnergy(_closed(graph, e, run), _zeros(run))
     if isinstance(e, C | I):
         return _store(graph, e, run, memory)
     if isinstance(e, R) and isinstance(e.law, Sliding):
+        if e.law.operator.passive_port != "output":
+            return None
         flow = _argument(run, e.name)
         x = _slid(run.time, flow)
         start = memory.get(e.name)
@@ -117,7 +120,7 @@ def _loss(law: Law, p: Sequence[float]) -> Loss | None:
     if isinstance(law, StopSum):
         return _stop_loss(law, p) if law.sign == 1.0 and not law.rated else None
     if isinstance(law, Hysteretic) and law.operator.passive_port == "output":
-        return _operator_loss(law.operator)
+        return _operator_loss(law.operator_at(p))
     return None
 
 

@@ -235,7 +235,8 @@ class _Builder:
         self.put(variable(strong), terms, f"sum of {word} at {e.name}")
 
     def _two_port(self, e: TF | GY) -> None:
-        if isinstance(e, MTF | MGY):
+        modulated = isinstance(e, MTF | MGY)
+        if modulated and not isinstance(e.ratio, int | float):
             n, reads = self.signals(e, e.ratio)
         else:
             n, reads = self.graph.coefficient(e), ()
@@ -249,7 +250,7 @@ class _Builder:
             pairs = ((e2, e1), (f1, f2)) if given else ((e1, e2), (f2, f1))
         else:
             pairs = ((f2, e1), (f1, e2)) if given else ((e1, f2), (e2, f1))
-        if given and n == 0:
+        if given and (n == 0 or (modulated and e.ratio == 0)):
             raise GraphError(
                 f"{self.graph.name}: {e.name} ({e.kind}) has ratio 0 and would be divided by it; "
                 "give a ratio, or remove the element"

@@ -99,8 +99,7 @@ class _Writer:
         for residual in p.residuals:
             self._equation("0.0", residual)
         for name in p.input_rates:
-            of = self.own["signal", name.removeprefix("d_")]
-            self.equations.append(f"{self.own['signal', name]} = der({of})")
+            self._input_rate(name)
         for name, reading in zip(p.outputs, p.readings, strict=True):
             self._equation(self.own["output", name], reading)
         return "\n".join(self._sections(self.title)) + "\n"
@@ -204,6 +203,13 @@ class _Writer:
             self.declared.append(f"Real {renamed[target]}")
             self.equations.append(f"{renamed[target]} = {_renamed(text, renamed)}")
         return _renamed(found.outputs[0][0], renamed)
+
+    def _input_rate(self, name: str) -> None:
+        """Write a derivative of an input, ``d_NAME`` or ``d2_NAME``, as that of the one below."""
+        order, _, source = name.partition("_")
+        k = int(order[1:] or 1) - 1
+        below = f"d{k if k > 1 else ''}_{source}" if k else source
+        self.equations.append(f"{self.own['signal', name]} = der({self.own['signal', below]})")
 
     def _equation(self, left: str, right: Any, comment: str = "") -> None:
         said = f" {quoted(comment)}" if comment else ""

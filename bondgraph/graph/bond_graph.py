@@ -393,7 +393,7 @@ class BondGraph:
             if isinstance(e, C):
                 without["stiffness"] = None
             changes = without | changes
-        g._network.nodes[name]["element"] = replace(e, **changes)
+        g._network.nodes[name]["element"] = _changed(e, **changes)
         return g
 
     def with_parameters(self, parameters: Iterable[Parameter]) -> BondGraph:
@@ -482,13 +482,21 @@ class BondGraph:
         return svg(self)
 
 
+def _changed(e: Element, **changes: Any) -> Element:
+    """Return an element with other fields, which joins no graph that is being built."""
+    from bondgraph.graph.composing.renaming import apart
+
+    with apart():
+        return replace(e, **changes)
+
+
 def _with_value(e: Element, v: float) -> Element:
     if isinstance(e, TwoPort):
-        return replace(e, ratio=v)
+        return _changed(e, ratio=v)
     if isinstance(e, C) and e.stiffness is not None:
-        return replace(e, stiffness=v)
+        return _changed(e, stiffness=v)
     if isinstance(e, Valued):
-        return replace(e, value=v)
+        return _changed(e, value=v)
     raise GraphError(f"{e.name} ({e.kind}) has no value to change")
 
 

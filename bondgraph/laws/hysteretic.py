@@ -137,6 +137,10 @@ class Hysteretic(Law):
         operator, step = self._at(p)
         return operator.value(ops, s, tuple(memory), *step) - self.slope * s
 
+    def operator_at(self, p: Sequence[Any]) -> Operator:
+        """Return the operator with its free numbers, the parameters of the law, at `p`."""
+        return self._at(p)[0]
+
     def _places(self) -> tuple[Place, ...]:
         """Where each free number stands."""
         known = _numbers(self.operator, ())

@@ -26,7 +26,7 @@ def quantity(text: str, unit: str, where: str) -> float:
     found, wanted = parse_unit(symbol), parse_unit(unit)
     if not found.same_dimension(wanted):
         raise UnusableInput(f"{where}: {symbol} is not a unit of this quantity; give {unit}")
-    if unit == "Hz" and symbol.lower() in ("rad/s", "rpm"):
+    if unit == "Hz" and any(s == "rad" for s, _ in found.factors):
         raise UnusableInput(f"{where}: {symbol} is an angular unit; give cycles per second, {unit}")
     return float(number[:cut]) * found.scale / wanted.scale
 

@@ -122,7 +122,8 @@ def default_split(
     it stays within 1 % of its range for at least 2 % of the record are rest and not scored; if it
     is periodic afterwards (autocorrelation of at least 0.98 at some lag up to half the record),
     train and test are whole periods counted back from the end, at least one each, and what is
-    left before the first whole period is run-in, before `score_from`.
+    left before the first whole period is run-in, before `score_from`. A rest that leaves a single
+    sample is none.
 
     Parameters
     ----------
@@ -158,12 +159,14 @@ def default_split(
         if u.shape != (n,):
             raise UnusableInput(f"{recording.name}: the drive has shape {u.shape}, not ({n},)")
         rest = _rest(u)
+        if rest and n - rest.stop < 2:
+            rest = None  # nothing would be left to fit and to judge
         period = _period(u[rest.stop if rest else 0 :])
     start = rest.stop if rest else 0
     left = n - start
     said = f"; rest of {start} samples not scored" if rest else ""
-    if period is not None:
-        whole = int((left + 0.5) / period)
+    whole = int((left + 0.5) / period) if period else 0
+    if period and whole >= 2:
         held = min(max(1, round(fraction * whole)), whole - 1)
         first = max(start, n - round(whole * period))
         cut = n - round(held * period)

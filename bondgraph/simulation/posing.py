@@ -12,8 +12,10 @@ from bondgraph.equations.derivation import equations
 from bondgraph.equations.program import Program
 from bondgraph.equations.relation import FINE
 from bondgraph.graph.bond_graph import BondGraph
+from bondgraph.simulation.exact_run import Memories
 from bondgraph.simulation.radau.jumping import stepping_program
-from bondgraph.simulation.radau.start import inputs_of, rest, unknowns_at
+from bondgraph.simulation.radau.memory import relaxed_at
+from bondgraph.simulation.radau.start import inputs_of, relaxed_rest, unknowns_at
 from bondgraph.simulation.start import (
     begun_with,
     checked_commands,
@@ -38,8 +40,8 @@ class Posed:
         Outputs that must settle: readings before they are rounded, without a sensor the states.
     u : ndarray, shape (N, n_u), SI
     p : ndarray, shape (n_p,), SI
-    at, step : float
-        Time of the first sample, and between samples, s.
+    step : float
+        Between samples, s; the time of the model counts from the first one.
     usual : str
         What inputs do between samples where nobody says.
     """
@@ -49,26 +51,31 @@ class Posed:
     columns: list[int]
     u: Array
     p: Array
-    at: float
     step: float
     usual: str
 
-    def start(self, x0: object, memory: Array) -> tuple[Array, Array]:
-        """Return state and algebraic unknowns at the first sample.
+    def start(self, x0: object, memory: Memories | None) -> tuple[Array, Array, Array]:
+        """Return state, algebraic unknowns and memory at the first sample.
 
-        Without `x0` those of rest with inputs at zero, with ``"rest"`` under the first inputs.
+        Without `x0` those of rest with inputs at zero, with ``"rest"`` under the first inputs. Laws
+        that `memory` does not name are relaxed there, or else at their first arguments.
         """
         q, u = self.program, self.u[0]
+        m, kept = q.start_memory(memory)
         if isinstance(x0, Mapping):
             x0 = state_by_name(q.name, x0, q.states)
         if x0 is None or isinstance(x0, str):
             begun = begun_with(q.name, x0, q.inputs, u)
-            x, z = rest(q, begun, self.p, memory=memory, time=self.at)
+            x, z, m = relaxed_rest(q, begun, self.p, m, kept)
             if np.array_equal(begun, u):
-                return x, z
-            x0 = x
+                return x, z, m
+            return x, unknowns_at(q, 0.0, x, u, self.p, m), m
         x = initial_state(q.name, x0, q.states)
-        return x, unknowns_at(q, self.at, x, u, self.p, memory)
+        z = unknowns_at(q, 0.0, x, u, self.p, m)
+        if kept.all():
+            return x, z, m
+        m = np.where(kept, m, relaxed_at(q, np.concatenate([x, z]), u, self.p, m)[0])
+        return x, unknowns_at(q, 0.0, x, u, self.p, m), m
 
     def between(self, hold: str | None) -> str:
         """Return what inputs do between samples: as usual, unless it is said."""
@@ -115,7 +122,6 @@ def pose(
         [program.outputs.index(n) for n in watched],
         inputs_of(program, checked_commands(graph.name, commands, time), time),
         program.vector(parameters or {}),
-        float(time[0]),
         float(np.diff(time).mean()),
         usual_hold(graph, program.input_rates),
     )

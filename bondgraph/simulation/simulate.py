@@ -22,23 +22,13 @@ from bondgraph.simulation.exact_run import (
 from bondgraph.simulation.start import (
     begun_with,
     checked_commands,
-    equilibrium,
     even_grid,
     initial_state,
     inputs_of,
     state_by_name,
     usual_hold,
 )
-from bondgraph.simulation.timing import (
-    clock_errors,
-    clocked,
-    dead_times,
-    is_timed,
-    late,
-    late_resolutions,
-    rounded,
-    without_timing,
-)
+from bondgraph.simulation.timing import is_timed, read, sent, without_timing
 from bondgraph.simulation.trajectory import Trajectory, units_of
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import BondsightError, UnusableInput, unknown_name
@@ -86,7 +76,8 @@ def simulate(
         ``equations(graph).lure.states``), or displacements and momenta by name as in
         ``equations(graph).states``; ``"rest"`` is the rest under the first inputs, as of a record
         that begins long after they were switched on. When not given, everything rests with all
-        inputs at zero until the first sample: a constant input is a step.
+        inputs at zero until the first sample: a constant input is a step. Laws are at rest, too,
+        those with memory relaxed.
     hold : {"hold", "linear", "band-limited"}, optional
         What inputs do between samples. When not given, they are held, as by a converter; linear
         where the equations need their rates, or one is recorded by its rate or its integral.
@@ -108,17 +99,17 @@ def simulate(
         require_graph(given, "simulate(graph, time, commands)")
     if integrator is not None and integrator not in INTEGRATORS:
         raise unknown_name("integrator", integrator, "simulate", INTEGRATORS)
-    if isinstance(model, BondGraph) and is_timed(model):
-        held = dead_times(model, parameters or {})
-        ratios = clock_errors(model, parameters or {})
+    graph = model if isinstance(model, BondGraph) else model.model.graph
+    if is_timed(graph):
+        plain = without_timing(graph)
+        between = hold or _usual_hold_of(plain, integrator)
+        before = 0.0 if x0 is None else None
         made = simulate(
-            without_timing(model), time,
-            late(commands or {}, held, time, before=0.0 if x0 is None else None), parameters,
-            x0=x0, hold=hold, accuracy=accuracy, observed=observed, memory=memory,
-            integrator=integrator,
+            plain, time, sent(graph, time, commands, parameters, before, between), parameters,
+            x0=x0, hold=hold, accuracy=accuracy, memory=memory, integrator=integrator,
+            observed=observed if isinstance(model, BondGraph) else model.observed,
         )  # fmt: skip
-        sampled = clocked(late(made.outputs, held, made.time), ratios)
-        return replace(made, outputs=rounded(sampled, late_resolutions(model, parameters or {})))
+        return replace(made, outputs=read(graph, made.time, made.outputs, parameters))
     if isinstance(model, BondGraph) and parameters:
         if lines := tried_problems(model, parameters):
             raise UnusableInput(f"{model.name}: {'; '.join(lines)}")
@@ -177,12 +168,25 @@ def simulate(
     )  # fmt: skip
 
 
+def _usual_hold_of(graph: BondGraph, integrator: str | None) -> str:
+    """Return what `simulate` takes inputs to do between samples where nobody says."""
+    from bondgraph.equations.derivation import equations
+    from bondgraph.simulation.lure import exact_form
+
+    compiled = None if integrator else exact_form(graph)
+    return usual_hold(
+        graph, equations(graph).input_rates if compiled is None else compiled.model.recorded
+    )
+
+
 def _rested(
     compiled: Compiled, p: Array, u: Array, step: float, x0: str | None, memory: Memories | None
 ) -> tuple[Array, Memories | None]:
     """Return the state and the memory of a rest before the first sample."""
+    from bondgraph.simulation.law_rest import law_rest
+
     begun = begun_with(compiled.model.name, x0, compiled.inputs, u[0])
-    x = equilibrium(compiled, p, begun)
+    x = law_rest(compiled, p, begun, memory)
     if np.array_equal(begun, u[0]):
         return x, memory
     # laws remember that rest, not what the first input makes of it
@@ -202,7 +206,7 @@ def _by_sundials(
     memory: Memories | None,
     **rest: Any,
 ) -> Trajectory:
-    """Start where `simulate` would: at rest by the linear part where the step is exact."""
+    """Start where `simulate` would: at rest as the exact step is, where there is one."""
     from bondgraph.simulation.sundials.record import simulate_sundials
 
     if not isinstance(model, BondGraph):
@@ -218,7 +222,7 @@ def _by_sundials(
         x0 = dict(zip(known, start.tolist(), strict=True))
     return simulate_sundials(
         model, time, commands, parameters, integrator,
-        x0=x0, memory=memory, relaxed=compiled is not None, **rest,
+        x0=x0, memory=memory, **rest,
     )  # fmt: skip
 
 
@@ -250,16 +254,16 @@ def simulate_general(
 
     time = even_grid(graph.name, time)
     asked = pose(graph, time, commands, parameters, observed)
-    program, p, u, at, step = asked.program, asked.p, asked.u, asked.at, asked.step
+    program, p, u, step = asked.program, asked.p, asked.u, asked.step
     hold = asked.between(hold)
-    start, _ = program.start_memory(memory)
-    x0, z0 = asked.start(x0, start)
+    x0, z0, begun = asked.start(x0, memory)
+    memory = program.memory_by_law(begun)
     last: GeneralRun | None = None
     n_sub = 1
     while n_sub <= LARGEST:
         # unchecked: a law that jumps is tried, too, for the motion may never reach its jump
         ready = PreparedGeneral(program, p, step, n_sub, (), False, False)
-        made = run_general(ready, u, x0, hold, memory=memory, time=at, unknowns=z0)
+        made = run_general(ready, u, x0, hold, memory=memory, unknowns=z0)
         change = np.inf
         if made.settled and last is not None and last.settled:
             change = relative_change(last.y[:, asked.columns], made.y[:, asked.columns])
@@ -271,7 +275,7 @@ def simulate_general(
         last, n_sub = made, 2 * n_sub
     what = "the outputs do not settle"
     if last is not None and not last.settled:
-        what = f"Newton's method does not converge near {at + last.reached * step:.6g} s"
+        what = f"Newton's method does not converge near {time[0] + last.reached * step:.6g} s"
     if jumps := jumping(program):
         what += f" ({', '.join(jumps)} has a law that jumps, which a smooth step cannot follow)"
     raise BondsightError(

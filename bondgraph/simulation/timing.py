@@ -70,16 +70,51 @@ def without_timing(graph: BondGraph) -> BondGraph:
     return graph
 
 
+def sent(
+    graph: BondGraph,
+    time: Array,
+    commands: Mapping[str, Array] | None,
+    parameters: Mapping[str, float] | None,
+    before: float | None,
+    hold: str,
+) -> dict[str, Array]:
+    """Return the commands as they arrive behind the dead times of their sources; see `late`.
+
+    What is held jumps between two samples, and has the mean of the old and the new value there: no
+    polynomial goes through a staircase without ringing, even before it is sent.
+    """
+    delays = dead_times(graph, parameters or {})
+    return late(commands or {}, delays, np.asarray(time), before, stairs=hold == "hold")
+
+
+def read(
+    graph: BondGraph,
+    time: Array,
+    outputs: Mapping[str, Array],
+    parameters: Mapping[str, float] | None,
+) -> dict[str, Array]:
+    """Return the outputs of a simulation as late sensors with clocks of their own give them."""
+    values = parameters or {}
+    taken = clocked(late(outputs, dead_times(graph, values), time), clock_errors(graph, values))
+    return rounded(taken, late_resolutions(graph, values))
+
+
 def late(
     signals: Mapping[str, Array],
     held: Mapping[str, float],
     time: Array,
     before: float | None = None,
+    *,
+    stairs: bool = False,
 ) -> dict[str, Array]:
-    """Delay signals that have a dead time; before, they rest at `before`, or their first value."""
+    """Delay signals that have a dead time; before, they rest at `before`, or their first value.
+
+    Those that are `stairs` keep the mean over every sample, others are interpolated.
+    """
     step = float(np.diff(time).mean()) if time.size > 1 else 1.0
+    shifted = _mean_behind if stairs else _behind
     return {
-        n: _behind(np.asarray(v, float), held[n] / step, before) if held.get(n) else v
+        n: shifted(np.asarray(v, float), held[n] / step, before) if held.get(n) else v
         for n, v in signals.items()
     }
 
@@ -88,6 +123,12 @@ def _behind(values: Array, samples: float, before: float | None) -> Array:
     front = 0 if before is None else int(samples) + TAPS
     whole = np.concatenate([np.full(front, before or 0.0), values])
     return delayed(whole, samples)[0][front:]
+
+
+def _mean_behind(values: Array, samples: float, before: float | None) -> Array:
+    n = np.arange(values.size)
+    first = values[:1] if before is None else [before]
+    return np.asarray(np.interp(n - samples, [-1, *n], np.concatenate([first, values])))
 
 
 def clocked(signals: Mapping[str, Array], ratios: Mapping[str, float]) -> dict[str, Array]:

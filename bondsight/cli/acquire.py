@@ -196,12 +196,23 @@ def _recorded_and_diagnosed(
         recordings=[str(path)], model=options.diagnose, maps=maps, out=options.out,
         json=options.json, jobs=options.jobs, seed=options.seed or 0, without=(),
         effects=None, noise=(), process_noise=(),
-        # a converter holds its command between updates; a monitor may have seen anything
-        hold="hold" if any(m.partition("=")[2].strip() == "V" for m in maps) else None,
+        hold=_held(graph, maps),
     )  # fmt: skip
     from bondsight.cli.studio import stoppable
 
     return diagnose_files(request, graph, None if live is None else stoppable(live))[1]
+
+
+def _held(graph: Any, maps: list[str]) -> str | None:
+    """Say that commands are held if the commanded voltage drives the model, mapped or by name.
+
+    A converter holds its command between updates; a monitor may have seen anything.
+    """
+    from bondgraph.graph.elements import Source
+
+    told = {m.partition("=")[0].strip(): m.partition("=")[2].strip() for m in maps}
+    driven = [told.get(e.name, e.name) for e in graph.of_type(Source) if not e.measured]
+    return "hold" if "V" in driven or "V" in told.values() else None
 
 
 def _source(graph: Any, maps: list[str]) -> list[str]:

@@ -58,8 +58,15 @@ def _compensate(options: argparse.Namespace) -> int:
         from bondsight.cli.compensate_stack import compensate_stack
 
         return compensate_stack(options)
-    if options.target or options.station or options.closed is not None:
-        raise UnusableInput("compensate: --target and --station need an identified stack first")
+    asked = {
+        "--target": options.target, "--station": options.station,
+        "--closed": options.closed is not None, "--controller": options.controller,
+    }  # fmt: skip
+    if idle := [name for name, given in asked.items() if given]:
+        raise UnusableInput(
+            f"compensate: {' and '.join(idle)} need an identified stack first: what bondsight "
+            "stack identify wrote, or recordings"
+        )
     from actuators.compensation import study as of
     from bondsight.cli.figures import save_figure
     from bondsight.cli.output import writable

@@ -8,6 +8,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from bondgraph.support.errors import UnusableInput
 from bondsight.cli.arguments import OUT, add_jobs, add_seed, positive
 from bondsight.cli.fit_options import add_study_options, study_from
 from bondsight.cli.output import INTERRUPTED, writable
@@ -53,6 +54,7 @@ def _fit(options: argparse.Namespace) -> int:
     from identification.validation import judge
     from identification.validation.report import write_report
 
+    _require_starts_run_so(options)
     graph = load_model(options.model)
     study, said = study_from(options, graph)
     writable(options.out)
@@ -83,6 +85,20 @@ def _fit(options: argparse.Namespace) -> int:
         print("bondsight: cancelled; the best values so far are kept", file=sys.stderr)
         return INTERRUPTED
     return 0
+
+
+def _require_starts_run_so(options: argparse.Namespace) -> None:
+    """Refuse an optimiser that many starts are not run with."""
+    from identification.estimation.methods import METHODS
+
+    method = METHODS.get(options.method)  # of another one the fit says that there is none
+    if options.starts and options.optimiser and method is not None:
+        own = method.optimisers[0]
+        if options.optimiser != own:
+            raise UnusableInput(
+                f"fit: --starts runs {options.method} with {own}, not with {options.optimiser}; "
+                "leave --optimiser or --starts out"
+            )
 
 
 def _run(options: argparse.Namespace, study: Study, bar: Bar) -> tuple[Estimation, Starts | None]:

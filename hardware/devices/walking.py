@@ -1,18 +1,86 @@
-"""From an unknown voltage gently to the safe one."""
+"""From where an output is taken to stand gently to rest, before a guard may drive it."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Self, final
 
 from hardware.contracts import Clock
+from hardware.envelope.limits import Envelope
+from hardware.errors import ProtocolFault
 
 _PERIOD = 0.01
+_PLAUSIBLE = 0.05
+"""Share of the range by which a reading may lie outside of it: noise and offset of a monitor."""
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Descent:
+    """How an output walks to rest at power-up.
+
+    Parameters
+    ----------
+    rate : float
+        V/s.
+    step : float, optional
+        Largest change of one write (V); that of a hundredth of a second if not given.
+    pause : float
+        Shortest time between two writes (s).
+    lowest, highest : float
+        Nothing outside is written (V).
+    """
+
+    rate: float
+    step: float = math.inf
+    pause: float = 0.0
+    lowest: float = -math.inf
+    highest: float = math.inf
+
+    @classmethod
+    def within(cls, envelope: Envelope, rate: float = math.inf) -> Self:
+        """Return the way that an envelope allows, no faster than `rate` (V/s)."""
+        e = envelope
+        # half of what a single command may do, as for every other ramp
+        step = 0.5 * e.largest_step(e.v_min, e.v_max)
+        return cls(min(rate, e.ramp_rate), step, e.update_period, e.v_min, e.v_max)
+
+    def held(self, volts: float) -> float:
+        """Return a voltage (V) cut to the limits."""
+        return min(max(volts, self.lowest), self.highest)
+
+    def allows(self, volts: float) -> bool:
+        """Whether a voltage (V) may be taken for one within the limits."""
+        margin = _PLAUSIBLE * (self.highest - self.lowest)
+        return self.lowest - margin <= volts <= self.highest + margin
+
+    def require(self, volts: float, what: str) -> None:
+        """Refuse to begin at a voltage (V) that cannot be.
+
+        Raises
+        ------
+        ProtocolFault
+            It lies outside the limits by more than a monitor may be off; nothing was written.
+        """
+        if not self.allows(volts):
+            raise ProtocolFault(
+                f"{what} {volts:g} V, outside the {self.lowest:g} .. {self.highest:g} V that are "
+                "allowed; nothing was written: check the monitor with its scale and wire, or "
+                "switch the device off and on",
+                volts,
+            )
 
 
 def walk(
-    write: Callable[[float], None], present: float | None, target: float, rate: float, clock: Clock
+    write: Callable[[float], None],
+    present: float | None,
+    target: float,
+    way: Descent,
+    clock: Clock,
 ) -> None:
-    """Write voltages from `present` to `target` (V) at no more than `rate` (V/s).
+    """Write voltages from `present` to `target` (V) in small steps.
 
     Parameters
     ----------
@@ -22,14 +90,17 @@ def walk(
         Where the output is; where that is not known, only `target` is written.
     target : float
         Where it is to go (V).
-    rate : float
-        Largest rate (V/s).
+    way : Descent
+        Limits and pace.
     clock : Clock
         Time of the program.
     """
-    step = rate * _PERIOD
-    while present is not None and abs(target - present) > step:
-        present += step if target > present else -step
-        write(present)
-        clock.sleep(_PERIOD)
-    write(target)
+    if present is None:
+        write(way.held(target))
+        return
+    span = target - present
+    step = min(way.rate * max(_PERIOD, way.pause), way.step)
+    count = max(math.ceil(abs(span) / step), 1)
+    for k in range(1, count + 1):
+        clock.sleep(max(abs(span) / count / way.rate, way.pause))
+        write(way.held(present + span * (k / count) if k < count else target))

@@ -7,6 +7,9 @@ from typing import final
 
 from hardware.envelope.limits import ROUNDING, Dwell, Envelope
 
+STALL = 0.1
+"""Silence of a waveform that is one (s); it reports about every 20 ms."""
+
 
 @final
 class Dwelling:
@@ -56,4 +59,19 @@ class Dwelling:
         for dwell, seconds in zip(self._envelope.dwell, self.held(now), strict=True):
             if seconds > dwell.seconds * (1.0 + ROUNDING):
                 return dwell, seconds
+        return None
+
+    def stalled(self, volts: float, silence: float) -> tuple[Dwell, float] | None:
+        """Return the first dwell that a waveform exceeds which stands still, and how long (s).
+
+        Parameters
+        ----------
+        volts : float
+            Its last sample (V).
+        silence : float
+            Since then (s).
+        """
+        for dwell in self._envelope.dwell:
+            if self._envelope.is_beyond(dwell, volts) and silence > max(dwell.seconds, STALL):
+                return dwell, silence
         return None

@@ -9,10 +9,10 @@ from numpy.typing import ArrayLike
 from hardware.contracts import Clock, Identity, RawOutput, WallClock
 from hardware.envelope.limits import Converter, Envelope
 from hardware.envelope.line import OutputLine
-from hardware.envelope.plain_numbers import engineering, finite_number
+from hardware.envelope.plain_numbers import finite_number
 from hardware.envelope.proof import compare, noise_of, probe_step
 from hardware.envelope.provenance import provenance
-from hardware.envelope.readiness import refuse_again, require_open, require_ready
+from hardware.envelope.readiness import overstay, refuse_again, require_open, require_ready
 from hardware.envelope.single import check_ramp, check_set, nearest
 from hardware.envelope.state import OutputState, OutputStatus
 from hardware.envelope.way_down import close, park
@@ -32,7 +32,9 @@ class GuardedOutput:
     ----------
     raw : RawOutput
         Handed over for good: nobody else may keep it. It may be `Fed`, and may have attributes
-        ``converter`` (`Converter`) and ``rest`` (V after its power-up; 0).
+        ``converter`` (`Converter`) and ``rest`` (V after its power-up; 0). If it walks by itself
+        at power-up it has methods ``keep_within(envelope)`` and, where players share the device,
+        ``moved(volts)``, which is told where it stands.
     envelope : Envelope
     clock : Clock, optional
         Time of the program; the computer's by default.
@@ -215,7 +217,8 @@ class GuardedOutput:
         Commands are refused until it has ended, and at its end the safe value is written whatever
         is known. An unknown output is looked for by its read-back, else powered up anew; one that
         contradicts the last command is not believed, and `status` says so. Before the first
-        `power_up` and after `close` there is nothing to park.
+        `power_up` and after `close` there is nothing to park. In a signal handler that has come
+        within a write or a step of a waveform it returns at once, and that one parks at its end.
 
         Raises
         ------
@@ -269,14 +272,10 @@ class GuardedOutput:
             if line.closed or self.state is OutputState.UNKNOWN:
                 return
             line.beat()
-            late = None if line.halt is not None else line.dwelling.exceeded(line.clock.now())
+            late = line.overstayed()
         if late is not None:
-            dwell, seconds = late
             self.stop()
-            raise LimitViolation(
-                f"output: {engineering(seconds, 's')} beyond {dwell.level:g} V, allowed are "
-                f"{engineering(dwell.seconds, 's')}; it was ramped to {self.envelope.safe:g} V"
-            )
+            raise overstay(line, *late)
 
     def close(self) -> None:
         """Refuse all commands, park and let go of the device, any number of times.

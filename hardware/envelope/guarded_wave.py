@@ -19,7 +19,13 @@ from hardware.envelope.guard import GuardedOutput
 from hardware.envelope.marks import marked
 from hardware.envelope.plain_numbers import finite_number, finite_wave
 from hardware.envelope.raw_wave import RawWave
-from hardware.envelope.readiness import refuse_again, require_open, require_ready, require_rest
+from hardware.envelope.readiness import (
+    overstay,
+    refuse_again,
+    require_open,
+    require_ready,
+    require_rest,
+)
 from hardware.envelope.runs import trail
 from hardware.envelope.wave import check_join, check_wave
 from hardware.errors import HardwareError, LimitViolation, Overrun, ProtocolFault
@@ -182,18 +188,14 @@ class GuardedWave:
         line = self._output._line
         with line.lock:
             self._require_reign(epoch)
+            if (late := line.overstayed()) is not None:
+                # whoever raises out of here ramps down
+                raise overstay(line, *late)
             self._player = threading.get_ident()
             # stays set if an interrupt ends the transfer: the last report is not the last sample
             self._inside = True
             self._idle.clear()
-        try:
-            written = next(source, None)
-            self._inside = False
-        except Exception as error:
-            line.lose(error, "play")
-            raise
-        finally:
-            self._idle.set()
+        written = line.whole(lambda: self._advanced(source))
         with line.lock:
             self._require_reign(epoch)
             if written is None:
@@ -204,6 +206,17 @@ class GuardedWave:
                 line.reached(float(prepared.volts[k]), "playing a waveform")
             line.beat()
         return written
+
+    def _advanced(self, source: Iterator[WaveProgress]) -> WaveProgress | None:
+        try:
+            written = next(source, None)
+            self._inside = False
+            return written
+        except Exception as error:
+            self._output._line.lose(error, "play")
+            raise
+        finally:
+            self._idle.set()
 
     def _require_reign(self, epoch: int) -> None:
         if epoch != self._output._line.epoch:

@@ -5,17 +5,18 @@ from __future__ import annotations
 import math
 import threading
 from collections.abc import Callable
-from typing import final
+from typing import TypeVar, final
 
 from bondgraph.support.errors import UnusableInput
 from hardware.contracts import Clock, RawOutput
 from hardware.envelope.dwelling import Dwelling
-from hardware.envelope.limits import Converter, Envelope
+from hardware.envelope.limits import Converter, Dwell, Envelope
 from hardware.envelope.plain_numbers import engineering
 from hardware.envelope.state import OutputState
 from hardware.envelope.watchdog import Heartbeat
 from hardware.errors import HardwareError, LimitViolation, ProtocolFault
 
+T = TypeVar("T")
 TICK = 2e-3
 """Longest time between two steps of a ramp (s)."""
 PLAUSIBLE = 0.05
@@ -55,9 +56,16 @@ class OutputLine:
                     f"guard: {what} {volts:g} V, which lies outside {self.low:g} .. {self.high:g} "
                     "V; widen the envelope or use another output"
                 )
+        # what walks by itself at power-up has to know its limits before
+        if (keep := getattr(raw, "keep_within", None)) is not None:
+            keep(envelope)
+        # and where a player has left it
+        self.moved: Callable[[float], None] | None = getattr(raw, "moved", None)
         self.lock = threading.RLock()
         self.epoch = 0
         self.parkers: set[object] = set()
+        self.inside: set[int] = set()
+        self.deferred: dict[int, Callable[[OutputLine], None]] = {}
         self.charge: int | None = None
         self.parks = 0
         self.closed = False
@@ -128,6 +136,11 @@ class OutputLine:
                 f"silent for more than the {engineering(self.heart.timeout, 's')} of its watchdog"
             )
 
+    def may_rest(self) -> bool:
+        """Whether a watchdog may have parked the device behind the program's back."""
+        fed = self.heart.timeout is not None
+        return self.heart.bitten(self.clock.now()) if fed else self.raw.has_watchdog
+
     def write(self, volts: float, what: str) -> None:
         """Send one voltage (V).
 
@@ -142,33 +155,81 @@ class OutputLine:
             raise LimitViolation(
                 f"{what}: {volts!r} V lies outside {self.low:g} .. {self.high:g} V; not sent"
             )
-        volts = min(max(volts, self.low), self.high)
+        self.whole(lambda: self._send(min(max(volts, self.low), self.high), what))
+
+    def _send(self, volts: float, what: str) -> None:
+        before = self.present, self.span, self.state, self.interrupted
         around = (*(self.span or (self.present,)), volts)
         try:
+            # first: wherever Ctrl-C comes in, the device has this voltage or the one before
+            self.interrupted = True
+            self.span = min(around), max(around)
+            self.present = volts
+            self.state = OutputState.DRIVEN
             self.raw.write(volts)
+            self.reached(volts, what)
+            self.interrupted = False
         except LimitViolation as error:
             # the device's own refusal: nothing was sent, unless it tells where it went instead
+            self.present, self.span, self.state, self.interrupted = before
             if isinstance(error.partial, float):
                 self.reached(error.partial, what)
             raise
         except Exception as error:
+            self.present, _, self.state, self.interrupted = before
             self.span = min(around), max(around)
             self.lose(error, what)
             raise
         except BaseException:
-            # Ctrl-C inside the transfer: the device has this voltage or the one before
-            self.interrupted = True
             self.reached(volts, what)
             self.span = min(around), max(around)
             raise
-        self.interrupted = False
-        self.reached(volts, what)
+
+    def whole(self, action: Callable[[], T]) -> T:
+        """Do something at the device that nothing of the same thread may come in between.
+
+        A signal handler runs within whatever it interrupts, which would go on behind it and undo
+        it. So `defer` keeps what it asks for until the action is over.
+        """
+        me = threading.get_ident()
+        outer = me not in self.inside
+        error: BaseException | None = None
+        try:
+            self.inside.add(me)
+            return action()
+        except BaseException as caught:
+            error = caught
+            raise
+        finally:
+            if outer:
+                self.inside.discard(me)
+                self._do_deferred(me, error)
+
+    def defer(self, action: Callable[[OutputLine], None]) -> bool:
+        """Keep an action for the end of what this thread is doing; False if it does nothing."""
+        me = threading.get_ident()
+        if me not in self.inside:
+            return False
+        self.deferred[me] = action
+        return True
+
+    def _do_deferred(self, me: int, error: BaseException | None) -> None:
+        if (action := self.deferred.pop(me, None)) is None:
+            return
+        try:
+            action(self)
+        except Exception as second:
+            if error is None:
+                raise
+            error.add_note(f"stop() within it failed too: {second}")
 
     def reached(self, volts: float, what: str) -> None:
         """Note that the output stands at a voltage (V) from now on."""
         now = self.clock.now()
         self.present = volts
         self.span = volts, volts
+        if self.moved is not None:
+            self.moved(volts)
         self.restarted = False
         self.last = now
         self.dwelling.moved(volts, now)
@@ -201,6 +262,18 @@ class OutputLine:
                 f"set: {engineering(passed, 's')} after the command before, allowed is "
                 f"{engineering(period, 's')}; the clock stands still, check it"
             )
+
+    def overstayed(self) -> tuple[Dwell, float] | None:
+        """Return the first dwell that has lasted too long, and how long (s).
+
+        A waveform was judged as a whole; of it only a stall can be too long.
+        """
+        if not self.envelope.dwell:
+            return None
+        now = self.clock.now()
+        if self.halt is None:
+            return self.dwelling.exceeded(now)
+        return self.dwelling.stalled(self.present, 0.0 if self.last is None else now - self.last)
 
     def beat(self) -> None:
         """Feed the watchdog if it is due."""
@@ -240,6 +313,9 @@ class OutputLine:
 
     def power_up(self) -> None:
         """Let the device come up and compare what it tells with where it should be."""
+        self.whole(self._come_up)
+
+    def _come_up(self) -> None:
         self.touched = True
         self.forget_quietly("power-up did not end")
         self.span = None
@@ -268,10 +344,11 @@ class OutputLine:
 
     def end_wave(self) -> None:
         """Stop the waveform that plays, if one does."""
-        halt, self.halt = self.halt, None
-        if halt is None:
+        if self.halt is None:
             return
-        around = halt()
+        around = self.halt()
+        # an interrupted one is ended again by the next who comes
+        self.halt = None
         self.span = None if around is None else (min(around), max(around))
         if self.state is OutputState.UNKNOWN:
             return

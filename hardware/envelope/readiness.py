@@ -2,15 +2,24 @@
 
 from __future__ import annotations
 
+import threading
+
+from hardware.envelope.limits import Dwell
 from hardware.envelope.line import OutputLine
+from hardware.envelope.plain_numbers import engineering
 from hardware.envelope.state import OutputState
 from hardware.errors import LimitViolation
 
 
 def require_open(line: OutputLine, what: str) -> None:
-    """Refuse what comes after `close`, or while a stop is on its way down."""
+    """Refuse what comes after `close`, while a stop is on its way down, or within a write."""
     if line.closed:
         raise LimitViolation(f"{what}: the output is closed; open the device anew")
+    if threading.get_ident() in line.inside:
+        raise LimitViolation(
+            f"{what}: given within another command of this thread, by a signal handler; there "
+            "only stop() and close() may be called"
+        )
     if line.parkers:
         raise LimitViolation(
             f"{what}: stop() is on its way to {line.envelope.safe:g} V; wait until it has ended"
@@ -34,6 +43,14 @@ def require_ready(line: OutputLine, what: str) -> None:
     if not line.cleared:
         raise LimitViolation(f"{what}: {line.hindrance}; call power_up() first")
     require_rest(line, what)
+
+
+def overstay(line: OutputLine, dwell: Dwell, seconds: float) -> LimitViolation:
+    """Make the error of an output that was beyond a level for too long (s)."""
+    return LimitViolation(
+        f"output: {engineering(seconds, 's')} beyond {dwell.level:g} V, allowed are "
+        f"{engineering(dwell.seconds, 's')}; it was ramped to {line.envelope.safe:g} V"
+    )
 
 
 def refuse_again(guard: object) -> None:

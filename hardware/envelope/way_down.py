@@ -13,13 +13,16 @@ def park(line: OutputLine) -> None:
     """Park, and return when that is done; commands are refused until then.
 
     A second call, of another thread or of a signal handler, takes over; the first one returns
-    when the output is parked all the same.
+    when the output is parked all the same. A signal handler that has come within a write of its
+    own thread returns at once, and the way down begins when that write is over.
 
     Raises
     ------
     Exception
         Of the device, at two attempts; the output is unknown then.
     """
+    if line.defer(close if line.closed else park):
+        return
     token = object()
     try:
         # before the lock, which a thread of commands might never leave to others
@@ -43,6 +46,8 @@ def park(line: OutputLine) -> None:
 def close(line: OutputLine) -> None:
     """Refuse all commands, park, let go of the device."""
     line.closed = True
+    if line.defer(close):
+        return
     try:
         if line.touched and not line.released:
             park(line)
@@ -100,13 +105,16 @@ def _find(line: OutputLine) -> str:
 
     A read-back near the last commands is believed. One far from them is believed only if it was
     proven, lies where the device rests after a restart, and the link was what failed. Any other
-    one is not: the way down then begins at the last command.
+    one is not, and some devices have none: the way down then begins at the last command. Only
+    where none is known, or it cannot be given again, the device is powered up anew.
     """
     try:
         reading = line.raw.read()
     except Exception:
         reading = None
     if reading is None or math.isnan(reading):
+        if line.span is not None and not line.may_rest() and _stays(line, line.span):
+            return "taken for the last command, it cannot be read back"
         line.power_up()
         return ""
     allowed = PLAUSIBLE * (line.envelope.v_max - line.envelope.v_min)
@@ -138,6 +146,17 @@ def _find(line: OutputLine) -> str:
     # the way down begins by writing this value
     line.interrupted = True
     return remark
+
+
+def _stays(line: OutputLine, span: tuple[float, float]) -> bool:
+    """Give the last command again; False if it cannot be given."""
+    line.reached(0.5 * (span[0] + span[1]), "taken for the last command")
+    line.interrupted = True
+    try:
+        line.settle()
+    except Exception:
+        return False
+    return True
 
 
 def _stands(line: OutputLine, reading: float) -> None:

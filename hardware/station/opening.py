@@ -13,7 +13,7 @@ from hardware.devices.daq import AnalogueReadout, Card, CardInputs
 from hardware.devices.gauge import ForceGauge
 from hardware.devices.interferometer import NORMAL_RATE, Block, Interferometer, Streaming, Triggered
 from hardware.devices.transport import SerialSettings, SerialTransport, TcpTransport
-from hardware.envelope import GuardedOutput, GuardedWave, parked
+from hardware.envelope import GuardedOutput, GuardedWave, OutputState, parked
 from hardware.errors import LinkLost, ProtocolFault
 from hardware.recorder.plan import TakePlan
 from hardware.recorder.station import Preparation, Station, no_preparation
@@ -138,7 +138,20 @@ class OpenStation:
         raise unknown_name("reading", plan.reading, self.settings.name, known)
 
     def close(self) -> None:
-        """Release everything; any number of times."""
+        """Park, then release everything; any number of times.
+
+        Signals are held back until the output is parked; whatever interrupts even that leaves the
+        link open, so that another `close` ends it.
+        """
+        try:
+            with parked(self.output):
+                pass
+        except BaseException as error:
+            # parked before a signal acted, or nothing more can be done over this link
+            if self.output.state is OutputState.PARKED or isinstance(error, Exception):
+                with contextlib.suppress(Exception):
+                    self._closing.close()
+            raise
         self._closing.close()
 
     def __enter__(self) -> Self:

@@ -25,6 +25,9 @@ from hardware.storage.reading import JournalFile, open_journal
 from hardware.storage.syncing import sync_folder
 
 MAX_PIECES = 100
+OUTPUT = "output"
+INSTANT = "instant"
+"""Channel of a stream that was not clocked by the output: when every sample was read (s)."""
 
 
 def recover(
@@ -32,9 +35,10 @@ def recover(
 ) -> tuple[Path, ...]:
     """Save what a journal holds as recordings beside it.
 
-    Streams on one clock become NAME.npz; otherwise every stream becomes NAME-STREAM.npz with a
-    time base of its own. Where samples are missing or not finite a new recording begins
-    (NAME-STREAM-2.npz): nothing is filled and nothing joined. The journal stays as it is.
+    Streams on one clock become NAME.npz; every other one becomes NAME-STREAM.npz with a time base
+    of its own, also what carries its own instants, as a force gauge does. Where samples are
+    missing or not finite a new recording begins (NAME-STREAM-2.npz): nothing is filled and nothing
+    joined. The journal stays as it is.
 
     Parameters
     ----------
@@ -106,15 +110,18 @@ def recovered(
     data = {s: journal.read(s) for s in journal.streams}
     known = {s: origins[s].nominal_rate for s in data if s in origins}
     warnings = _warnings(journal, [s for s in data if s not in known])
-    one_clock = alignment.method == "shared clock" and len(set(known.values())) == 1
+    # what has instants of its own was read now and then: its numbers are not those of the output
+    paced = {s: d for s, d in data.items() if s == OUTPUT or INSTANT not in d.channels}
+    pace = {known.get(s) for s in paced}
+    one_clock = alignment.method == "shared clock" and len(pace) == 1 and None not in pace
     found: list[tuple[str, Piece]] = []
-    if one_clock and len(known) == len(data) > 1:
-        found += [("", p) for p in pieces(joined(data))]
-    if not found:
-        # two clocks, or one stream without a sample of the other: each by itself
-        for stream in known:
-            suffix = "-" + re.sub(r"[^A-Za-z0-9_.-]", "_", stream)
-            found += [(suffix, p) for p in pieces({stream: data[stream]})]
+    if one_clock and len(paced) > 1:
+        found += [("", p) for p in pieces(joined(paced))]
+    alone = known if not found else [s for s in known if s not in paced]
+    # two clocks, or one stream without a sample of the other: each by itself
+    for stream in alone:
+        suffix = "-" + re.sub(r"[^A-Za-z0-9_.-]", "_", stream)
+        found += [(suffix, p) for p in pieces({stream: data[stream]})]
     if not found:
         raise UnusableInput(
             f"{journal.path.name}: holds no usable sample; {' '.join(warnings) or 'none arrived'}"

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
@@ -308,13 +307,14 @@ def _diagnosed(
         base = made.base
         same = base.fit.problem.data.n == data.n
         nominal = base.fit if same else deeper(nominal, base.fit.values) or nominal
-    if not made.stopped:
-        finer = _on_finer_stretches(result, material, options, say, made.decisions)
+    stopped = made.stopped
+    if not stopped:
+        finer, stopped = on_finer_stretches(result, material, options, say, made.decisions)
         if finer is not None:
             return finer
     say("fitting the repaired model on all training samples", 0.95)
     decisions = unthinned(made.decisions, template, options.holds)
-    if not made.stopped:
+    if not stopped:
         decisions = refined(decisions, options, result.limits)
     declared, nominal = judged_on(declared, unseen), judged_on(nominal, unseen)
     decisions = tuple(_shown(d, unseen, data.n) for d in decisions)
@@ -328,7 +328,7 @@ def _diagnosed(
         result, kind=kind, scene=made.scene, steps=decisions, trials=decisions[0].trials,
         ranking=made.ranking, structure=classes,
         relations=made.relations, experiments=_experiments(decisions),
-        notes=asked.notes_of(last) + (STOPPED,) * made.stopped + notes_of(
+        notes=asked.notes_of(last) + (STOPPED,) * stopped + notes_of(
             material, nominal, last, options.holds, known, _named(decisions, kind)
         ),
     )  # fmt: skip
@@ -360,24 +360,27 @@ def _nominal(result: Diagnosis, material: Material) -> tuple[Fit, Split]:
     return nominal, nominal.problem.data.split
 
 
-def _on_finer_stretches(
+def on_finer_stretches(
     result: Diagnosis,
     material: Material,
     options: DiagnosisOptions,
     say: Progress,
     decisions: Sequence[Decision],
-) -> Diagnosis | None:
-    """Diagnose again where another effect hides in held-out stretches beside what was named."""
+) -> tuple[Diagnosis | None, bool]:
+    """Diagnose again where another effect hides in held-out stretches beside what was named.
+
+    Returns what was found, if more was, and whether that search was stopped without it.
+    """
     named = [d for d in decisions if d.kind == "missing_physics" and d.chosen]
     last = named[-1].chosen if named else None
     if not material.usual or last is None or len(named) >= options.effects:
-        return None
+        return None, False
     if last.fit.problem.data.n != material.recording.n:
-        return None
+        return None, False
     finer, asked = split_that_shows(last.fit, result.limits.noise), result.asked
     if finer is None or asked is None:
-        return None
-    with suppress(BondsightError, KeyboardInterrupt):
+        return None, False
+    try:
         again = diagnose(
             asked.study or asked.declared or asked.graph,
             None if asked.study else asked.recordings, finer,
@@ -385,9 +388,13 @@ def _on_finer_stretches(
             noise=material.given, seed=result.seed, known=named,
             progress=lambda text, part: say(text, 0.8 + 0.099 * part),
         )  # fmt: skip
-        if again.kind == "missing_physics" and len(again.findings) >= len(named):
-            return again
-    return None
+    except KeyboardInterrupt:
+        return None, True
+    except BondsightError:
+        return None, False
+    if again.kind == "missing_physics" and len(again.findings) >= len(named):
+        return again, False
+    return None, STOPPED in again.notes
 
 
 def _with_rest(result: Diagnosis, whole: Split) -> Diagnosis:

@@ -39,6 +39,7 @@ SCHEMA = "bondsight-fit/1"
 """Name and version of the document."""
 _PRIORS: Mapping[str, Callable[..., Prior]] = {"normal": Normal, "log-normal": LogNormal}
 _OPTIONS = ("initial", "hold", "noise", "init", "silent", "window", "n_sub", "process_noise")
+ARRAYS = (np.ndarray, np.generic)
 _FILTERED = ("reading", "innovation", "state", "deviation")
 
 
@@ -222,7 +223,10 @@ def _put_study(study: Study) -> dict[str, Any]:
 
 
 def _plain(value: Any) -> Any:
-    return dict(value) if isinstance(value, Mapping) else value
+    """Return mappings as dictionaries, and arrays in them as lists."""
+    if not isinstance(value, Mapping):
+        return value
+    return {n: np.asarray(v).tolist() if isinstance(v, ARRAYS) else v for n, v in value.items()}
 
 
 def _put_vary(v: Vary) -> dict[str, Any]:
@@ -275,6 +279,7 @@ def _put_fit(f: Estimation, arrays: dict[str, Array]) -> dict[str, Any]:
         "estimates": [_put_estimate(e) for e in f.estimates],
         "nuisances": [_put_estimate(e) for e in f.nuisances],
         "filtered": _put_filtered(f.filtered, arrays),
+        "run": f.run,
     }  # fmt: skip
 
 
@@ -342,4 +347,5 @@ def _take_fit(form: Mapping[str, Any], study: Study, arrays: Mapping[str, Array]
         notes=tuple(form["notes"]),
         seconds=form["seconds"],
         filtered=_take_filtered(form.get("filtered"), arrays),
+        run=form.get("run", ""),
     )

@@ -57,8 +57,9 @@ def sandwich(
     """
     jacobian = stack.projected(evaluations, point)
     residual = np.concatenate([e.residual for e in evaluations])
-    channels = stack.channels(evaluations)
-    rows = block_rows(residual.size, channels, blocks_for(residual, channels))
+    channels, readings = stack.channels(evaluations), stack.readings(evaluations)
+    blocks = blocks_for(residual, channels, readings)
+    rows = block_rows(residual.size, channels, blocks, readings)
     scores = block_scores(jacobian, residual, rows, inverse)
     middle = np.diag(stack.prior[0] ** 2) + scores.T @ scores
     return np.asarray(inverse @ middle @ inverse * student(len(rows)))

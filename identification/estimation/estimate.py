@@ -29,7 +29,7 @@ from identification.estimation.levenberg_marquardt import FitStatus, foreseen
 from identification.estimation.methods import METHODS
 from identification.estimation.methods.method import FitOptions, FitTask, Method, MethodSolution
 from identification.estimation.result import Estimation, simulate_validation
-from identification.estimation.settling import same_setting, settled_setting
+from identification.estimation.settling import carried_setting, same_setting, settled_setting
 from identification.estimation.threads import calm
 from identification.study.joint import JointPoint, JointProblem, held_out_states
 from identification.study.residual import ResidualEvaluation, evaluate, slots
@@ -278,7 +278,9 @@ def _settled(
     start: Estimation | None,
     hold: str | None = None,
 ) -> Made:
-    setting = study.first_setting if start is None else _fitting(study, start.setting)
+    setting = study.first_setting
+    if start is not None:
+        setting = carried_setting(study, start.setting, start.study)
     if hold is not None:
         steps = tuple(max(n, 2 if hold == "band-limited" else 1) for n in setting.n_sub)
         setting = replace(setting, hold=hold, n_sub=steps, n_fine=steps)
@@ -333,13 +335,6 @@ def _steps_that_run(
     return None
 
 
-def _fitting(study: Study, setting: SettledSetting) -> SettledSetting:
-    """Return a setting of another study for this one; its own where the recordings differ."""
-    fresh = study.first_setting
-    sizes = [f.size for f in fresh.floors]
-    return setting if [f.size for f in setting.floors] == sizes else fresh
-
-
 def _solve(
     study: Study,
     method: Method,
@@ -386,7 +381,7 @@ def _finished(
             *miscalibrated(study.graph, study.nuisances.gains, (*estimates, *nuisances)),
             *coarse_steps(study, setting, stack, point, found), *far_levels(stack, point),
         ),
-        filtered=solution.filtered,
+        filtered=solution.filtered, run=solution.run,
     )  # fmt: skip
     judged = [
         simulate_validation(result.problem(i), result, study.init)

@@ -57,14 +57,15 @@ def estimates_of(
             done.add(i)
             t, reach = float(point.theta[i]), 1.96 * float(sd[i])
             if free is not None:
-                # wide intervals of logarithmic parameters stay within what a double holds
-                ends = sorted(
-                    (free.value(max(t - reach, -700.0)), free.value(min(t + reach, 700.0)))
-                )
+                low, high = t - reach, t + reach
+                if free.log:  # wide intervals stay within what a double holds
+                    low, high = max(low, -700.0), min(high, 700.0)
+                ends = sorted((free.value(low), free.value(high)))
                 nuisance = free.parameter.name in p.added
             elif upper[i] > lower[i]:
                 half = reach * abs(slope * float(factor[j]))
-                ends, nuisance = [value - half, value + half], stack.names[i] not in p.delays
+                declared = range(slots(p).size)[slots(p).delays]
+                ends, nuisance = [value - half, value + half], j not in declared
             else:
                 continue
             hit = bool(t <= lower[i] + 1e-9 or t >= upper[i] - 1e-9)

@@ -67,6 +67,8 @@ class Estimation:
     seconds : float
     filtered : Filtered or None
         Process noise, innovations and filtered states, where the method has a Kalman filter.
+    run : str
+        What `simulated` is of the fitted recordings, in words, where it is no free run.
 
     Examples
     --------
@@ -89,6 +91,7 @@ class Estimation:
     notes: tuple[str, ...] = ()
     seconds: float = 0.0
     filtered: Filtered | None = None
+    run: str = ""
 
     @property
     def noises(self) -> tuple[Estimate, ...]:
@@ -187,7 +190,8 @@ class Estimation:
 
         They begin anew after each turn where the model says so.
         """
-        study = self.study.changed(validation=(recording,), init=init)
+        noise = _noise_with_one(self.study)
+        study = self.study.changed(validation=(recording,), init=init, noise=noise)
         problem = study.problem(len(study.recordings), _with_one(self.setting, study))
         straight = simulate_validation(problem, self, init)
         return around(straight, problem.data.names, study.turns)
@@ -274,6 +278,18 @@ class Estimation:
             f"<p>{escape(repr(self))}</p><table><tr><th>name</th><th>value</th><th>unit</th>"
             f"<th colspan=2>95 % interval</th><th></th></tr>{rows}</table>{notes}"
         )
+
+
+def _noise_with_one(study: Study) -> str | dict[str, float | list[float]]:
+    """Return the noise of a study with one more recording in place of those that are only judged.
+
+    Where it was given for each, the further one is as loud as those fitted are in the mean.
+    """
+    if isinstance(study.noise, str):
+        return study.noise
+    fitted = {n: np.asarray(v, float) for n, v in study.noise.items()}
+    fitted = {n: v[: len(study.recordings)] if v.ndim else v for n, v in fitted.items()}
+    return {n: [*map(float, v), float(v.mean())] if v.ndim else float(v) for n, v in fitted.items()}
 
 
 def _with_one(setting: SettledSetting, study: Study) -> SettledSetting:

@@ -7,6 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 
+from bondgraph.graph.sensors import Sensor
+from bondgraph.signals.recording import Recording
 from bondgraph.support.arrays import Array
 from identification.estimation.covariance import information_root
 from identification.estimation.methods.method import MethodSolution
@@ -15,7 +17,7 @@ from identification.statistics.autoregression import innovations, whitening_filt
 from identification.study.joint import JointPoint, JointProblem
 from identification.study.problem import Problem
 from identification.study.residual import Point, ResidualEvaluation, evaluate
-from identification.study.study import SettledSetting, Study
+from identification.study.study import ESTIMATED, SettledSetting, Study
 
 AGAIN = 10.0
 NEAR = 1.0
@@ -36,6 +38,59 @@ def settled_setting(
     now = solution.evaluations or stack.evaluate(solution.point)
     finer, moved = corrected_steps(study, setting, stack, solution.point, now)
     return _reweighted(study, finer, stack, tuple(e.y for e in now)), moved
+
+
+def carried_setting(study: Study, setting: SettledSetting, before: Study) -> SettledSetting:
+    """Return the setting to begin with where the fit of another study ended.
+
+    What `study` says itself holds; what it leaves to be estimated begins as it ended. Corrections
+    are those of certain readings and steps: they stay with these alone.
+
+    Parameters
+    ----------
+    setting : SettledSetting
+        Of the study `before`; nothing of it is taken where the sensors of the recordings differ.
+    """
+    fresh = study.first_setting
+    sensors = [_sensors(study, r) for r in study.records]
+    if sensors != [_sensors(before, r) for r in before.records]:
+        return fresh
+    hold = setting.hold if study.hold == ESTIMATED else study.hold
+    least = 2 if hold == "band-limited" else 1
+    n_sub, n_fine = fresh.n_sub, fresh.n_fine
+    if study.n_sub is None:
+        n_sub = tuple(max(n, least) for n in setting.n_sub)
+        n_fine = tuple(max(n, least) for n in setting.n_fine)
+    known = study.noise if not isinstance(study.noise, str) else {}
+    coloured = study.noise == "coloured"
+    # levels beside a colour are those of innovations
+    levels = setting.floors if coloured == (before.noise == "coloured") else fresh.floors
+    floors = tuple(
+        np.array([f if n in known else v for n, f, v in zip(names, first, level, strict=True)])
+        for names, first, level in zip(sensors, fresh.floors, levels, strict=True)
+    )
+    kept = (
+        (hold, n_sub, study.window) == (setting.hold, setting.n_sub, before.window)
+        and all(_same(r, s) for r, s in zip(study.records, before.records, strict=True))
+    )  # fmt: skip
+    return SettledSetting(
+        hold, n_sub, floors, setting.whitening if coloured else fresh.whitening, n_fine,
+        setting.corrections if kept else fresh.corrections,
+        setting.corrected_at if kept else None,
+    )  # fmt: skip
+
+
+def _sensors(study: Study, recording: Recording) -> list[str]:
+    return [s.name for s in study.graph.of_type(Sensor) if s.name in recording.channels]
+
+
+def _same(a: Recording, b: Recording) -> bool:
+    """Whether two recordings have the same samples."""
+    return a is b or (
+        a.channels.keys() == b.channels.keys()
+        and np.array_equal(a.time, b.time)
+        and all(np.array_equal(a[n], b[n]) for n in a.channels)
+    )
 
 
 def _finer(study: Study, setting: SettledSetting, stack: JointProblem) -> SettledSetting:
@@ -206,7 +261,8 @@ def sizes(stack: JointProblem) -> tuple[int, int]:
 
 def same_setting(a: SettledSetting, b: SettledSetting, share: float) -> bool:
     """Whether noise and colours differ by less than `share`."""
-    level = all(np.allclose(x, y, rtol=share) for x, y in zip(a.floors, b.floors, strict=True))
+    floors = zip(a.floors, b.floors, strict=True)
+    level = all(np.allclose(x, y, rtol=share, atol=0) for x, y in floors)
     pairs = zip(a.whitening, b.whitening, strict=True)
     return level and all(
         len(x) == len(y)

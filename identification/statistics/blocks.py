@@ -8,6 +8,7 @@ Econometrica 55 (1987) 703).
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import groupby
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +17,7 @@ from bondgraph.support.arrays import FloatArray
 from bondgraph.support.errors import UnusableInput
 
 BLOCKS = 40
+FEWEST = 12
 LEAST_LEFT = 0.1
 """Share of a direction that a block leaves to the others, at least."""
 
@@ -27,16 +29,30 @@ def student(blocks: int) -> float:
     return float((t.ppf(0.975, max(blocks - 1, 1)) / 1.959964) ** 2)
 
 
-def blocks_for(residual: FloatArray, channels: Sequence[int] = ()) -> int:
+def blocks_for(
+    residual: FloatArray, channels: Sequence[int] = (), readings: Sequence[int] = ()
+) -> int:
     """Return how many blocks keep each well longer than the memory of the residuals.
 
-    At most `BLOCKS`, at least 12, otherwise eight integrated correlation times a block.
+    At most `BLOCKS`, at least `FEWEST`, otherwise eight integrated correlation times a block. Many
+    windows are taken as one run of their readings: memory reaches over their edges.
+
+    Parameters
+    ----------
+    channels, readings : sequence of int
+        As in `block_rows`.
     """
-    sizes = tuple(channels) or (residual.size,)
-    times, at = [], 0
-    for size in sizes:
-        e = residual[at : at + size]
-        at += size
+    spans = _spans(residual.size, channels, readings)
+    series = [residual[row] for rows in spans for row in rows]
+    if len(spans) >= FEWEST:
+        most = max(len(rows) for rows in spans)
+        series = [
+            np.concatenate([residual[rows[c]] for rows in spans if c < len(rows)])
+            for c in range(most)
+        ]
+    times = []
+    for e in series:
+        size = e.size
         e = e - e.mean() if size else e
         power = float(e @ e)
         if size < 32 or power == 0:
@@ -49,33 +65,66 @@ def blocks_for(residual: FloatArray, channels: Sequence[int] = ()) -> int:
         times.append(1.0 + 2.0 * float(rho[1:end].sum()))
     if not times:
         return BLOCKS
-    return int(np.clip(max(sizes) / (8.0 * max(times)), 12, BLOCKS))
+    longest = max(e.size for e in series)
+    return int(np.clip(longest / (8.0 * max(times)), FEWEST, BLOCKS))
 
 
 def block_rows(
-    count: int, channels: Sequence[int] = (), blocks: int = BLOCKS
+    count: int,
+    channels: Sequence[int] = (),
+    blocks: int = BLOCKS,
+    readings: Sequence[int] = (),
 ) -> list[NDArray[np.intp]]:
     """Return the rows of consecutive blocks of samples.
 
-    Channels of equal length that follow each other are cut alike and their rows put together,
-    because noise of two readings at the same time may be correlated.
+    The readings of a window are cut alike and their rows put together, because noise of two
+    readings at the same time may be correlated. Of `FEWEST` windows or more those that are not far
+    longer than a block stay whole: what their own initial states took out of the residuals ties the
+    samples of each.
+
+    Parameters
+    ----------
+    channels : sequence of int
+        Rows of each reading of each window, in order.
+    readings : sequence of int, optional
+        How many of the channels are the readings of each window; those of equal length that follow
+        each other, if not given.
     """
+    spans = _spans(count, channels, readings)
+    total = sum(rows.shape[1] for rows in spans)
+    many = len(spans) >= FEWEST
+    blocks = min(blocks, len(spans)) if many else blocks
+    found: list[NDArray[np.intp]] = []
+    for rows in spans:
+        size = rows.shape[1]
+        share = blocks * size / max(total, 1)
+        wanted = min(max(1, int(share / 2) if many else round(share)), max(size, 1))
+        found += [rows[:, p] for p in np.array_split(np.arange(size), wanted)]
+    if not many:
+        return [rows.ravel() for rows in found]
+    sizes = np.array([rows.shape[1] for rows in found])
+    of = ((np.cumsum(sizes) - 0.5 * sizes) * blocks / max(total, 1)).astype(int)
+    return [
+        np.concatenate([found[i].ravel() for i in np.flatnonzero(of == k)]) for k in np.unique(of)
+    ]
+
+
+def _spans(count: int, channels: Sequence[int], readings: Sequence[int]) -> list[NDArray[np.intp]]:
+    """Return the rows of each window, shape (readings, samples)."""
     sizes = tuple(channels) or (count,)
     if sum(sizes) != count:
         raise UnusableInput(f"blocks: channels {sizes} do not add up to {count} residuals")
-    total = sum(s for i, s in enumerate(sizes) if i == 0 or s != sizes[i - 1])
-    found: list[NDArray[np.intp]] = []
-    at, last, first = 0, -1, 0
-    for size in sizes:
-        wanted = min(max(1, round(blocks * size / max(total, 1))), max(size, 1))
-        parts = [at + p for p in np.array_split(np.arange(size), wanted)]
-        if size == last:
-            joined = zip(found[first:], parts, strict=True)
-            found[first:] = [np.concatenate([a, b]) for a, b in joined]
-        else:
-            first = len(found)
-            found += parts
-        at, last = at + size, size
+    if not readings:
+        readings = [len(list(same)) for _, same in groupby(sizes)]
+    found, channel, row = [], 0, 0
+    for many in readings:
+        own = sizes[channel : channel + many]
+        if len(own) != many or len(set(own)) != 1:
+            raise UnusableInput(f"blocks: readings {tuple(readings)} are not those of {sizes}")
+        found.append(np.arange(row, row + sum(own)).reshape(many, own[0]))
+        channel, row = channel + many, row + sum(own)
+    if channel != len(sizes):
+        raise UnusableInput(f"blocks: readings {tuple(readings)} are not those of {sizes}")
     return found
 
 

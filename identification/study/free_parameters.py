@@ -79,3 +79,12 @@ def dead_times(graph: BondGraph) -> frozenset[str]:
     """Names of the parameters that are dead times of drives and sensors."""
     late = {s.drive.delay for s in drives(graph) if s.drive is not None and s.drive.delay}
     return frozenset(late | {s.delay for s in graph.of_type(Sensor) if s.delay})
+
+
+def refuse_clocks(graph: BondGraph, method: str) -> None:
+    """Refuse sensors that declare clocks of their own: only free runs read them at their times."""
+    if own := [s.name for s in graph.of_type(Sensor) if s.clock]:
+        raise UnusableInput(
+            f"{method}: {', '.join(own)} is read by a clock of its own, which only a free run "
+            "follows; use method='single_shooting'"
+        )

@@ -29,6 +29,8 @@ from identification.study.scaled import Free
 
 NUISANCE_LAG = 0.25
 # a quarter of a sample: filters and multiplexers; more is a finding
+LARGEST_RATIO = 0.1
+"""Ratio error of a clock that declares no bounds: beyond it nobody speaks of one rate."""
 LARGEST_STEP = 1.5
 STATE_WEIGHT = 0.1
 """One over the standard deviation of a free initial state, in spreads of that state."""
@@ -180,6 +182,11 @@ class JointProblem:
             for rows, _ in e.local
             for _ in p.data.names
         )
+
+    def readings(self, evaluations: Sequence[ResidualEvaluation]) -> tuple[int, ...]:
+        """Return how many of `channels` are the readings of each window."""
+        pairs = zip(self.problems, evaluations, strict=True)
+        return tuple(len(p.data.names) for p, e in pairs for _ in e.local)
 
     def cost(self, evaluations: Sequence[ResidualEvaluation], point: JointPoint) -> float:
         """Mean square of residuals and priors."""
@@ -338,15 +345,15 @@ def _own_offsets(problem: Problem) -> list[int]:
 
 
 def _dead_time(problem: Problem, name: str) -> tuple[float, float]:
-    """Bounds of a declared dead time in samples; one number if it is not free."""
-    dt, longest = problem.data.dt, 0.1 * problem.data.n
-    declared = problem.graph.parameters.get(name)
-    p = problem.overrides.get(name, declared)
-    if name in problem.fixed:
-        known = problem.starts.get(name, p.value if p is not None else 0.0) / dt
+    """Bounds of a declared dead time or clock, over the time between samples; one if held."""
+    dt, skewed = problem.data.dt, name in problem.skews
+    p = problem.late[name]
+    if name in problem.fixed or (p is not None and p.fixed):
+        known = problem.late_starts[name] / dt
         return known, known
-    low = 0.0 if p is None or p.lower is None else p.lower / dt
-    if name not in problem.skews:
+    longest = LARGEST_RATIO / dt if skewed else 0.1 * problem.data.n
+    low = (-longest if skewed else 0.0) if p is None or p.lower is None else p.lower / dt
+    if not skewed:
         low = max(low, 0.0)
     high = longest if p is None or p.upper is None else p.upper / dt
     return low, max(high, low)

@@ -49,11 +49,16 @@ class Data:
     hold : str
         Behaviour of the commands between samples.
     breaks : tuple of int
-        First samples of further recordings: every recording starts from a state of its own.
+        First samples of further recordings, and `cuts`: from each a state of its own begins.
+    cuts : tuple of int
+        Those of `breaks` that begin no recording, but a further window of one.
     resolution : dict of str to float
         Unit of a sensor's converter, SI, where it is known: rounding to it is no finding.
     floor_measured : bool
-        `floor` was read off the noise itself, not estimated from the spectrum.
+        `floor` was read off the noise itself or is known, of every reading; not estimated from the
+        spectrum.
+    floor_known : frozenset of str
+        Readings of which that holds, where it does not of every one.
     sha256 : str
         Of the recording's file; empty if there is none.
     finer : tuple of (int, dict)
@@ -74,6 +79,13 @@ class Data:
     floor_measured: bool = False
     sha256: str = ""
     finer: tuple[tuple[int, Mapping[str, Array]], ...] = ()
+    cuts: tuple[int, ...] = ()
+    floor_known: frozenset[str] = frozenset()
+
+    @property
+    def sure(self) -> Array:
+        """Whether the noise of each reading is measured or known, shape (n_y,)."""
+        return np.array([self.floor_measured or n in self.floor_known for n in self.names], bool)
 
     @property
     def n(self) -> int:
@@ -102,6 +114,11 @@ class Data:
         # one clock for all, but for the rounding of the stamps
         return self.dt if abs(own - self.dt) < SAME_CLOCK * self.dt else own
 
+    @property
+    def starts(self) -> tuple[int, ...]:
+        """First samples of further recordings."""
+        return tuple(b for b in self.breaks if b not in self.cuts)
+
     @cached_property
     def parts(self) -> int:
         """Steps of a sample in which the commands of every recording are known."""
@@ -109,10 +126,11 @@ class Data:
 
     def commanded(self, window: slice) -> tuple[int, Mapping[str, Array]]:
         """Return the steps a sample in which commands of a window are known, and these commands."""
-        k, last = (bisect_right(self.breaks, i) for i in (window.start or 0, window.stop - 1))
+        starts = self.starts
+        k, last = (bisect_right(starts, i) for i in (window.start or 0, window.stop - 1))
         # of several recordings at once none has steps of its own
         steps, known = self.finer[k] if self.finer and k == last else (1, {})
-        begin = (0, *self.breaks)[k]
+        begin = (0, *starts)[k]
         own = slice((window.start - begin) * steps, (window.stop - 1 - begin) * steps + 1)
         return steps, {n: v[own] for n, v in known.items() if n in self.commands}
 
@@ -173,6 +191,7 @@ class Data:
             readings=self.readings[::factor],
             split=split,
             breaks=tuple(-(-b // factor) for b in self.breaks),
+            cuts=tuple(-(-b // factor) for b in self.cuts),
             finer=(),
         )
 
@@ -418,8 +437,8 @@ class Problem:
         """Centre and weight (one over the standard deviation) of each prior, as theta."""
         if not self.priors:
             return {}
-        late = {n: self.overrides.get(n, self.graph.parameters.get(n)) for n in self.delays}
-        every = [*self.free, *(Free(p, 0.0, False, self.data.dt) for p in late.values() if p)]
+        late = (p for p in self.late.values() if p is not None)
+        every = [*self.free, *(Free(p, 0.0, False, self.data.dt) for p in late)]
         known = self.priors
         return {n: known[n].on_theta(f) for f in every if (n := f.parameter.name) in known}
 
@@ -450,6 +469,17 @@ class Problem:
             if isinstance(sensor, Sensor) and sensor.delay:
                 found[sensor.delay] = (*found.get(sensor.delay, ()), i)
         return found | self.skews
+
+    @cached_property
+    def late(self) -> dict[str, Parameter | None]:
+        """Parameters of `delays` with the bounds of this problem; None where none is declared."""
+        return {n: self.overrides.get(n, self.graph.parameters.get(n)) for n in self.delays}
+
+    @cached_property
+    def late_starts(self) -> dict[str, float]:
+        """Where each of `delays` starts, or is held, SI: as declared if not given."""
+        declared = {n: p.value if p is not None else 0.0 for n, p in self.late.items()}
+        return {n: self.starts.get(n, v) for n, v in declared.items()}
 
     @cached_property
     def skews(self) -> dict[str, tuple[int, ...]]:

@@ -19,9 +19,10 @@ import numpy as np
 
 from bondgraph.signals.fractional_delay import delayed, delayed_values, delayed_within, warped
 from bondgraph.signals.split import stretches
-from bondgraph.signals.varying_delay import warped_within
+from bondgraph.signals.varying_delay import warped_on, warped_within
 from bondgraph.simulation.exact_run import KernelRun
 from bondgraph.support.arrays import Array
+from identification.study.engine import Engine
 from identification.study.problem import Problem
 
 Prepared = TypeVar("Prepared")
@@ -111,7 +112,7 @@ def start_point(problem: Problem) -> Point:
     """Start values: nominal parameters, declared delays, no offset, rest as initial state."""
     at = slots(problem)
     theta = np.zeros(at.size)
-    theta[at.delays] = [problem.starts.get(n, 0.0) / problem.data.dt for n in problem.delays]
+    theta[at.delays] = [v / problem.data.dt for v in problem.late_starts.values()]
     if problem.known_offsets:
         theta[at.offsets] = problem.known_offsets
     states = np.tile(problem.rest_state, (len(windows(problem)), 1))
@@ -168,22 +169,24 @@ def evaluate(
     jacobians: list[Array] = []
     local: list[tuple[slice, Array]] = []
     filled, total = 0, 0.0
-    rest, by_p = _rest(problem, p, directions)
+    rest = lru_cache(maxsize=None)(lambda at: rest_under(engine, p, problem.inputs[at], directions))
     ready = by_step(lambda h: engine.prepare(p, h, problem.steps, directions, derivatives))
     for number, (w, x0) in enumerate(zip(windows(problem), point.states, strict=True)):
         chosen = train[w]
         shown = bool(chosen.any())
         if (scored and not shown) or (among is not None and number not in among):
             continue
+        begin = max((b for b in data.starts if b <= w.start), default=0)
+        x0, by_p = rest(begin) if problem.initial == "rest" else (x0, None)
         run = engine.run(
             ready(data.step(w)),
             problem.inputs[w],
-            x0 if rest is None else rest,
+            x0,
             problem.fine_inputs(w),
             every_substep=bool(problem.delays),
             memory=time_memories(problem, w.start),
         )
-        begun = w.start - max((b for b in data.breaks if b <= w.start), default=0)
+        begun = w.start - begin
         seen = read_out(
             problem, run, point.theta,
             derivatives=derivatives, first=begun, stretch=data.dt / data.step(w),
@@ -256,24 +259,20 @@ def weighted(problem: Problem, block: Array) -> Array:
     return np.asarray(block)
 
 
-def _rest(
-    problem: Problem, p: Array, directions: Sequence[int]
-) -> tuple[Array | None, Array | None]:
-    """Rest under the first inputs and its derivative by the parameters, where a record rests."""
-    if problem.initial != "rest":
-        return None, None
-    first = problem.inputs[0]
+def rest_under(
+    engine: Engine, p: Array, inputs: Array, directions: Sequence[int]
+) -> tuple[Array, Array]:
+    """Return the rest under constant inputs, and its derivative by some of the parameters."""
     columns = []
     for i in directions:
         h = 1e-6 * max(abs(p[i]), 1e-30)
         ends = [p.copy(), p.copy()]
         ends[0][i] += h
         ends[1][i] -= h
-        high, low = (problem.engine.rest(e, first) for e in ends)
+        high, low = (engine.rest(e, inputs) for e in ends)
         columns.append((high - low) / (2 * h))
-    n_x = problem.engine.n_x
-    by_p = np.stack(columns, axis=1) if columns else np.zeros((n_x, 0))
-    return problem.engine.rest(p, first), by_p
+    by_p = np.stack(columns, axis=1) if columns else np.zeros((engine.n_x, 0))
+    return engine.rest(p, inputs), by_p
 
 
 @dataclass(frozen=True)
@@ -298,8 +297,8 @@ def read_out(
 ) -> SampledReadings:
     """Return what the sensors say of a run: lags, dead times and clocks; no offsets.
 
-    `first` is the sample of its recording at which the run begins: declared clocks count from its
-    start. `stretch` is the mean time between samples over that of this recording: delays are given
+    `first` is the sample of its recording at which the run begins: clocks count from its start.
+    `stretch` is the mean time between samples over that of this recording: delays are given
     in the former.
     """
     at, n_y = slots(problem), len(problem.data.names)
@@ -313,9 +312,11 @@ def read_out(
         by_delay = stretch * by_delay
         lags = own
     if problem.clock:
-        y, by_lag, tangent = _clocked(run, n_y, lags, theta[at.clocks] * problem.clock)
-        samples = np.arange(y.shape[0], dtype=float)[:, None]
+        samples = np.arange(first, first + run.y.shape[0], dtype=float)[:, None]
         # theta of a clock is its ratio error over the largest one
+        late = lags - theta[at.clocks] * problem.clock * samples
+        read = warped if problem.window is None else warped_on
+        y, by_lag, tangent = _clocked(run, n_y, late, read)
         by_clock = -by_lag * samples * problem.clock
     else:
         y, by_lag, tangent = _lagged(run, n_y, lags, derivatives and problem.fits_lags)
@@ -338,13 +339,13 @@ def sensor_columns(problem: Problem, seen: SampledReadings, rows: Array) -> Arra
     return block
 
 
-def _clocked(run: KernelRun, n_y: int, lags: Array, clocks: Array) -> tuple[Array, Array, Array]:
-    """Read the outputs as sensors with clocks of their own take them."""
+def _clocked(
+    run: KernelRun, n_y: int, late: Array, read: Callable[[Array, Array], tuple[Array, Array]]
+) -> tuple[Array, Array, Array]:
+    """Read the outputs as sensors with clocks of their own take them, `late` of shape (n, n_y)."""
     y, by_lag, tangent = run.y[:, :n_y].copy(), np.zeros_like(run.y[:, :n_y]), run.dy.copy()
-    samples = np.arange(y.shape[0], dtype=float)
     for c in range(n_y):
-        late = lags[c] - clocks[c] * samples
-        both, slopes = warped(np.concatenate([run.y[:, c, None], run.dy[:, c]], axis=1), late)
+        both, slopes = read(np.concatenate([run.y[:, c, None], run.dy[:, c]], axis=1), late[:, c])
         y[:, c], tangent[:, c], by_lag[:, c] = both[:, 0], both[:, 1:], slopes[:, 0]
     return y, by_lag, tangent[:, :n_y]
 

@@ -65,11 +65,14 @@ def unknowns(stack: JointProblem) -> tuple[Unknown, ...]:
             float(stack.prior[0][place]) ** 2 if f.parameter.name in given else 0.0,
         )  # fmt: skip
     for p, columns, factors in zip(stack.problems, stack.columns, stack.factors, strict=True):
-        for j in range(slots(p).delays.start, slots(p).delays.stop):
+        for j, name in enumerate(p.delays, start=slots(p).delays.start):
             place, step = int(columns[j]), p.data.dt * float(factors[j])
-            late = Free(Parameter(stack.names[place], 0.0, "s"), 0.0, False, step)
-            most = float(upper[place]) * step
-            found.setdefault(place, Unknown(stack.names[place], place, late, 0.0, most))
+            if upper[place] <= lower[place]:
+                continue  # held: nothing is unknown
+            unit = "1" if name in p.skews else "s"
+            late = Free(Parameter(stack.names[place], 0.0, unit), 0.0, False, step)
+            ends = (float(lower[place]) * step, float(upper[place]) * step)
+            found.setdefault(place, Unknown(stack.names[place], place, late, *ends))
     return tuple(found[k] for k in sorted(found))
 
 
@@ -93,6 +96,8 @@ class FitView:
         Of residuals and given priors; weak priors of free parameters left out.
     known_noise : bool
         Whether the noise levels were given rather than estimated.
+    readings : tuple of int
+        How many of the channels are the readings of each window.
     """
 
     stack: JointProblem
@@ -103,6 +108,7 @@ class FitView:
     channels: tuple[int, ...]
     sum_of_squares: float
     known_noise: bool = False
+    readings: tuple[int, ...] = ()
 
     @property
     def freedom(self) -> int:
@@ -140,7 +146,7 @@ class FitView:
         """Information with the sandwich, right for coloured residuals too."""
         return information(
             self.sensitivities, self.residual, prior=self.prior, channels=self.channels,
-            variance=self.variance,
+            variance=self.variance, readings=self.readings,
         )  # fmt: skip
 
     def inflation(self, name: str) -> float:
@@ -188,7 +194,9 @@ def fitted(
         tuple(u.free.parameter.unit for u in parameters),
     )
     channels, total = stack.channels(made), sum_of_squares(stack, made, point)
-    return FitView(stack, point, parameters, s, residual, channels, total, known_noise)
+    return FitView(
+        stack, point, parameters, s, residual, channels, total, known_noise, stack.readings(made)
+    )
 
 
 def from_estimation(estimation: Estimation) -> FitView:

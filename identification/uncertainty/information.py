@@ -194,6 +194,7 @@ def information(
     channels: Sequence[int] = (),
     blocks: int | None = None,
     variance: float = 1.0,
+    readings: Sequence[int] = (),
 ) -> Information:
     """Return information and covariance at a fitted point.
 
@@ -212,6 +213,8 @@ def information(
         is widened for Student's t of so few.
     variance : float
         Mean square of the weighted residuals if the noise level was estimated, else 1.
+    readings : sequence of int, optional
+        How many of the channels are the readings of each window, see `block_rows`.
     """
     j = sensitivities.jacobian
     n = j.shape[1]
@@ -236,7 +239,8 @@ def information(
     coloured = residual is not None
     if residual is not None:
         r = np.asarray(residual, float)
-        rows_of = block_rows(r.size, channels, blocks or blocks_for(r, channels))
+        many = blocks or blocks_for(r, channels, readings)
+        rows_of = block_rows(r.size, channels, many, readings)
         root = np.sqrt(variance)
         scores = block_scores(j / root, r / root, rows_of, covariance)
         few = len(scores)

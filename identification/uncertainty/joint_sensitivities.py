@@ -42,8 +42,8 @@ def rich_nulls(
     missing = [n for n in free if n not in engine.parameter_names]
     if missing:
         raise UnusableInput(
-            f"{graph.name}: {', '.join(missing)} is no parameter of the equations (a delay, or "
-            "unused); leave it out of free="
+            f"{graph.name}: {', '.join(missing)} is no parameter of the equations (a delay, a "
+            "clock, or unused); leave it out of free="
         )
     rng = np.random.default_rng(seed)
     found: list[tuple[int, FloatArray, FloatArray, float]] = []

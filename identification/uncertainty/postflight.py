@@ -47,6 +47,7 @@ def practical_of(fit: FitView) -> Practical:
         prior=fit.prior,
         channels=fit.channels,
         variance=fit.variance,
+        readings=fit.readings,
     )
 
 

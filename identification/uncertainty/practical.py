@@ -89,6 +89,7 @@ def practical(
     channels: Sequence[int] = (),
     variance: float = 1.0,
     limits: Limits | None = None,
+    readings: Sequence[int] = (),
 ) -> Practical:
     """Sort parameters into the classes.
 
@@ -103,7 +104,7 @@ def practical(
     further : sequence of Sensitivities, optional
         At other values of the same parameters. A flat combination must hold there too; without
         them round values may let a sum look like a product.
-    prior, channels, variance
+    prior, channels, variance, readings
         As in `information`.
     """
     limits = limits or Limits()
@@ -114,7 +115,9 @@ def practical(
     kept = [n for n in sensitivities.names if n not in dead and n not in stopped]
     part = _restricted(sensitivities, kept)
     at = [sensitivities.names.index(n) for n in kept]
-    info = information(part, residual, prior=known[at], channels=channels, variance=variance)
+    info = information(
+        part, residual, prior=known[at], channels=channels, variance=variance, readings=readings
+    )
     blocks = _flat(part, [_restricted(s, kept) for s in further], known[at])
     statements = [dead_words(n, sensitivities, float(size[sensitivities.index(n)])) for n in dead]
     statements += [flat_words(b, info, part) for b in blocks]

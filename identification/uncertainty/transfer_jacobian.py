@@ -44,7 +44,7 @@ def transfer_jacobian(graph: BondGraph, free: Sequence[str], point: Mapping[str,
     graph : BondGraph
         Linear up to nothing: no laws, no modulation.
     free : sequence of str
-        Parameters to differentiate by, declared delays included.
+        Parameters to differentiate by, declared delays and clocks included.
     point : mapping of str to int
         All parameters of the graph.
 
@@ -69,7 +69,8 @@ def transfer_jacobian(graph: BondGraph, free: Sequence[str], point: Mapping[str,
         columns[n] = [d // PRIME * point[n] % PRIME for d in differences]
     zero = [0] * len(base)
     rows = [list(r) for r in zip(*(columns.get(n, zero) for n in free), strict=True)]
-    return rows + _delay_rows(graph, model, base, free, point, delays)
+    rows += _delay_rows(graph, model, base, free, point, delays)
+    return rows + _clock_rows(graph, model, base, free, point)
 
 
 def _coefficients(model: System, point: Mapping[str, int]) -> list[int]:
@@ -153,15 +154,34 @@ def _delay_rows(
     """Return one row for each input and output that see each other: their delays add up."""
     if not any(n in free for n in delays):
         return []
-    readings = [n for n, _, _ in model.readings]
+    return [
+        [point[n] * ((u in delays.get(n, ())) + (y in delays.get(n, ()))) for n in free]
+        for u, y in _pairs(model, base)
+    ]
+
+
+def _clock_rows(
+    graph: BondGraph,
+    model: System,
+    base: Sequence[int],
+    free: Sequence[str],
+    point: Mapping[str, int],
+) -> Rows:
+    """Return one row for each reading with a clock that sees an input: no delay grows with time."""
+    seeing = {y for _, y in _pairs(model, base)}
+    own = [m.clock for m in graph.of_type(Sensor) if m.clock in free and m.name in seeing]
+    return [[point[n] * (n == clock) for n in free] for clock in own]
+
+
+def _pairs(model: System, base: Sequence[int]) -> list[tuple[str, str]]:
+    """Return the inputs and readings that see each other."""
     size = len(RATES) + 2 * model.order
-    rows: Rows = []
-    for k, (u, y) in enumerate((u, y) for u in model.inputs for y in readings):
-        if any(v % PRIME for v in base[k * size : (k + 1) * size]):
-            rows.append(
-                [point[n] * ((u in delays.get(n, ())) + (y in delays.get(n, ()))) for n in free]
-            )
-    return rows
+    every = [(u, n) for u in model.inputs for n, _, _ in model.readings]
+    return [
+        pair
+        for k, pair in enumerate(every)
+        if any(v % PRIME for v in base[k * size : (k + 1) * size])
+    ]
 
 
 def reconstructed(residue: int) -> Fraction:

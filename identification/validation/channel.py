@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from bondgraph.support.arrays import Array
 from bondgraph.support.errors import UnusableInput
 from identification.statistics.criteria import ResidualLevel
 from identification.statistics.whiteness import Whiteness, whiteness
@@ -107,6 +108,22 @@ def judge_channel(record: ValidationRecord, column: int, tests: int = 1) -> Chan
         record.name, name, record.units[column], train, test, white, tuple(crossed), timed, part,
         power, record.order(column),
     )  # fmt: skip
+
+
+def level_on(record: ValidationRecord, column: int, rows: Array) -> ResidualLevel | None:
+    """Return the level of one reading on some samples; None where they are too few.
+
+    Parameters
+    ----------
+    rows : ndarray of bool, shape (N,)
+    """
+    heard, order = record.innovations(column), record.order(column)
+    try:
+        white = whiteness(heard, record.dt, rows, predictor_parameters=order)
+    except UnusableInput:
+        return None
+    power = float(np.mean((heard[rows] / record.floor[column]) ** 2))
+    return ResidualLevel(power, white.n, white.memory)
 
 
 def judge_channels(material: ValidationData) -> tuple[ChannelJudgement, ...]:

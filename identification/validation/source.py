@@ -95,7 +95,7 @@ def _states(problem: Problem) -> int:
 
 def _run_words(found: Estimation) -> str:
     study = found.study
-    said = FREE_RUN
+    said = found.run or FREE_RUN
     if study.window is not None:
         said = f"windows of {study.window} samples, each with an initial state of its own"
     if study.validation:

@@ -27,10 +27,12 @@ class SimulationTiming:
     Attributes
     ----------
     delay, delay_error : float, s
-        Positive where the reading is later than the simulation; standard error.
+        Positive where the reading is later than the simulation; standard error, infinite where the
+        reading does not follow the simulation at all.
     gain, gain_error : float
         Relative: 0.01 is a reading 1 % larger than the simulation.
     offset, offset_error : float, SI
+        What the reading shows where the simulation is zero.
     removed : float
         Share of the mean square residual that the three remove together.
     """
@@ -105,13 +107,17 @@ def timing(
     gram = np.linalg.inv(a.T @ a)
     found = gram @ (a.T @ r)
     left = r - a @ found
-    error = np.sqrt(np.diag(_clustered(a, left, gram))) / scales
-    value = found / scales
+    back = np.diag(1.0 / scales)
+    back[2, 0] = -s.mean() / scales[0]  # the offset is that of a simulation at zero
+    value = back @ found
+    error = np.sqrt(np.diag(back @ _clustered(a, left, gram) @ back.T))
     gain = 1.0 + float(value[0])
+    # what does not follow the simulation is neither late nor early
+    follows = abs(gain) > SURE * float(error[0])
+    delay = (float(-value[1]) / gain, float(error[1]) / abs(gain)) if follows else (0.0, np.inf)
     before = float(r @ r)
     return SimulationTiming(
-        channel, unit, float(-value[1]) / gain, float(error[1]) / abs(gain),
-        float(value[0]), float(error[0]), float(value[2]), float(error[2]),
+        channel, unit, *delay, float(value[0]), float(error[0]), float(value[2]), float(error[2]),
         1 - float(left @ left) / before if before > 0 else 0.0, dt,
     )  # fmt: skip
 

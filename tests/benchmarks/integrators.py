@@ -117,7 +117,7 @@ def _fine(graph: BondGraph, t: Array, given: dict[str, Array]) -> Trajectory:
 def memory_errors(t: Array, volt: Array) -> Iterator[tuple[int, float]]:
     """Yield accepted steps a sample and what they leave of twelve plays, beside eight steps."""
     asked = pose(MODELS["stack_bond_graph_ang"](), t, {"V_in": volt}, {}, ())
-    stepper, begin = stepper_of(asked, begun(asked, None, None, True), "cvodes", 1e-12, "linear")
+    stepper, begin = stepper_of(asked, begun(asked, None, None), "cvodes", 1e-12, "linear")
     y = {n: march(stepper, asked, begin, "linear", n)[0][:, 0] for n in (1, 2, 4, 8)}
     for n in (1, 2, 4):
         yield n, float(np.sqrt(np.mean((y[n] - y[8]) ** 2)) / np.ptp(y[8]))

@@ -13,8 +13,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from bondgraph import BondGraph, C, One, R, Se
 from bondgraph.signals.recording import Recording
 from bondgraph.support.errors import BondsightError
+from bondsight.cli.acquire import _held, _source
 from bondsight.cli.acquire_signal import waveform
 from bondsight.cli.bench_serve import station_writer
 from bondsight.cli.main import main
@@ -130,6 +132,27 @@ def test_a_served_bench_writes_the_file_that_acquire_takes(tmp_path: Path) -> No
     assert "voltage at the actuator" in said
     assert "truth behind" in said
     assert Recording.open(tmp_path / "take.npz").n >= 298
+
+
+@pytest.mark.parametrize(
+    ("source", "measured", "maps", "hold"),
+    [
+        ("V_in", False, [], "hold"),
+        ("V_in", False, ["V_in=V_mon"], None),
+        ("V", False, [], "hold"),
+        ("V", False, ["V = V_mon"], None),
+        ("V", True, [], None),
+        ("V", True, ["V=V"], "hold"),
+    ],
+)
+def test_the_command_counts_as_held_whatever_the_source_is_called(
+    source: str, measured: bool, maps: list[str], hold: str | None
+) -> None:
+    with BondGraph("plant") as graph:
+        loop = One("loop")
+        Se(source, unit="V", measured=measured) >> loop >> R("R", 50.0, unit="ohm")
+        loop >> C("C", 1e-6, unit="F")
+    assert _held(graph, [*maps, *_source(graph, maps)]) == hold
 
 
 def test_signals_keep_to_the_envelope(tmp_path: Path) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 import os
 import re
 from collections.abc import Mapping
@@ -10,6 +11,7 @@ from pathlib import Path
 import pytest
 
 from bondgraph.graph import sensors
+from bondsight.cli import studio
 from bondsight.cli.main import main
 from identification import datasets as data
 from tests.bondsight.carriage_files import HEAD, MODEL_FILES, ROWS, refused, table
@@ -251,6 +253,9 @@ def test_unusable_demo(
           for o in ("--starts", "--iterations")),
         *((("fit", "run.csv", "--model", "resonator", "--clock", n), "is not 0 to 1e5 ppm")
           for n in ("-5", "nan", "1e5", "slow")),
+        (("fit", "run.csv", "--model", "resonator", "--starts", "4", "--optimiser", "ipopt"),
+         "--starts runs single_shooting with gauss_newton, not with ipopt"),
+        (("compensate", "--controller", "c.toml"), "--controller need an identified stack first"),
         (("diagnose", "run.csv", "--model", "resonator", "--without", "dilay"), "'delay'"),
         (("bench", "derivationn"), "derivation"),
         (("equations", "resonatr"), "resonator"), (("check", "resonatr"), "resonator"),
@@ -269,6 +274,23 @@ def test_a_folder_without_a_verdict(
     folder.mkdir()
     said = refused(capsys, None, "studio", str(folder), "--model", str(model))
     assert "holds no verdict.json" in said
+
+
+@pytest.mark.parametrize(("given", "taken"), [((), 7), (("--seed", "3"), 3), (("--seed", "0"), 0)])
+def test_the_studio_takes_the_seed_of_the_verdict_where_none_is_given(
+    given: tuple[str, ...], taken: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    seen: list[int] = []
+    monkeypatch.setattr(studio, "recordings_of", lambda folder: ([str(folder / "run.csv")], 7))
+
+    def diagnosed(options: argparse.Namespace) -> tuple[int, None]:
+        seen.append(options.seed)
+        return 0, None
+
+    monkeypatch.setattr(studio, "diagnose_files", diagnosed)
+    assert main(["studio", str(tmp_path), "--model", "resonator", *given]) == 0
+    assert main(["studio", "run.csv", "--model", "resonator"]) == 0
+    assert seen == [taken, 0]
 
 
 def test_a_model_that_is_cut_off(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -252,7 +252,10 @@ def reading_other_bond(e: Element, old: str, new: str) -> Element:
 
     changed = {n: turned(v) for n, v in _parts(e) if n in _VALUES}
     changed = {n: v for n, v in changed.items() if v != getattr(e, n)}
-    return replace(e, **changed) if changed else e
+    if not changed:
+        return e
+    with apart():
+        return replace(e, **changed)
 
 
 def _parts(e: Element) -> Iterator[tuple[str, Any]]:

@@ -37,7 +37,7 @@ def fit_ang(
     Parameters
     ----------
     records : LoopRecords
-        Outputs not negative at most, as the dead zones are one-sided.
+        Outputs not negative for the most part, as the dead zones are one-sided.
     count : int
         J >= 1.
     zones : int
@@ -50,7 +50,8 @@ def fit_ang(
     BadParameter
         If a count is out of its domain or the reach is not positive.
     BadInput
-        If nothing that can be inverted follows the record.
+        If nothing that can be inverted follows the record, or with dead zones no output lies
+        above 0.
 
     References
     ----------
@@ -147,6 +148,11 @@ def _starts(now: FloatArray, then: FloatArray, grown: FloatArray, zones: int) ->
     plain, *_ = np.linalg.lstsq(now - then, grown, rcond=None)
     y = grown + then @ plain
     top, n = float(y.max()), now.shape[1]
+    if zones and not top > 0.0:
+        raise BadInput(
+            f"the output never lies above 0 (at most {top:.4g}), where alone the dead zones bend; "
+            "fit the record with both signs turned, or take zones = 0"
+        )
     floor = 1e-3 * float(np.ptp(y)) / float(np.ptp(now[:, 0]))
     few = slice(None, None, max(1, y.size // _FEW))
     found = []

@@ -122,8 +122,8 @@ def fit_kuhnen(
     Raises
     ------
     BadInput
-        If a record is constant, not finite (names the first sample) or of another length, falls
-        where the input rises, is too short, or moves no play.
+        If a record is constant, also from the first scored sample on, not finite (names the first
+        sample) or of another length, falls where the input rises, is too short, or moves no play.
     BadParameter
         If a threshold or an option is out of its domain; names the entry.
     BadMemory
@@ -196,6 +196,13 @@ def _set_up(scored: ScoredRecord, minimum: float, *, prefix_sums: bool) -> _Setu
         )
     plays, silent_plays = _moving_plays(reduced, scored.plays, scored.x)
     zones, silent_zones = _moving_zones(reduced, n, scored.zones, scored.y)
+    for name, moving, record in (("x", plays, scored.x), ("y", zones, scored.y)):
+        if not moving:
+            raise BadInput(
+                f"{name} is constant at {record[0]:g} over the {record.size} samples that are "
+                "scored, once the unknown past is forgotten; give the memory, record on, or raise "
+                "scored_share to begin earlier"
+            )
     bounds = np.full(len(plays), minimum * np.ptp(scored.y) / np.ptp(scored.x))
     if not prefix_sums:
         bounds[1:] = 0.0

@@ -21,17 +21,32 @@ Residual = Callable[[FloatArray], tuple[FloatArray, FloatArray] | None]
 """Numbers to residuals (M,) and their Jacobian (M, n); None where there is no model."""
 
 _WORTHWHILE = 1e-9
+_TOLD = 1e-12
+"""Directions of less effect, columns scaled to norm 1, are rounding."""
+_SHARE = 1e-12
+"""Squared share of a number in such directions that is rounding."""
 O_co = TypeVar("O_co", bound=Operator, covariant=True)
 
 
 @final
 @dataclass(frozen=True, slots=True)
 class FittedNumber:
-    """A number of an operator with its 95 % interval."""
+    """A number of an operator with its 95 % interval.
+
+    Attributes
+    ----------
+    name : str
+    value : float
+    ci95 : tuple of float, or None
+        None if the record does not determine the number; files hold it as null.
+    reason : str
+        Why there is no interval.
+    """
 
     name: str
     value: float
-    ci95: tuple[float, float]
+    ci95: tuple[float, float] | None
+    reason: str = ""
 
 
 @final
@@ -100,15 +115,28 @@ def lowered(residual: Residual, start: FloatArray, most: int = 60) -> NumberedPo
 
 
 def intervals(point: NumberedPoint, names: tuple[str, ...]) -> tuple[FittedNumber, ...]:
-    """Return every number with its interval."""
+    """Return every number with its interval, or with the reason why it has none."""
     e, size = point.residual, np.linalg.norm(point.jacobian, axis=0)
     size[size == 0.0] = 1.0
-    inverse = np.linalg.pinv(triangle(point.jacobian / size))
+    _, effect, directions = np.linalg.svd(triangle(point.jacobian / size))
+    told = int(np.count_nonzero(effect > _TOLD * effect.max(initial=0.0)))
+    # numbers along the other directions change nothing that was recorded
+    silent = directions[told:].T @ directions[told:]
+    spreads = np.sum((directions[:told].T / effect[:told]) ** 2, axis=1)
     power = float(e @ e)
     rho = min(max(float(e[1:] @ e[:-1]) / power if power else 0.0, 0.0), 0.99)
     spread = power / max(e.size - size.size, 1) * (1.0 + rho) / (1.0 - rho)
-    errors = np.sqrt(spread * np.sum(inverse**2, axis=1)) / size
+    errors = np.sqrt(spread * spreads) / size
     return tuple(
-        FittedNumber(name, float(v), (float(v - 1.96 * s), float(v + 1.96 * s)))
-        for name, v, s in zip(names, point.numbers, errors, strict=True)
+        FittedNumber(name, float(v), None, _undetermined(j, silent, names))
+        if silent[j, j] > _SHARE
+        else FittedNumber(name, float(v), (float(v - 1.96 * s), float(v + 1.96 * s)))
+        for j, (name, v, s) in enumerate(zip(names, point.numbers, errors, strict=True))
     )
+
+
+def _undetermined(j: int, silent: FloatArray, names: tuple[str, ...]) -> str:
+    others = [n for k, n in enumerate(names) if k != j and silent[j, k] ** 2 > _SHARE]
+    if others:
+        return f"the record tells only combinations of it with {', '.join(others)}"
+    return "no sample of the record depends on it"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import zipfile
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,7 @@ from numpy.typing import NDArray
 
 from bondgraph.signals.files.checks import check_total, readable
 from bondgraph.signals.files.columns import ColumnTable, choose, is_rate, is_time
+from bondgraph.signals.units import parse_unit
 from bondgraph.support.arrays import FloatArray
 from bondgraph.support.errors import UnusableInput
 
@@ -41,9 +43,13 @@ def pick_arrays(
     Time stamps of a calendar count from the first; durations become seconds.
     """
     notes: list[str] = []
-    arrays = {k: _seconds(v, k, notes) for k, v in arrays.items()}
+    given = arrays
+    arrays = {k: _seconds(v, k, notes) for k, v in given.items()}
     usable = [k for k, v in arrays.items() if v.ndim or is_rate(k) or is_time(k)]
     plan = choose(usable, map, fs, where)
+    if plan.time and arrays[plan.time[0]] is not given[plan.time[0]]:
+        # these are seconds by now, whatever the header says
+        plan = replace(plan, time=(plan.time[0], parse_unit("s")))
     columns: dict[str, FloatArray] = {}
     sizes: dict[str, int] = {}
     for header in plan.headers:

@@ -112,7 +112,15 @@ def is_time(header: str) -> bool:
 
 def is_rate(header: str) -> bool:
     """Whether a column is the sampling rate."""
-    return header.lower().endswith("fs_hz") or header.lower() == "fs[hz]"
+    return _before_rate(header) is not None
+
+
+def _before_rate(header: str) -> str | None:
+    """Return how the names begin that a sampling rate is for; None if a column is none."""
+    low = header.lower()
+    if low == "fs[hz]":
+        return ""
+    return header[: -len("fs_hz")] if low.endswith("fs_hz") else None
 
 
 def _unit_of(header: str, where: str, beside: Sequence[str] = ()) -> Unit:
@@ -206,7 +214,7 @@ def choose(
             channels, (times[0], parse_unit(unit or "s", f"{where}, {times[0]}")), None
         )
     chosen = [h for h, _ in channels.values()]
-    fitting = [r for r in rates if all(h.startswith(r[:-5]) for h in chosen)]
+    fitting = [r for r in rates if all(h.startswith(_before_rate(r) or "") for h in chosen)]
     if not fitting:
         raise UnusableInput(
             f"{where}: no time column (columns: {', '.join(named)})",

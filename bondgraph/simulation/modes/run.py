@@ -10,7 +10,7 @@ impulse and is refused.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -20,7 +20,8 @@ from bondgraph.graph.elements import Source
 from bondgraph.simulation.modes.resolve import mode_of
 from bondgraph.simulation.modes.states import Mode, taken_over
 from bondgraph.simulation.simulate import simulate
-from bondgraph.simulation.start import usual_hold
+from bondgraph.simulation.start import own_input, usual_hold
+from bondgraph.simulation.timing import is_timed, read, sent, without_timing
 from bondgraph.simulation.trajectory import Trajectory
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import GraphError, UnusableInput, unknown_name
@@ -80,6 +81,14 @@ def simulate_modes(
     UnusableInput
         Times that do not rise or lie outside of `time`.
     """
+    if is_timed(graph):
+        between, before = hold or usual_hold(graph, ()), None if start else 0.0
+        arrived = sent(graph, time, commands, parameters, before, between)
+        made = simulate_modes(
+            without_timing(graph), time, schedule, arrived, parameters,
+            start=start, hold=hold, accuracy=accuracy, tolerance=tolerance,
+        )  # fmt: skip
+        return replace(made, outputs=read(graph, made.time, made.outputs, parameters))
     grid = _checked_grid(graph, time)
     given = {k: np.asarray(v, float) for k, v in (commands or {}).items()}
     hold = hold or usual_hold(graph, ())
@@ -165,7 +174,7 @@ class _Run:
         x = self._start(mode, begin, start) if first else self._taken_over(mode, begin)
         readings = {n: self.held.get(f"y {n}") for n in mode.taps}
         times = self._times(begin, end)
-        chunks = _even(times)
+        chunks = even_runs(times)
         for i, chunk in enumerate(chunks):
             done = self._simulate(mode, chunk, x)
             x = done.state
@@ -182,19 +191,22 @@ class _Run:
         inside = self.grid[(self.grid > begin + slack) & (self.grid < end - slack)]
         return np.concatenate([[begin], inside, [end]])
 
-    def _at(self, times: Array) -> dict[str, Array]:
+    def _at(self, mode: Mode, times: Array) -> dict[str, Array]:
+        # a sensor drifts along the whole record, not once a piece
+        own = {n: own_input(n, self.grid.size) for n in mode.compiled.inputs if n != "one"}
+        signals = {**{n: v for n, v in own.items() if v is not None}, **self.commands}
         if self.hold == "hold":
             slack = _SHORT * (self.grid[1] - self.grid[0])
             index = np.searchsorted(self.grid, times + slack, side="right") - 1
             index[-1] = max(index[0], np.searchsorted(self.grid, times[-1] - slack) - 1)
-            return {n: v[np.clip(index, 0, None)] for n, v in self.commands.items()}
-        return {n: np.interp(times, self.grid, v) for n, v in self.commands.items()}
+            return {n: v[np.clip(index, 0, None)] for n, v in signals.items()}
+        return {n: np.interp(times, self.grid, v) for n, v in signals.items()}
 
     def _simulate(self, mode: Mode, times: Array, x: Array | None) -> Trajectory:
         done = simulate(
             mode.compiled,
             times,
-            self._at(times),
+            self._at(mode, times),
             self.parameters,
             x0=x,
             hold=self.hold,
@@ -220,12 +232,13 @@ class _Run:
 
     # -- taking over ------------------------------------------------------------------------
     def _start(self, mode: Mode, begin: float, start: Mapping[str, float] | None) -> Array:
-        from bondgraph.simulation.start import begun_with, equilibrium, inputs_of
+        from bondgraph.simulation.law_rest import law_rest
+        from bondgraph.simulation.start import begun_with, inputs_of
 
         now = {n: v[:1] for n, v in self.commands.items()}
         model, p = mode.compiled, mode.compiled.vector(self.parameters)
         first = inputs_of(mode.compiled, now, np.zeros(1))[0]
-        x = equilibrium(model, p, begun_with(model.model.name, None, model.inputs, first))
+        x = law_rest(model, p, begun_with(model.model.name, None, model.inputs, first))
         for name, value in (start or {}).items():
             if name not in mode.states:
                 raise unknown_name("state", name, f"mode {mode.text}", mode.states)
@@ -252,14 +265,14 @@ def _remembering(mode: Mode) -> set[str]:
     return {port.element for port in mode.compiled.laws if port.law.n_memory}
 
 
-def _even(times: Array) -> list[Array]:
+def even_runs(times: Array) -> list[Array]:
     """Cut rising times, of which only the first and the last step may differ, into even runs."""
     if times.size <= 2:
         return [times]
     steps = np.diff(times)
     middle: Any = np.median(steps[1:-1]) if steps.size > 2 else steps.max()
-    first = 0 if np.isclose(steps[0], middle, rtol=1e-6) else 1
-    last = times.size - (0 if np.isclose(steps[-1], middle, rtol=1e-6) else 1)
+    first = 0 if np.isclose(steps[0], middle, rtol=1e-6, atol=0) else 1
+    last = times.size - (0 if np.isclose(steps[-1], middle, rtol=1e-6, atol=0) else 1)
     cuts = [times[: first + 1]] if first else []
     if last - first >= 2:
         cuts.append(times[first:last])

@@ -25,17 +25,32 @@ def relaxed_memory(program: Program, order: Order, begin: Carried) -> tuple[Arra
     memory : ndarray, shape (n_m,)
     tangent : ndarray, shape (n_m, n_d)
     """
-    memory, tangent = begin.m.copy(), begin.tm.copy()
     started = consistent(functions_of(program), order, begin) if program.algebraic else begin
     if started is None:
-        return memory, tangent
+        return begin.m.copy(), begin.tm.copy()
     v, tv = started.v, started.tv
     found = arguments_of(program)(order.time, v, order.first, order.p, begin.m, 0.0)
     s, by_v, by_p, by_m = (np.asarray(a.full()) for a in found)
     ds = by_v @ tv + by_m @ begin.tm
     ds[:, : len(order.directions)] += by_p[:, list(order.directions)]
+    return _at_arguments(program, s.ravel(), ds)
+
+
+def relaxed_at(program: Program, v: Array, u: Array, p: Array, m: Array) -> tuple[Array, Array]:
+    """Return the memory of laws at rest at states and unknowns `v`, and its derivatives by them.
+
+    Arguments of laws behind other laws are those with the memory `m`.
+    """
+    s, by_v, *_ = (a.full() for a in arguments_of(program)(0.0, v, u, p, m, 0.0))
+    return _at_arguments(program, s.ravel(), by_v)
+
+
+def _at_arguments(program: Program, s: Array, ds: Array) -> tuple[Array, Array]:
+    """Return memory at rest at arguments, and its derivatives, with theirs."""
+    memory = np.zeros(len(program.memory))
+    tangent = np.zeros((memory.size, ds.shape[1]))
     kept = [c for c in program.laws if c.law.n_memory]
-    for call, at, slope in zip(kept, s.ravel(), ds, strict=True):
+    for call, at, slope in zip(kept, s, ds, strict=True):
         memory[call.memory] = call.law.initial_memory(float(at))
         tangent[call.memory] = np.outer(call.law.memory_sensitivity(float(at)), slope)
     return memory, tangent

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Mapping, Sequence
 from functools import lru_cache
 
 import casadi as ca
 import numpy as np
+from numpy.typing import NDArray
 
 from bondgraph.equations.program import Program
 from bondgraph.signals.recorded_rates import slopes
+from bondgraph.simulation.radau.memory import relaxed_at
 from bondgraph.simulation.radau.recorder import Key
 from bondgraph.simulation.start import missing, own_input
 from bondgraph.support.arrays import Array
@@ -133,6 +136,49 @@ def rests(
     return v
 
 
+def relaxed_rest(
+    program: Program, u: Array, p: Array, memory: Array, kept: NDArray[np.bool_]
+) -> tuple[Array, Array, Array]:
+    """Return state, algebraic unknowns and memory at rest, laws with memory relaxed there.
+
+    Newton's method from the rest with `memory`, whose rows that are `kept` stay. Where it finds
+    none, that rest itself is returned, and a warning says so.
+
+    Raises
+    ------
+    BondsightError
+        No rest with `memory` is found; give ``x0``.
+    """
+    x, z = rest(program, u, p, memory=memory)
+    if kept.all():
+        return x, z, memory
+    u = np.where([n in program.input_rates for n in program.inputs], 0.0, u)
+    f, v, m = _balance(Key(program)), np.concatenate([x, z]), memory
+    for _ in range(50):
+        m, slope = relaxed_at(program, v, u, p, m)
+        m, slope = np.where(kept, memory, m), np.where(kept[:, None], 0.0, slope)
+        (r,), (j,) = evaluated(f, np.zeros(1), v[None], u, p, m)
+        if not r.any():
+            return v[: x.size], v[x.size :], m
+        j = j + _by_memory(Key(program))(0.0, v, u, p, m).full() @ slope
+        if not (np.isfinite(r).all() and np.isfinite(j).all()):
+            break
+        (step,), (rows,), (columns,) = least_correction(r[None, :, 0], j[None])
+        v = v - step
+        scale = np.abs(v * columns).max(initial=0.0) + 1e-150
+        if np.abs(step * columns).max(initial=0.0) <= SOLVED * scale:
+            if np.abs(r[:, 0] / rows).max(initial=0.0) > 1e-9 * max(scale, 1e-3):
+                break
+            return v[: x.size], v[x.size :], m
+    warnings.warn(
+        f"{program.name}: no rest with its laws relaxed is found "
+        f"({', '.join(c.element for c in program.laws if c.law.n_memory)}); they start as if they "
+        "had come there from zero",
+        stacklevel=5,
+    )
+    return x, z, memory
+
+
 def least_correction(r: Array, j: Array) -> tuple[Array, Array, Array]:
     """Return the smallest solutions of ``J d = r`` (S, n) and the scales of rows and columns.
 
@@ -162,7 +208,19 @@ def _balance(key: Key) -> ca.Function:
 
     The rate of a pure integral of the inputs counts as none.
     """
-    q = key.program
+    arguments, r = _balanced(key.program)
+    return ca.Function("f", arguments, [ca.densify(r), ca.densify(ca.jacobian(r, arguments[1]))])
+
+
+@lru_cache(maxsize=64)
+def _by_memory(key: Key) -> ca.Function:
+    """Return ``(t, v, u, p, m) ->`` the derivatives of rates and residuals by the memory."""
+    arguments, r = _balanced(key.program)
+    return ca.Function("f", arguments, [ca.densify(ca.jacobian(r, arguments[4]))])
+
+
+def _balanced(q: Program) -> tuple[list[ca.SX], ca.SX]:
+    """Return the symbols ``t, v, u, p, m``, and rates and residuals in them."""
     n_x, n_z = len(q.states), len(q.algebraic)
     t, v, m = ca.SX.sym("t"), ca.SX.sym("v", n_x + n_z), ca.SX.sym("m", len(q.memory))
     u, p = ca.SX.sym("u", len(q.inputs)), ca.SX.sym("p", len(q.parameters))
@@ -170,7 +228,7 @@ def _balance(key: Key) -> ca.Function:
     rates, residuals = q.rhs(*arguments)[0], q.residual(*arguments)
     read = set(ca.jacobian(rates, v).sparsity().row())
     r = ca.vertcat(*(rates[i] if i in read else 0.0 for i in range(n_x)), residuals)
-    return ca.Function("f", [t, v, u, p, m], [ca.densify(r), ca.densify(ca.jacobian(r, v))])
+    return [t, v, u, p, m], r
 
 
 def unknowns_at(program: Program, t: float, x: Array, u: Array, p: Array, memory: Array) -> Array:

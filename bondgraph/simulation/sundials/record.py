@@ -36,16 +36,12 @@ from bondgraph.graph.elements import Switched
 from bondgraph.simulation.exact_run import LARGEST, Memories, relative_change
 from bondgraph.simulation.flowing import flowing
 from bondgraph.simulation.posing import Posed, pose
-from bondgraph.simulation.radau.interpreted import Carried
 from bondgraph.simulation.radau.jumping import jumping_laws
-from bondgraph.simulation.radau.memory import relaxed_memory
 from bondgraph.simulation.radau.native import (
     PreparedGeneral,
     inputs_between,
     run_general,
 )
-from bondgraph.simulation.radau.recorder import Order
-from bondgraph.simulation.radau.start import unknowns_at
 from bondgraph.simulation.start import even_grid
 from bondgraph.simulation.sundials.functions import (
     integrator_of,
@@ -74,7 +70,6 @@ def simulate_sundials(
     integrator: str,
     *,
     x0: object = None,
-    relaxed: bool = False,
     hold: str | None = None,
     accuracy: float = 1e-4,
     observed: Sequence[str] = (),
@@ -85,8 +80,6 @@ def simulate_sundials(
     Parameters
     ----------
     integrator : {"cvodes", "idas"}
-    relaxed : bool
-        Whether memory starts at rest at the first arguments, as with the exact step.
 
     Raises
     ------
@@ -98,7 +91,7 @@ def simulate_sundials(
     asked = pose(graph, even_grid(graph.name, time), commands, parameters, observed)
     hold = asked.between(hold)
     _require_smooth(graph, asked.program, integrator)
-    begin = begun(asked, x0, memory, relaxed)
+    begin = begun(asked, x0, memory)
     tolerance = max(FINER * accuracy, TIGHTEST)
     stepper, begin = stepper_of(asked, begin, integrator, tolerance, hold)
     program = stepper.program
@@ -165,19 +158,10 @@ def _settles_at_once(program: Program, hold: str) -> bool:
     return not (kept or beside or program.recorded or hold == "band-limited")
 
 
-def begun(asked: Posed, x0: object, memory: Memories | None, relaxed: bool) -> Accepted:
+def begun(asked: Posed, x0: object, memory: Memories | None) -> Accepted:
     """Return the start of a record, see `simulate_sundials`."""
-    q = asked.program
-    m, given = q.start_memory(memory)
-    x, z = asked.start(x0, m)
-    if relaxed and not given.all():
-        nothing = np.zeros((0, 0))
-        order = Order(asked.at, 0.0, 1, asked.p, (), asked.u[0], nothing)
-        width = np.zeros((x.size + z.size, 0)), np.zeros((m.size, 0))
-        rest, _ = relaxed_memory(q, order, Carried(np.concatenate([x, z]), m, *width))
-        m = np.where(given, m, rest)
-        z = unknowns_at(q, asked.at, x, asked.u[0], asked.p, m)
-    return Accepted(asked.at, x, z, m, m)
+    x, z, m = asked.start(x0, memory)
+    return Accepted(0.0, x, z, m, m)
 
 
 def _sizes(program: Program, asked: Posed, begin: Accepted, hold: str) -> Array:
@@ -193,9 +177,7 @@ def _sizes(program: Program, asked: Posed, begin: Accepted, hold: str) -> Array:
     memory = program.memory_by_law(begin.m)
     for n_sub in PROBES:
         ready = PreparedGeneral(everything, asked.p, asked.step, n_sub, (), False, False)
-        made = run_general(
-            ready, asked.u, begin.x, hold, memory=memory, time=asked.at, unknowns=begin.z
-        )
+        made = run_general(ready, asked.u, begin.x, hold, memory=memory, unknowns=begin.z)
         good = made.y[np.isfinite(made.y).all(axis=1)]
         size = np.maximum(size, np.abs(good).max(axis=0, initial=0.0))
         if made.settled:
@@ -220,7 +202,7 @@ def march(
                 if hold == "hold" and a.z.size:  # inputs jump here, and unknowns with them
                     a = stepper.jumped(a, left)
                 made, count = stepper.onward(a, h, left, right)
-                a, steps = replace(made, t=asked.at + (k + 1) * h), steps + count
+                a, steps = replace(made, t=(k + 1) * h), steps + count
                 if (k + 1) % n_sub == 0:
                     rows.append(stepper.reading(a, right))
     except RuntimeError as error:

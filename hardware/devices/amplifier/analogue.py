@@ -5,11 +5,12 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import final
 
+from bondgraph.support.errors import UnusableInput
 from hardware.contracts import Clock, Identity, WallClock
 from hardware.devices.amplifier.channel import AnalogueChannel, AnalogueInputs
 from hardware.devices.amplifier.data import Amplifier
-from hardware.devices.walking import walk
-from hardware.envelope.limits import Converter
+from hardware.devices.walking import Descent, walk
+from hardware.envelope.limits import Converter, Envelope
 from hardware.errors import HardwareError, LimitViolation, TimedOut
 
 
@@ -34,7 +35,7 @@ class AnalogueAmplifier:
     clock : Clock, optional
         For ramping down at power-up.
     gentle : float
-        Rate of that ramp (V/s).
+        Rate of that ramp (V/s) where no guard says how (`keep_within`).
     """
 
     def __init__(
@@ -52,14 +53,15 @@ class AnalogueAmplifier:
         self._inputs = inputs
         self._clamp = clamp
         self._clock: Clock = WallClock() if clock is None else clock
-        self._gentle = gentle
         self._last: float | None = None
         self.clamped = 0
         ends = sorted((channel.lowest, channel.highest))
         reach = sorted(amplifier.gain * v + amplifier.offset for v in ends)
         lowest, highest = max(amplifier.lowest, reach[0]), min(amplifier.highest, reach[1])
         # what the converter cannot give is refused like what the actuator cannot stand
-        self._amplifier = replace(amplifier, lowest=min(lowest, 0.0), highest=max(highest, 0.0))
+        a = replace(amplifier, lowest=min(lowest, 0.0), highest=max(highest, 0.0))
+        self._amplifier = a
+        self._way = Descent(gentle, lowest=a.lowest, highest=a.highest)
 
     @property
     def amplifier(self) -> Amplifier:
@@ -83,20 +85,46 @@ class AnalogueAmplifier:
         """False: neither the amplifier nor the card notices a dead program."""
         return False
 
-    def power_up(self) -> None:
-        """Bring the actuator to 0 V without an overshoot.
+    def keep_within(self, envelope: Envelope) -> None:
+        """Take the limits and the pace of the guard for the way to 0 V at power-up.
 
-        If the card is giving a voltage already, it is ramped down first: from what the monitor
-        tells, or, if that fails, from what was written last. Where neither is known the card goes
-        to 0 V in one step.
+        Raises
+        ------
+        UnusableInput
+            Its offset alone is more than the actuator may have.
         """
-        present = self._found() if self._channel.adopt() else None
-        if present is not None:
-            self._ramp_down(present)
-        self._channel.power_up()
-        self._last = 0.0
-        if self._amplifier.offset:
-            self.write(0.0)
+        way, offset = Descent.within(envelope), self._amplifier.offset
+        if not way.allows(offset):
+            raise UnusableInput(
+                f"{self._amplifier.name}: its offset puts {offset:g} V on the actuator while the "
+                f"card gives nothing, outside {way.lowest:g} .. {way.highest:g} V; turn the offset "
+                "down, or widen the envelope"
+            )
+        self._way = way
+
+    def moved(self, volts: float) -> None:
+        """Take note of a voltage at the actuator (V) that a player has written."""
+        self._last = volts
+
+    def power_up(self) -> None:
+        """Bring the actuator to 0 V by a ramp.
+
+        A card that is off comes up at 0 V, so that the ramp begins at the amplifier's offset. If
+        the card is giving a voltage already, it begins at what was written last or, at the start
+        of a program, at what the monitor tells. Where neither is known the card goes to 0 V in one
+        step.
+
+        Raises
+        ------
+        ProtocolFault
+            The monitor tells a voltage that is not allowed; nothing was written.
+        """
+        if self._channel.adopt():
+            present = self._found()
+        else:
+            self._channel.power_up()
+            present = self._last = self._amplifier.offset
+        walk(self._write_held, present, 0.0, self._way, self._clock)
 
     def write(self, volts: float) -> None:
         """Set the voltage at the actuator (V) now.
@@ -110,8 +138,9 @@ class AnalogueAmplifier:
         if self._clamp and volts == volts and not a.lowest <= volts <= a.highest:
             volts = min(max(volts, a.lowest), a.highest)
             self.clamped += 1
+        given = a.input_volts(volts)
         self._last = volts
-        self._channel.write(a.input_volts(volts))
+        self._channel.write(given)
 
     def read(self) -> float | None:
         """Voltage at the actuator (V) by the monitor; None without one."""
@@ -140,11 +169,16 @@ class AnalogueAmplifier:
 
     def _found(self) -> float | None:
         """Voltage that the card is giving (V), as well as it can be known."""
+        # a converter holds what it was given; a monitor may be broken, floating or wrongly scaled
+        if self._last is not None:
+            return self._last
         try:
             measured = self._measured()
         except TimedOut:
-            measured = None
-        return self._last if measured is None else measured
+            return None
+        if measured is not None:
+            self._way.require(measured, f"{self._amplifier.name}: its voltage monitor tells")
+        return measured
 
     def _measured(self) -> float | None:
         return self._monitored("V_mon")
@@ -162,11 +196,6 @@ class AnalogueAmplifier:
         n = names.index(name)
         return float(monitors.scaled(name, volts[n : n + 1])[0])
 
-    def _ramp_down(self, present: float) -> None:
-        """Follow the output down from where it was found, in steps of a hundredth of a second."""
-        a = self._amplifier
-
-        def write(volts: float) -> None:
-            self._channel.write(a.input_volts(min(max(volts, a.lowest), a.highest)))
-
-        walk(write, present, 0.0, self._gentle, self._clock)
+    def _write_held(self, volts: float) -> None:
+        """Write a voltage (V) of the way down, within what the amplifier has."""
+        self.write(min(max(volts, self._amplifier.lowest), self._amplifier.highest))

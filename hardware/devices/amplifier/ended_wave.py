@@ -26,13 +26,14 @@ class EndedWave:
 
     def __init__(self, inner: RawWave, driver: UltrasonicDriver) -> None:
         self._inner, self._driver = inner, driver
+        self._stopped = False
         self.haste = float(getattr(inner, "haste", 1.0))
 
     @property
     def position(self) -> int | None:
-        """Samples put out, as the player tells; None where it does not."""
+        """Samples put out, as the player tells; None where it does not, or a switch ended it."""
         count: int | None = getattr(self._inner, "position", None)
-        return count
+        return None if self._stopped else count
 
     def load(self, volts: Array, rate: float) -> None:
         """Transfer a waveform."""
@@ -46,9 +47,11 @@ class EndedWave:
         LimitViolation
             An end of travel was reached; the control voltage is 0 V.
         """
+        self._stopped = False
         for state in self._inner.play():
             driven = [c.channels["V"] for c in state.chunks if "V" in c.channels and c.n]
             if driven and self._driver.check_ends(float(driven[-1][-1])):
+                self._stopped = True
                 self._inner.abort()
                 raise LimitViolation(
                     "C-184: the waveform drove the stage into an end of travel, where it was "

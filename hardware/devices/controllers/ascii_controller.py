@@ -10,7 +10,8 @@ from typing import final
 from hardware.contracts import Clock, Identity, Transport, WallClock
 from hardware.devices.controllers.ascii_dialect import AsciiDialect
 from hardware.devices.transport import back_in_step
-from hardware.devices.walking import walk
+from hardware.devices.walking import Descent, walk
+from hardware.envelope.limits import Envelope
 from hardware.errors import HardwareError, LimitViolation, LinkLost, ProtocolFault, TimedOut
 
 _SKIPPED = 8
@@ -63,6 +64,7 @@ class AsciiController:
         self._patience = 3.0 * timeout if patience is None else patience
         self._safe = safe
         self._gentle = gentle
+        self._way = Descent(gentle)
         self.has_watchdog = watchdog
         self._identity: tuple[str, ...] = ()
         self._lock = threading.RLock()
@@ -76,6 +78,11 @@ class AsciiController:
         serial = self._identity[1] if len(self._identity) > 1 else ""
         return Identity(d.maker, f"{d.model} ({self._identity[0]})", serial)
 
+    @property
+    def rest(self) -> float:
+        """Where it stands after a power-up (V), for the guard."""
+        return self._safe
+
     def open(self) -> None:
         """Connect and identify."""
         self._transport.open()
@@ -86,12 +93,24 @@ class AsciiController:
             self.close()
             raise
 
+    def keep_within(self, envelope: Envelope) -> None:
+        """Take the limits of the guard for the way to safe at power-up."""
+        self._way = Descent.within(envelope, self._gentle)
+
     def power_up(self) -> None:
-        """Connect where the link is not alive, take remote open-loop control, walk to safe."""
+        """Connect where the link is not alive, take remote open-loop control, walk to safe.
+
+        Raises
+        ------
+        ProtocolFault
+            The device tells a voltage that is not allowed; nothing was put out.
+        """
         self._revive()
         for command in self._dialect.prepare:
             self._exchange(command)
-        walk(self.write, self.read(), self._safe, self._gentle, self._clock)
+        stands = self._exchange("")
+        self._way.require(stands, f"{self._transport.address}: stands at")
+        walk(self.write, stands, self._safe, self._way, self._clock)
 
     def write(self, volts: float) -> None:
         """Set the voltage (V)."""

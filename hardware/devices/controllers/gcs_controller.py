@@ -15,13 +15,19 @@ from hardware.contracts import Clock, Identity, WallClock
 from hardware.devices.controllers.gcs_errors import UNKNOWN, forgiven
 from hardware.devices.controllers.gcs_setup import GcsSetup
 from hardware.devices.controllers.gcs_talk import GcsTalk
-from hardware.devices.walking import walk
+from hardware.devices.walking import Descent, walk
+from hardware.envelope.limits import Envelope
 from hardware.errors import HardwareError, LimitViolation, LinkLost, ProtocolFault, TimedOut
 
 _STOPPED = 10
 _SERVO_TIME = 0x0E000200
 _TELLING = 2.0
-"""Difference of control value and voltage that tells of a wrong setup (V)."""
+"""Difference of a voltage from where it should be that tells (V); a tenth of large ones."""
+
+
+def differ(measured: float, expected: float) -> bool:
+    """Whether a voltage is not the one that it should be (V)."""
+    return abs(measured - expected) > max(_TELLING, 0.1 * abs(measured))
 
 
 @final
@@ -47,6 +53,7 @@ class GcsController:
         self.setup = GcsSetup() if setup is None else setup
         self.clock: Clock = WallClock() if clock is None else clock
         self._identity: Identity | None = None
+        self._way = Descent(self.setup.gentle)
 
     @property
     def identity(self) -> Identity:
@@ -60,6 +67,11 @@ class GcsController:
         """Whether the setup says so."""
         return self.setup.watchdog
 
+    @property
+    def rest(self) -> float:
+        """Where it stands after a power-up (V), for the guard."""
+        return self.setup.safe
+
     def open(self) -> None:
         """Connect and identify."""
         answer = self.talk.open()
@@ -67,19 +79,26 @@ class GcsController:
         parts = [p.strip() for p in answer.rsplit(",", 3)]
         self._identity = Identity(*parts) if len(parts) == 4 else Identity(model=answer)
 
+    def keep_within(self, envelope: Envelope) -> None:
+        """Take the limits of the guard for the way to safe at power-up."""
+        self._way = Descent.within(envelope, self.setup.gentle)
+
     def power_up(self) -> None:
         """Connect where the link is not alive, stop the generator, open the loop, walk to safe.
 
         Raises
         ------
         ProtocolFault
-            If control value and voltage of the device contradict the setup; nothing was put out.
+            If control value and voltage of the device contradict the setup, or tell a voltage
+            that is not allowed; nothing was put out.
         """
         self._revive()
         self.stop_wave()
         self.servo(False)
-        self._check_scale()
-        walk(self.write, self.read(), self.setup.safe, self.setup.gentle, self.clock)
+        # of two that agree the control value: steps are those between control values
+        stands = self._checked()
+        self._way.require(stands, f"{self.talk.address}: stands at")
+        walk(self.write, stands, self.setup.safe, self._way, self.clock)
 
     def write(self, volts: float) -> None:
         """Set the open-loop voltage (V)."""
@@ -87,8 +106,12 @@ class GcsController:
 
     def read(self) -> float | None:
         """Voltage of the output channel (V); of the control value where there is no ``VOL?``."""
-        volts = self._measured()
+        volts = self.measured()
         return self._expected() if volts is None else volts
+
+    def measured(self) -> float | None:
+        """Voltage of the output channel (V); None where there is no ``VOL?``."""
+        return forgiven(UNKNOWN, lambda: self._number("VOL?", self.setup.channel))
 
     def close(self) -> None:
         """Hang up; the output keeps its voltage. Never raises and never hangs."""
@@ -217,22 +240,17 @@ class GcsController:
                 self.talk.close()
         self.open()
 
-    def _check_scale(self) -> None:
-        """Compare ``SVA?`` with ``VOL?``; near zero nothing can be told."""
-        if (measured := self._measured()) is None:
-            return
-        expected = self._expected()
-        if abs(measured - expected) > max(_TELLING, 0.1 * abs(measured)):
+    def _checked(self) -> float:
+        """Voltage by ``SVA?`` (V), compared with ``VOL?``; near zero nothing can be told."""
+        measured, expected = self.measured(), self._expected()
+        if measured is not None and differ(measured, expected):
             raise ProtocolFault(
                 f"{self.talk.address}: by its control value it should be at {expected:g} V, but "
                 f"VOL? says {measured:g} V; nothing was put out, correct scale, offset or channel "
                 "of the setup",
                 measured,
             )
-
-    def _measured(self) -> float | None:
-        """Voltage of the output channel (V); None where there is no ``VOL?``."""
-        return forgiven(UNKNOWN, lambda: self._number("VOL?", self.setup.channel))
+        return expected
 
     def _expected(self) -> float:
         """Voltage (V) that belongs to the present control value."""

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from bondgraph.support.errors import UnusableInput
 from hardware.contracts import Chunk, Flag, WaveProgress
-from hardware.devices.controllers.gcs_controller import GcsController
+from hardware.devices.controllers.gcs_controller import GcsController, differ
 from hardware.devices.controllers.gcs_errors import UNKNOWN, forgiven
 from hardware.errors import HardwareError, LimitViolation, Overrun, ProtocolFault, TimedOut
 
@@ -130,9 +130,10 @@ class GcsWave:
                         f"{length:.3g} s",
                         self._report(volts, rate, start, reported, done),
                     )
-                done = total if not runs else min(done, total - 1)
                 if not runs:
+                    self._require_end(volts, self._report(volts, rate, start, reported, done))
                     self._position = total
+                done = total if not runs else min(done, total - 1)
                 report = self._report(volts, rate, start, reported, done)
                 reported = max(done, reported)
                 yield report
@@ -140,6 +141,20 @@ class GcsWave:
             self._playing = False
             if runs:
                 self.abort()
+
+    def _require_end(self, volts: NDArray[np.float64], report: WaveProgress) -> None:
+        """Refuse an end at which the output does not stand at the last sample.
+
+        A stop shortly before it cannot be told from it by the time.
+        """
+        c, last = self._controller, float(volts[-1])
+        measured = c.measured()
+        if measured is not None and differ(measured, last):
+            raise ProtocolFault(
+                f"{c.talk.address}: the generator stopped at {measured:g} V where the waveform "
+                f"ends at {last:g} V; stopped at the device, or by its watchdog",
+                report,
+            )
 
     def _start(self) -> float:
         """Start the generator; return about when it did (s)."""

@@ -83,6 +83,8 @@ class Card(CardState):
     def adopt(self) -> bool:
         """Take over outputs that an earlier program left on, at whatever values they have.
 
+        Digital lines go low, as at power-up.
+
         Returns
         -------
         bool
@@ -91,6 +93,8 @@ class Card(CardState):
         self.forget()
         state = self.control()
         self._ready = bool(state & self.layout.enable) and not state & self.layout.hold
+        if self._ready:
+            self.registers.batch((self.lines_access(0),))
         return self._ready
 
     def switch_off(self) -> None:

@@ -91,6 +91,7 @@ class NiWave:
         self._task: Any = None
         self._total = 0
         self._running = False
+        self._ending = False
         self._position: int | None = 0
 
     @property
@@ -132,20 +133,25 @@ class NiWave:
 
     def abort(self) -> None:
         """Stop; the output keeps its value. Never raises."""
-        task, self._task = self._task, None
+        task, self._ending = self._task, True
         if task is not None:
-            before = _generated(task)
+            before, least = _generated(task), self._position
+            if before is not None and least is not None:
+                # also for whoever comes again after an interrupt, when the driver has forgotten
+                self._position = least = max(least, min(before, self._total))
             try:
                 task.stop()
                 # only what stands still can be counted
                 after = _generated(task)
             except Exception:
                 after = None
+            # not before: whoever interrupts it has to find the task again
+            self._task = None
             with suppress(Exception):
                 task.close()
             if self._running and self._position != self._total:
-                known = before is not None and after is not None and after >= before
-                self._position = after if known else None
+                told = None if before is None or least is None else after
+                self._position = told if told is not None and told >= (least or 0) else None
         self._monitors.stop()
 
     def _play(self, volts: NDArray[np.float64], rate: float) -> Iterator[WaveProgress]:
@@ -156,7 +162,7 @@ class NiWave:
             self._start(volts, rate)
             while reported < total:
                 self._clock.sleep(REPORT)
-                if self._task is None:
+                if self._ending:
                     return
                 generated, readings = self._progress(readings)
                 count = min(generated, reported + readings.shape[1]) if self._names else generated
@@ -192,6 +198,7 @@ class NiWave:
             kinds = nidaqmx.constants
             task = nidaqmx.Task()
             self._task, self._total, self._running = task, volts.size, False
+            self._ending = False
             self._channel.add_to(task)
             clocked(task, kinds, rate, volts.size, trigger=terminals.trigger)
             for signal, terminal in (

@@ -37,6 +37,7 @@ class Schedule:
         self._closest = period / haste
         self._start = 0.0
         self._last = float("-inf")
+        self._cost: float | None = None
 
     @property
     def start(self) -> float:
@@ -47,6 +48,7 @@ class Schedule:
         """Plan sample 0 for `lead` seconds from now."""
         self._start = self._clock.now() + lead
         self._last = float("-inf")
+        self._cost = None
 
     def slack(self, k: int) -> float:
         """Time (s) until sample `k` is due; negative behind it."""
@@ -58,6 +60,16 @@ class Schedule:
         now = self._until(max(due, self._last + self._closest))
         self._last = now
         return now - due, now
+
+    def written(self) -> None:
+        """Note that the sample waited for last was written: a stall may have come in between.
+
+        What every write takes does not count, it is the same from one to the next.
+        """
+        now = self._clock.now()
+        took, cost = max(now - self._last, 0.0), self._cost
+        self._last = now - min(cost or 0.0, took)
+        self._cost = took if cost is None else min(cost, took)
 
     def _until(self, instant: float) -> float:
         now = self._clock.now()

@@ -99,7 +99,7 @@ class SoftwareTimedWave(CardWave):
                 if not self._playing:
                     break
                 lateness[k], instants[k] = schedule.wait(first + k)
-                self._tick(wave, first + k, readings[k])
+                self._tick(wave, first + k, readings[k], schedule)
                 done = k + 1
         except HardwareError as error:
             raise error.carrying(
@@ -107,7 +107,9 @@ class SoftwareTimedWave(CardWave):
             ) from None
         return self._chunk(wave, first, instants[:done], lateness[:done], readings[:done])
 
-    def _tick(self, wave: LoadedWave, k: int, reading: NDArray[np.float64]) -> None:
+    def _tick(
+        self, wave: LoadedWave, k: int, reading: NDArray[np.float64], schedule: Schedule
+    ) -> None:
         """One sample: sample the inputs, write the output, move the lines, collect the inputs."""
         card, wiring = self._card, self._wiring
         accesses: list[Access] = []
@@ -122,6 +124,7 @@ class SoftwareTimedWave(CardWave):
         accesses.append(card.state_access())
         state = card.registers.batch(accesses)[-1]
         self._position = k + 1
+        schedule.written()
         if self._names:
             reading[:] = card.collect(state)
         else:

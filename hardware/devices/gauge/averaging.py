@@ -84,9 +84,19 @@ def outlying(x: FloatArray) -> NDArray[np.bool_]:
 def _far(x: FloatArray, expected: FloatArray) -> NDArray[np.bool_]:
     off = np.abs(x - expected)
     # readings in whole steps may all agree: one step is never far
-    steps = np.diff(np.unique(x))
-    spread = max(1.4826 * float(np.median(off)), float(steps.min()) if steps.size else 0.0)
+    spread = max(1.4826 * float(np.median(off)), _step(x))
     return np.asarray(off > FAR * spread)
+
+
+def _step(x: FloatArray) -> float:
+    """Return the step in which readings come, 0 if they do not tell.
+
+    Of two values only, one that came once is no proof of a step.
+    """
+    values, counts = np.unique(x, return_counts=True)
+    if values.size < 2 or (values.size == 2 and counts.min() == 1):
+        return 0.0
+    return float(np.diff(values).min())
 
 
 def plateaus(volts: FloatArray, values: FloatArray, skip: int) -> tuple[Averaged, ...]:

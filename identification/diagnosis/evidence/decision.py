@@ -280,16 +280,24 @@ def _matters(h: Hypothesis, e: Evidence, t: Thresholds) -> bool:
     """Whether a hypothesis removes enough of the misfit to be what is told of it.
 
     Where the noise was only read off the spectrum, what a fitted law leaves counts as noise if it
-    may be.
+    may be; of readings whose noise is known that is the noise.
     """
     noise, least = 1.0, MOSTLY
     if isinstance(h, Scored):
         least = MOST_LEFT if e.named else PART
         if not e.before.measured:
-            quiet = [s.score.square for s in e.laws if s.left.is_noise(t.noise)]
-            better = [square for square in quiet if square < e.plain.square]
+            quiet = [s for s in e.laws if s.left.is_noise(t.noise)]
+            better = [_as_noise(s, e) for s in quiet if s.score.square < e.plain.square]
             noise = max(noise, min(better, default=noise))
     return e.plain.square - h.score.square > least * (e.plain.square - noise)
+
+
+def _as_noise(law: Scored, e: Evidence) -> float:
+    """Return the mean square that a law leaves, 1 of every reading whose noise is known."""
+    if not e.before.sure:
+        return law.score.square
+    known = np.array([e.before.known(n) for n in e.before.over_noise])
+    return float(np.mean(np.where(known, 1.0, law.score.noise**2)))
 
 
 def _nothing(
@@ -367,7 +375,8 @@ def _named(
     if open_ones and answer in ("exact", "approximate"):
         answer = "family"
         reasons.append(f"{', '.join(open_ones)} there could not be simulated, so not excluded")
-    beside = answer == "exact" and e.before.measured and chosen.left.most > BARE
+    known = filter(e.before.known, chosen.left.over_noise)
+    beside = answer == "exact" and chosen.left.most_of(known) > BARE
     ahead = _ahead(chosen, e, t) if answer == "approximate" or beside else []
     if ahead:
         answer = "unknown"
@@ -521,7 +530,7 @@ def _agreed(members: Sequence[Scored], e: Evidence) -> bool:
     nothing.
     """
     rows = e.plain.out.rows
-    run = np.searchsorted(members[0].trial.fit.problem.data.breaks, rows.sample, side="right")
+    run = np.searchsorted(members[0].trial.fit.problem.data.starts, rows.sample, side="right")
     count, before = np.bincount(run), np.bincount(run, e.plain.out.residual**2)
     left = [np.bincount(run, s.score.out.residual**2) for s in members]
     if np.count_nonzero(count) < 2 or any(s.trial.insertion.kind in ANYTHING for s in members):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -41,14 +41,17 @@ class Remaining:
     over_noise : dict of str to float
         Root mean square over the noise, by reading; single outliers are no misfit, what lasts is.
     measured : bool
-        The noise was read off itself, not off the top of the spectrum.
+        The noise of every reading was read off itself or is known, not off the top of the spectrum.
     follows : float
-        Standard errors by which the misfit is larger where more moves.
+        Standard errors by which the misfit is larger where more moves, of readings whose noise is
+        not measured, if there are such.
     grows : mapping of str to GrowingNoise
         Readings whose noise grows with them; `over_noise` is over that.
     louder : float
         Where the noise is not measured: times that what is left is louder than on training samples,
         or than half of the time; of the reading where that is most.
+    sure : frozenset of str
+        Readings whose noise is measured or known, where it is not of every one.
     """
 
     over_noise: dict[str, float]
@@ -56,26 +59,45 @@ class Remaining:
     follows: float
     grows: Mapping[str, GrowingNoise] = field(default_factory=dict)
     louder: float = 1.0
+    sure: frozenset[str] = frozenset()
 
     @property
     def most(self) -> float:
         """The largest of all readings."""
-        return max((np.inf if np.isnan(v) else v for v in self.over_noise.values()), default=0.0)
+        return self.most_of(self.over_noise)
+
+    def most_of(self, names: Iterable[str]) -> float:
+        """Return the largest of some readings."""
+        found = (self.over_noise[n] for n in names)
+        return max((np.inf if np.isnan(v) else v for v in found), default=0.0)
+
+    def known(self, name: str) -> bool:
+        """Whether the noise of a reading is measured or known."""
+        return self.measured or name in self.sure
 
     def is_noise(self, limit: float) -> bool:
-        """Whether what is left may be noise: at its level, or coloured where it is not known."""
+        """Whether what is left may be noise: at its level, or coloured where that is not known."""
         if self.most <= limit:
             return True
-        coloured = not self.measured and self.most < COLOURED and self.louder < LOUDER
-        return coloured and self.follows < FOLLOWS
+        held = [n for n in self.over_noise if self.known(n)]
+        if self.most_of(held) > limit:
+            return False
+        rest = self.most_of(n for n in self.over_noise if n not in held)
+        return rest < COLOURED and self.louder < LOUDER and self.follows < FOLLOWS
 
     @property
     def words(self) -> str:
-        """One phrase."""
-        name = max(self.over_noise, key=lambda n: self.over_noise[n], default="")
-        level = "the noise" if self.measured else "the noise read off its spectrum"
+        """One phrase; of the worst reading of either sort, where there are two."""
+        held = [n for n in self.over_noise if self.known(n)]
+        rest = [n for n in self.over_noise if n not in held]
+        parts = [self._said(names) for names in (held, rest) if names or not self.over_noise]
+        return f"what is left of {' and of '.join(dict.fromkeys(parts))}"
+
+    def _said(self, names: list[str]) -> str:
+        name = max(names, key=lambda n: self.over_noise[n], default="")
+        level = "the noise" if self.known(name) else "the noise read off its spectrum"
         level = "its noise, which grows with the reading" if name in self.grows else level
-        return f"what is left of {name} is {self.most:.3g} times {level}"
+        return f"{name} is {self.most_of(names):.3g} times {level}"
 
 
 def remaining(fit: Fit) -> Remaining:
@@ -83,9 +105,9 @@ def remaining(fit: Fit) -> Remaining:
     data = fit.problem.data
     r = fit.residuals("test") / data.floor
     level = lasting(r) if r.size else np.zeros(len(data.names))
-    grows = {}
+    grows, sure = {}, data.sure
     for c, n in enumerate(data.names):
-        if not LEVEL < level[c] < (np.inf if data.floor_measured else WHITE):
+        if not LEVEL < level[c] < (np.inf if sure[c] else WHITE):
             continue
         found = growing(fit, n)
         if found is not None:
@@ -93,17 +115,19 @@ def remaining(fit: Fit) -> Remaining:
             size = found.at(fit.simulated[data.mask("test"), c]) / data.floor[c]
             level[c] = lasting(r[:, [c]] / size[:, None])[0]
     over = dict(zip(data.names, map(float, level), strict=True))
-    louder = 1.0 if data.floor_measured or not r.size else _louder(fit, level)
-    return Remaining(over, data.floor_measured, activity(fit), grows, louder)
+    louder = 1.0 if sure.all() or not r.size else _louder(fit, level, ~sure)
+    follows = activity(fit, sure if sure.all() else ~sure)
+    known = frozenset() if sure.all() else data.floor_known
+    return Remaining(over, bool(sure.all()), follows, grows, louder, known)
 
 
-def _louder(fit: Fit, level: Array) -> float:
+def _louder(fit: Fit, level: Array, among: Array) -> float:
     data = fit.problem.data
     trained = fit.residuals("train") / data.floor
     before = np.maximum(lasting(trained), 1.0) if trained.size else np.ones(level.size)
     both = _cut(np.vstack([trained, fit.residuals("test") / data.floor]))
-    pushes = [loudness(x) for x, size in zip(both.T, level, strict=True) if size > LEVEL]
-    return max(float(np.max(level / before)), *pushes, 1.0)
+    pushes = [loudness(both[:, c]) for c in np.flatnonzero(among & (level > LEVEL))]
+    return max(float(np.max((level / before)[among])), *pushes, 1.0)
 
 
 def loudness(signal: Array) -> float:
@@ -141,8 +165,8 @@ def _cut(r: Array) -> Array:
     return np.asarray(np.clip(r, -limit, limit))
 
 
-def activity(fit: Fit) -> float:
-    """Return the standard errors by which the misfit is larger where more moves.
+def activity(fit: Fit, among: Array) -> float:
+    """Return the standard errors by which the misfit of some readings is larger where more moves.
 
     Noise does not know what the model does; physics left out mostly follows it.
     """
@@ -150,7 +174,7 @@ def activity(fit: Fit) -> float:
     inside = data.mask("train") | data.mask("test")
     r = ((data.readings - fit.simulated)[inside] / data.floor) ** 2
     found = []
-    for c in range(r.shape[1]):
+    for c in np.flatnonzero(among):
         y = fit.simulated[inside, c]
         stretches = [s for s in np.array_split(np.arange(y.size), STRETCHES) if s.size > 4]
         misfit = np.array([np.log(np.mean(r[s, c]) + 1e-300) for s in stretches])

@@ -17,6 +17,7 @@ from identification.diagnosis.search.nominal import hold_margin
 from identification.estimation.cautions import rough_rates
 from identification.estimation.single_record import Fit, alone
 from identification.report.words import listed, spaced
+from identification.study.problem import Data
 from identification.uncertainty.fitted import fitted
 from identification.uncertainty.postflight import practical_of
 from identification.uncertainty.practical import Practical
@@ -49,8 +50,8 @@ def notes_of(
         *in_doubt(last, declared, taken_over(last, named)),
         *material.recording.notes, *notes_on_size(last, named),
         *_chosen(last, holds),
-        *_noise_notes(material.read, floor, material.sure, material.given),
-        *rough_rates(nominal.problem.graph, material.recording, material.data.breaks),
+        *_noise_notes(material.read, floor, material.given, _estimated(data)),
+        *rough_rates(nominal.problem.graph, material.recording, material.data.starts),
         *_growing_notes(last), *_resumed_notes(known),
     )  # fmt: skip
 
@@ -136,8 +137,16 @@ FAR_OFF = 3.0
 """Ratio of a given noise to the one read from the recording that is worth a word."""
 
 
+def _estimated(data: Data) -> tuple[str, ...]:
+    """Return the readings whose noise is neither measured nor known."""
+    return tuple(n for n, sure in zip(data.names, data.sure, strict=True) if not sure)
+
+
 def _noise_notes(
-    read: Mapping[str, float], floor: Mapping[str, float], sure: bool, given: Collection[str] = ()
+    read: Mapping[str, float],
+    floor: Mapping[str, float],
+    given: Collection[str],
+    estimated: Collection[str],
 ) -> tuple[str, ...]:
     notes = []
     for n, level in floor.items():
@@ -151,10 +160,11 @@ def _noise_notes(
                 f"the noise given for {n} is {level:.3g}, the recording itself looks like "
                 f"{read[n]:.3g} (SI): check it, the answer rests on it"
             )
-    if not sure:
+    if estimated:
+        whose = f" of {listed(estimated)}" if len(estimated) < len(floor) else ""
         notes.append(
-            "the noise could only be estimated (no repetition and no rest in the recording): slow "
-            "noise may lie above it; state what you know with --noise SENSOR=VALUE"
+            f"the noise{whose} could only be estimated (no repetition and no rest in the "
+            "recording): slow noise may lie above it; state what you know with --noise SENSOR=VALUE"
         )
     return tuple(notes)
 
@@ -164,7 +174,7 @@ def _chosen(last: Fit, holds: Sequence[str]) -> tuple[str, ...]:
         f"commands between samples: {last.problem.data.hold} ({hold_margin(last, holds)})",
         f"held out: {last.problem.data.split.rule}",
     ]
-    if last.problem.data.breaks:
+    if last.problem.data.starts and not last.problem.data.cuts:
         notes.append(
             "each recording starts from a state of its own; that of a held-out one is fitted to "
             "its samples, no parameter is"

@@ -80,8 +80,9 @@ def _apart(data: Data) -> str:
     """Say what was fitted to the held-out samples."""
     if not data.breaks:
         return "They took no part in any fit."
+    part = "window" if data.cuts else "recording"
     return (
-        "They took no part in any fit, except for the initial state of each held-out recording, "
+        f"They took no part in any fit, except for the initial state of each held-out {part}, "
         "which is fitted to them."
     )
 

@@ -335,7 +335,10 @@ def _exchanged(data: Data, one: str, other: str) -> Data:
     order = list(range(len(data.names)))
     a, b = data.names.index(one), data.names.index(other)
     order[a], order[b] = b, a
-    return replace(data, readings=data.readings[:, order], floor=np.asarray(data.floor)[order])
+    other_of = {one: other, other: one}
+    known = frozenset(other_of.get(n, n) for n in data.floor_known)
+    floor = np.asarray(data.floor)[order]
+    return replace(data, readings=data.readings[:, order], floor=floor, floor_known=known)
 
 
 def mixups(

@@ -213,7 +213,7 @@ def asked_of(
     known = None if asked.hold == ESTIMATED else asked.hold
     return Asked(
         asked.straight_graph.with_values(asked.starts), found, split or _split(asked, same),
-        hold or known, {**_levels(asked), **noise}, asked, _cuts(asked), own, asked.turns,
+        hold or known, {**_levels(asked), **noise}, asked, _cuts(asked, same), own, asked.turns,
         asked.graph,
     )  # fmt: skip
 
@@ -241,10 +241,18 @@ def _recording(graph: BondGraph, given: Any) -> tuple[Recording, Split | None]:
     )
 
 
-def _cuts(study: Study) -> tuple[int, ...]:
+OF_ONE_RATE = (
+    "splits or windows of recordings of different rates: bring these to one rate, or leave splits "
+    "and window out"
+)
+
+
+def _cuts(study: Study, same: bool) -> tuple[int, ...]:
     """Return where windows begin, all recordings behind one another; none without windows."""
     if study.window is None:
         return ()
+    if not same:
+        raise UnusableInput(OF_ONE_RATE)
     METHODS["prediction_error" if study.process_noise else "single_shooting"].check(study)
     first, found = 0, set[int]()
     for i, r in enumerate(study.records):
@@ -305,10 +313,7 @@ def _split(study: Study, same: bool) -> Split | None:
             "recordings to judge of another rate: bring all to one rate, see Recording.decimate"
         )
     if not same:
-        raise UnusableInput(
-            "splits or windows of recordings of different rates: bring these to one rate, or leave "
-            "splits and window out"
-        )
+        raise UnusableInput(OF_ONE_RATE)
     train: list[slice] = []
     test: list[slice] = []
     begin = 0

@@ -31,8 +31,6 @@ class Material:
         All of them behind one another.
     read, given : dict of str to float
         Noise of the readings as the recording shows it, and as it is known; SI.
-    sure : bool
-        The noise was read off the noise itself, or is known.
     usual : bool
         The division is the usual one of a single recording: a finer one may take its place.
     reason : str
@@ -43,7 +41,6 @@ class Material:
     data: Data
     read: Mapping[str, float] = field(default_factory=dict)
     given: Mapping[str, float] = field(default_factory=dict)
-    sure: bool = True
     usual: bool = False
     reason: str = ""
 
@@ -74,11 +71,16 @@ def material_of(asked: Asked) -> Material:
     noise = read_noise(recording, split, sensors, commands, breaks)
     read = {n: level for n, (level, _) in noise.items()}
     floor = read | given_noise(given, sensors, graph.name)
-    sure = all(n in given or noise[n][1] for n in sensors)
+    known = frozenset(n for n in sensors if n in given or noise[n][1])
     level = np.array([floor[n] for n in sensors])
-    data = replace(data, floor=level, floor_measured=sure, breaks=asked.cuts or breaks)
+    inner = tuple(c for c in asked.cuts if c not in breaks)
+    begins = asked.cuts or breaks
+    data = replace(
+        data, floor=level, floor_measured=len(known) == len(sensors), floor_known=known,
+        breaks=begins, cuts=inner,
+    )  # fmt: skip
     ours = asked.split is None and not breaks and recording.n >= LEAST_TO_INTERLEAVE
-    return Material(recording, data, read, given, sure, ours, _nothing_moves(data))
+    return Material(recording, data, read, given, ours, _nothing_moves(data))
 
 
 def _declared_steps(graph: BondGraph) -> dict[str, float]:

@@ -100,7 +100,7 @@ def searched(base: Base, task: SearchTask, number: int, named: tuple[str, ...] =
             options = replace(options, keep=2 * options.keep)
     evidence = Evidence(
         plain, (), tuple(kinds), before, base.fit.chi2("test"), base.fit.chi2("train"),
-        task.classes, named=named, several=bool(base.fit.problem.data.breaks),
+        task.classes, named=named, several=bool(base.fit.problem.data.starts),
     )  # fmt: skip
     # without a pattern there is nothing to explain, and noise is not searched
     if not (kinds and _hopeful(plain, kinds[0], limits)) and before.is_noise(limits.noise):

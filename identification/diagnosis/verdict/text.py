@@ -15,7 +15,6 @@ from bondgraph.support.errors import BondsightError
 from identification.diagnosis.catalogue import by_name
 from identification.diagnosis.diagnose import Diagnosis
 from identification.diagnosis.evidence.answer import Decision
-from identification.diagnosis.evidence.hypotheses import Thresholds
 from identification.diagnosis.evidence.kinds_told import EXACT, open_kinds
 from identification.diagnosis.explanation.notes import taken_over
 from identification.diagnosis.localisation.element_kind import element_kind
@@ -527,13 +526,7 @@ def _value(p: Data) -> str:
 
 
 def _nothing_to_do(v: Data) -> str:
-    rest = max((r["over_noise"] or 0.0 for r in v.get("remaining", {}).values()), default=0.0)
-    if v["verdict"] == "missing_physics" and rest > Thresholds().noise:
-        return (
-            f"The repaired model is better, not complete: it leaves {rest:.3g} times the noise. "
-            "Record another amplitude, another speed, a rest after a step, and diagnose all "
-            "recordings together."
-        )
+    # that a repair leaves more than noise stands among the advice: whoever diagnosed has judged it
     return {
         "explained": "Use the model as it is, within the range that was recorded.",
         "parameters_only": "Use the model with the fitted parameters.",

@@ -31,6 +31,7 @@ from identification.estimation.methods.trajectory import (
 )
 from identification.estimation.methods.transcription import Programme, programme
 from identification.study.engine import Engine
+from identification.study.free_parameters import refuse_clocks
 from identification.study.joint import JointPoint, JointProblem
 from identification.study.residual import offset_scale, parameters_at, slots
 from identification.study.study import Study
@@ -83,6 +84,7 @@ class Collocation(Method):
                 raise UnusableInput(f"collocation: the law of {e.name} jumps; {instead}")
             if getattr(e, "delay", None) or (drive is not None and drive.delay):
                 raise UnusableInput(f"collocation: {e.name} has a dead time; {instead}")
+        refuse_clocks(study.graph, self.name)
         if study.nuisances.clock:
             raise UnusableInput(f"collocation fits no clocks of the sensors; {instead}")
         if study.window is not None:
@@ -226,7 +228,10 @@ def _solution(
         _shown(stack, record, theta, np.asarray(y.full().T), v)
         for record, y, v in zip(made.records, seen, stages, strict=True)
     )
-    return MethodSolution(point, found.status, costs, covariance, tuple(notes), readings)
+    return MethodSolution(
+        point, found.status, costs, covariance, tuple(notes), readings,
+        run="a trajectory fitted up to the last training sample, then a free run from its end",
+    )  # fmt: skip
 
 
 def _shown(

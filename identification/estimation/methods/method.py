@@ -55,6 +55,8 @@ class MethodSolution:
         Mean square of the residuals over their noise, where the trace is of something else.
     filtered : Filtered or None
         What a filter saw, of a method that has one.
+    run : str
+        What `readings` are, in words, where they are no free run.
     """
 
     point: JointPoint
@@ -66,6 +68,7 @@ class MethodSolution:
     evaluations: tuple[ResidualEvaluation, ...] | None = None
     cost: float | None = None
     filtered: Filtered | None = None
+    run: str = ""
 
 
 @dataclass(frozen=True, eq=False)

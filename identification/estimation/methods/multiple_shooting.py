@@ -22,7 +22,7 @@ from bondgraph.support.errors import UnusableInput
 from identification.estimation.levenberg_marquardt import STATUS, FitStatus
 from identification.estimation.methods.method import FitOptions, FitTask, Method, MethodSolution
 from identification.estimation.methods.trajectory import observed, windows_of
-from identification.study.free_parameters import dead_times
+from identification.study.free_parameters import dead_times, refuse_clocks
 from identification.study.joint import JointPoint, JointProblem
 from identification.study.problem import Problem
 from identification.study.residual import (
@@ -54,7 +54,7 @@ class MultipleShooting(Method):
     )
 
     def check(self, study: Study) -> None:
-        """Refuse windows of the study, and dead times: they reach over the edges of windows."""
+        """Refuse windows of the study, dead times and clocks: they reach over edges of windows."""
         if study.window is not None:
             raise UnusableInput(
                 f"multiple_shooting joins windows of its own, but window = {study.window} is for "
@@ -65,6 +65,7 @@ class MultipleShooting(Method):
                 f"multiple_shooting: {', '.join(late)} is a dead time, which reaches over the "
                 "edges of windows; use method='single_shooting'"
             )
+        refuse_clocks(study.graph, self.name)
 
     def solve(self, task: FitTask) -> MethodSolution:
         """Close the gaps, then finish with the free run where it is as good."""
@@ -90,7 +91,10 @@ class MultipleShooting(Method):
             "joined windows",
         )
         covariance = _information(whole, cut, system)
-        return MethodSolution(point, status, trace, covariance, notes, now.readings)
+        return MethodSolution(
+            point, status, trace, covariance, notes, now.readings,
+            run="windows that join, each with an initial state of its own",
+        )  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,6 +13,7 @@ from bondgraph.signals.split import whole
 from bondgraph.support.arrays import FloatArray as Array
 from bondgraph.support.errors import UnusableInput
 from identification.experiments.frequency.periods import Periods, cut, run_in
+from identification.study.free_parameters import refuse_clocks
 from identification.study.problem import Problem
 
 EXCITED = 1e-3
@@ -69,6 +70,7 @@ def require_lines(problem: Problem) -> None:
     """
     if problem.window is not None:
         raise UnusableInput("frequency_domain: windows break the periods; leave window= out")
+    refuse_clocks(problem.graph, "frequency_domain")
     if problem.clock:
         raise UnusableInput(
             "frequency_domain: a clock that runs away smears the lines; use "

@@ -17,7 +17,7 @@ from identification.estimation.prediction.fit import FilterFit, fit_filter
 from identification.estimation.prediction.kalman import KalmanFilter, kalman_filter
 from identification.estimation.prediction.likelihood import scored
 from identification.estimation.prediction.words import remarks
-from identification.study.free_parameters import dead_times
+from identification.study.free_parameters import dead_times, refuse_clocks
 from identification.study.joint import JointPoint
 from identification.study.study import Study
 
@@ -46,6 +46,7 @@ class PredictionError(Method):
                 f"prediction_error: {', '.join(late)} is a dead time, which is no state of a "
                 "filter; use method='single_shooting'"
             )
+        refuse_clocks(study.graph, self.name)
         if study.nuisances.clock:
             raise UnusableInput(
                 "prediction_error: clock ratios cannot be fitted; resample the recording first or "
@@ -75,7 +76,7 @@ class PredictionError(Method):
         )  # fmt: skip
         found = _refined(found)
         end = _cost(kalman, found.at.log_likelihood)
-        readings, shown = _shown(found)
+        readings, shown, run = _shown(found)
         white = np.concatenate(
             [
                 own[p.data.mask("train")].ravel()
@@ -85,7 +86,7 @@ class PredictionError(Method):
         return MethodSolution(
             _point(found, task.start), found.status, (*(trace or [end]), end), _covariance(found),
             (*_levels(found), *remarks(found), *_left_out(task.study), *shown), readings,
-            cost=float(np.nanmean(white**2)), filtered=found.filtered,
+            cost=float(np.nanmean(white**2)), filtered=found.filtered, run=run,
         )  # fmt: skip
 
 
@@ -131,8 +132,8 @@ def _covariance(fit: FilterFit) -> Array:
     return np.asarray((fit.covariance * np.outer(wider, wider))[at, at])
 
 
-def _shown(fit: FilterFit) -> tuple[tuple[Array, ...], tuple[str, ...]]:
-    """Return the free runs; the one-step predictions where a free run leaves its record."""
+def _shown(fit: FilterFit) -> tuple[tuple[Array, ...], tuple[str, ...], str]:
+    """Return the free runs, one-step predictions where a free run leaves its record, and words."""
     found, left = [], []
     for r, (p, predicted) in enumerate(zip(fit.kalman.problems, fit.filtered.reading, strict=True)):
         with np.errstate(over="ignore", invalid="ignore"):
@@ -142,8 +143,12 @@ def _shown(fit: FilterFit) -> tuple[tuple[Array, ...], tuple[str, ...]]:
         found.append(simulated if near else predicted)
         if not near:
             left.append(p.data.name)
-    words = (f"the free run leaves {', '.join(left)}: its readings shown are one-step predictions",)
-    return tuple(found), words if left else ()
+    if not left:
+        return tuple(found), (), ""
+    run = f"one-step predictions of {', '.join(left)}, each from the readings before it"
+    run += "" if len(left) == len(found) else "; elsewhere a free run"
+    words = f"the free run leaves {', '.join(left)}: its readings shown are one-step predictions"
+    return tuple(found), (words,), run
 
 
 def _levels(fit: FilterFit) -> tuple[str, ...]:

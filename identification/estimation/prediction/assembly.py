@@ -9,7 +9,7 @@ import numpy as np
 from bondgraph.support.arrays import Array
 from identification.estimation.prediction.kalman import KalmanFilter
 from identification.estimation.prediction.plant import Operating
-from identification.study.residual import parameters_at, slots
+from identification.study.residual import parameters_at, rest_under, slots
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,6 +66,11 @@ def assemble(kalman: KalmanFilter, theta: Array, record: int, derivatives: bool)
     for column, i in enumerate(alive):
         if i >= first:
             dz[i - first, column] = 1.0
+    if problem.initial == "rest" and derivatives:
+        _, by_p = rest_under(problem.engine, at.p, problem.inputs[0], problem.directions)
+        resting = np.zeros((n, where.size))
+        resting[:, : at.slopes.size] = by_p * at.slopes / at.x[:, None]
+        dz[:n] += resting[:, alive]
     numbers = still[plant.steps.body], dstill[plant.steps.body]
     z[tail], dz[tail] = plant.tail(at, problem.inputs[0], z[:n], dz[:n], numbers)
     return Numbers(where[alive], m, dm, still, dstill, z, dz)

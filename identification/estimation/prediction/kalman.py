@@ -16,7 +16,7 @@ from identification.estimation.prediction.slots import FilterSlots
 from identification.study.joint import JointPoint, JointProblem
 from identification.study.problem import Problem
 from identification.study.process_noise import Diffusion, diffusion_at
-from identification.study.residual import slots, start_point
+from identification.study.residual import parameters_at, slots, start_point
 from identification.study.study import SettledSetting, Study
 
 SMALLEST = 1e-7
@@ -103,6 +103,9 @@ class KalmanFilter:
 
     def initial(self, theta: Array, record: int) -> Array:
         """Return the state that a record starts from, SI, shape (n_x,)."""
+        p = self.problems[record]
+        if p.initial == "rest":
+            return p.engine.rest(parameters_at(p, self.local(theta, record)), p.inputs[0])
         x0 = self.rest[record]
         if self.slots.n_states[record]:
             x0 = x0 + theta[self.slots.states(record)] * self.state_scale[record]

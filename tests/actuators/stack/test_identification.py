@@ -36,6 +36,7 @@ from actuators.stack.validation import rms, validate
 from bondgraph.hysteresis import AlJanaideh, KelvinVoigtCreep, MaxwellResistiveCapacitor
 from bondgraph.hysteresis.errors import NotInvertible
 from bondgraph.hysteresis.fitting.loop_records import LoopRecords
+from bondgraph.hysteresis.fitting.numbered import FittedNumber
 from bondgraph.laws import Hysteretic
 from bondgraph.signals.drive_limits import VoltageLimit
 from bondgraph.signals.recording import Recording
@@ -121,7 +122,7 @@ def test_everything_differs_and_is_found(identified: Identification) -> None:
     assert s.rms < 2.0 * NOISE
     assert s.held_out < 2.5 * NOISE < 1e-3 * stroke
     assert s.creep is None
-    assert {c.way for c in identified.capacitors} == {"loading curve", "all samples"}
+    assert {c.way for c in identified.capacitors} == {"loading curve", "first record"}
     assert identified.choice.best("al_janaideh").held_out > s.held_out
     text = str(identified)
     assert "28.63" in text
@@ -344,3 +345,25 @@ def test_records_that_cannot_be_used(volt: np.ndarray, said: str) -> None:
     assert "\n" not in str(error.value)
     with pytest.raises(UnusableInput, match="at least one recording"):
         identify_stack([], Interval.of(65e6, 0.0))
+
+
+def test_numbers_without_an_interval_are_told_and_saved(
+    identified: Identification, tmp_path: Path
+) -> None:
+    loose = FittedNumber("wf_1", 2e-9, None, "no sample of the record depends on it")
+    stack = replace(identified.stack, numbers=(loose, *identified.stack.numbers[1:]))
+    assert "wf_1     2e-09 [not determined: no sample" in str(replace(identified, stack=stack))
+    stack.save(tmp_path / "stack.json")
+    assert IdentifiedStack.open(tmp_path / "stack.json").numbers == stack.numbers
+    # a file in which all is determined is as it was
+    assert all("reason" not in n for n in identified.stack.to_dict()["numbers"])
+
+
+def test_recordings_at_two_rates_are_refused(records: tuple[Recording, Recording]) -> None:
+    ramp, loops = records
+    slow = Recording(
+        "slow loops", loops.time[::2], {c: loops[c][::2] for c in loops.channels}, loops.units
+    )
+    with pytest.raises(UnusableInput, match="slow loops: is sampled at 500 Hz, ramp at 1000") as e:
+        identify_stack([ramp, slow], Interval.of(65e6, 0.0), counts=(4,))
+    assert "\n" not in str(e.value)

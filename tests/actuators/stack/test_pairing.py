@@ -132,6 +132,11 @@ def test_ang_needs_the_constants_it_was_made_with() -> None:
 def test_other_operators_and_structures_are_refused() -> None:
     with pytest.raises(BadParameter, match="holds a al_janaideh"):
         pure_from_lumped(Hysteretic(AlJanaideh.stack_2hz()))
+    beside = Parallel(
+        MaxwellResistiveCapacitor.stack_2hz(), PrandtlIshlinskii((0.0, 5e-5), (1e4, 9e4))
+    )
+    with pytest.raises(BadParameter, match="holds a parallel"):
+        pure_from_lumped(Hysteretic(beside))
     with pytest.raises(UnknownName, match="lumped"):
         paired("lumpd", AlJanaideh.stack_2hz())
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import doctest
+from dataclasses import replace
 from importlib import import_module
 from typing import Any
 
@@ -151,6 +152,37 @@ def test_sheet_warns() -> None:
     assert any("below twice the drive frequency" in w for w in fast.warnings)
     assert any("preload the stack" in w for w in fast.warnings)
     assert "warning: " in str(fast)
+
+
+@pytest.mark.parametrize("options", [
+    {"load_force": 600.0, "frequency": 900.0, "load_mass": 0.7},
+    {"load_force": 20.0, "load_stiffness": 30e6, "frequency": 900.0, "load_mass": 0.7},
+    {"frequency": 300.0, "load_mass": 2.0},
+])  # fmt: skip
+def test_warned_forces_are_those_of_the_motion(options: dict[str, float]) -> None:
+    """Force on the tip along the sine: the load, its spring, and mass times acceleration."""
+    s = sizing_sheet(P_840_1, current=10.0, **options)
+    turn = np.linspace(0.0, 2 * np.pi, 401)
+    stroke, mass, w = s["displacement"], s["effective mass"], 2 * np.pi * options["frequency"]
+    assert stroke is not None
+    assert mass is not None
+    x = 0.5 * stroke * (1.0 - np.cos(turn))
+    force = options.get("load_force", 0.0) + options.get("load_stiffness", 0.0) * x
+    force = force + mass * w**2 * 0.5 * stroke * np.cos(turn)
+    for limit, word, most in (
+        (1000.0, "press with", float(force.max())), (50.0, "pulls with", float(-force.min()))
+    ):  # fmt: skip
+        said = [w for w in s.warnings if word in w]
+        assert bool(said) == (most > limit)
+        assert not said or engineering(most, "N") in said[0]
+
+
+def test_the_load_is_held_at_the_end_of_the_stroke() -> None:
+    """The voltage may rest there: speed relieves a sine, not the stack that stands."""
+    stiff = replace(P_840_1, push_force=300.0)
+    s = sizing_sheet(stiff, load_stiffness=40e6, load_mass=0.5, frequency=900.0, current=10.0)
+    assert s["force"] is not None
+    assert any(f"press with up to {engineering(s['force'], 'N')}" in w for w in s.warnings)
 
 
 @pytest.mark.parametrize(

@@ -5,10 +5,12 @@ from __future__ import annotations
 from dataclasses import replace
 from math import atan, degrees, inf, pi, radians
 
+import casadi as ca
 import numpy as np
 import pytest
 
 from actuators import ultrasonic as us
+from actuators.ultrasonic.closed_loop import decision
 from actuators.ultrasonic.sampled_loop import closed_loop_matrix, open_loop_response
 from actuators.ultrasonic.stage import MOVED_MASS
 from bondgraph import UnusableInput
@@ -94,12 +96,36 @@ def test_motion_is_mirrored_with_the_voltage() -> None:
     np.testing.assert_allclose(up.moved[free], -down.moved[free], atol=1e-12)
 
 
+def test_what_becomes_of_a_run_is_told_of_the_end_it_is_driven_to() -> None:
+    down = us.constant_voltage(-10.0, runs=8, duration=0.3)
+    assert down.final.max() == 0.0
+    assert (down.arrived, down.stuck) == (1.0, 0.0)
+    assert 0.0 < down.relative_spread < 2.0
+    slow = us.constant_voltage(-3.0, runs=8, duration=0.3)
+    assert slow.arrived < 0.5
+    assert slow.stuck > 0.2
+
+
 def test_lowest_sure_voltage_moves_everywhere() -> None:
     stage = us.guided_stage(0)
     sure = us.lowest_sure_voltage(stage)
     assert us.constant_voltage(sure + 0.05, stage=stage, duration=1.0).arrived == 1.0
     assert us.constant_voltage(sure - 0.25, stage=stage, duration=1.0).arrived < 1.0
     assert us.speed_at_sure_voltage(stage) > 0.1  # m/s: nothing slower is sure
+
+
+def test_the_law_of_the_controller_is_the_one_it_states() -> None:
+    c = us.PositionController(100.0, 0.05, 2e-3, breakaway=0.01)
+    sampling = us.Sampling(1000.0)
+    decide, reference = decision(ca, c, sampling), 1e-4
+    before, last = 0.0, 0.0
+    for x in (0.0, 3e-6, 7e-6, 8e-6):
+        e, period = reference - x, 1 / sampling.rate
+        stated = c.gain * (e + before - c.derivative * (x - last) / period) + 0.01
+        force, before, last = (float(v) for v in decide(x, before, last, reference))
+        assert force == pytest.approx(stated, rel=1e-6)
+    errors = [reference - x for x in (0.0, 3e-6, 7e-6, 8e-6)]
+    assert before == pytest.approx(period / c.integral * sum(errors), rel=1e-3)
 
 
 # -- the position loop -----------------------------------------------------------------------

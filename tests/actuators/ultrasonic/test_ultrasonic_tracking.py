@@ -77,6 +77,17 @@ def test_loop_keeps_the_phase_at_zero_while_the_plate_warms(quality: float) -> N
     assert low[0].force[-1] < low[1].force[-1]
 
 
+def test_a_negative_control_voltage_turns_the_force_alone() -> None:
+    up, down = (
+        us.run_plate(us.Plate(), COLD, us.PhaseLock(), control=c, detuning=200.0, duration=0.5)
+        for c in (10.0, -10.0)
+    )
+    assert abs(down.detuning[-1]) < 1.0
+    np.testing.assert_array_equal(down.amplitude, up.amplitude)
+    np.testing.assert_array_equal(down.power, up.power)
+    np.testing.assert_allclose(down.force, -up.force)
+
+
 def test_lag_behind_a_drift_is_rate_over_bandwidth() -> None:
     """An integrating loop follows a ramp late by the ramp over its bandwidth."""
     plate, heating = us.Plate(), us.Heating(time_constant=200.0)
@@ -131,6 +142,8 @@ def test_without_compensation_there_may_be_no_zero_phase() -> None:
 def test_refusals() -> None:
     with pytest.raises(UnusableInput, match="too long for a loop"):
         us.run_plate(lock=us.PhaseLock(bandwidth=100.0))
+    with pytest.raises(UnusableInput, match="control 0 V drives nothing"):
+        us.run_plate(control=0.0)
     with pytest.raises(UnusableInput, match="bandwidth"):
         us.PhaseLock(bandwidth=0.0)
     with pytest.raises(UnusableInput, match="time constant"):

@@ -29,7 +29,8 @@ from bondgraph import (
 from bondgraph.analysis.kalman import kalman_ranks, linear_skeleton
 from bondgraph.analysis.structural import controllability, observability
 from bondgraph.equations.derivation import equations
-from bondgraph.graph.elements import Field
+from bondgraph.graph.elements import MTF, Field
+from bondgraph.graph.modulation import displacement
 from bondgraph.laws import Coulomb, Polynomial
 from tests.properties.graphs import random_graph
 
@@ -244,6 +245,25 @@ def test_hysteresis_in_series_keeps_a_charge() -> None:
     assert moved.structural_rank == moved.exact_rank == 2
     assert len(moved.tied) == 1
     assert observability(MODELS["stack_lumped_maxwell"]()).holds
+
+
+ANGLE = displacement("k")
+
+
+@pytest.mark.parametrize(
+    ("back", "moved"),
+    [(2 + sp.sin(ANGLE), True), (1 / sp.cos(ANGLE), False), (2.0, True)],
+)
+def test_ratios_that_follow_signals_are_generic(back: Any, moved: bool) -> None:
+    """Two ways from a body to a spring: their difference moves it, unless they are one ratio."""
+    with BondGraph("levers") as g:
+        body, z = One("body"), Zero("z")
+        Se("F") >> body >> I("m", 1.0)
+        body >> MTF("a", ratio=sp.cos(ANGLE)) >> z
+        z >> MTF("b", ratio=back) >> body
+        z >> C("k", 1.0)
+    assert kalman_ranks(g)[::2] == ((2, 2) if moved else (1, 2))
+    assert controllability(g).holds == moved
 
 
 def test_refusals() -> None:

@@ -10,7 +10,7 @@ import sympy as sp
 from scipy.integrate import solve_ivp
 
 from actuators.stack.bond_graph import stack_bond_graph
-from bondgraph import BondGraph, C, GraphError, I, One, R, Se, Trajectory, UnusableInput
+from bondgraph import BondGraph, C, GraphError, I, One, R, Se, Sf, Trajectory, UnusableInput
 from bondgraph.energy.accounts import Ledger
 from bondgraph.energy.bond_power import motion, observables
 from bondgraph.energy.ledger import ledger
@@ -23,6 +23,7 @@ from tests.bondgraph.energy.energy_models import coupled, crank, plate, rlc
 from tests.bondgraph.energy.power_balance import power_balance
 from tests.properties.test_random_graphs import random_graph
 from tests.settled import simulate
+from tests.spring import spring
 
 SLIPS = MaxwellResistiveCapacitor((1.3e9, 0.6e9), (0.4e3, 1.1e3))
 
@@ -172,6 +173,17 @@ def test_slips_with_free_heights_and_with_numbers_agree() -> None:
     close(second["C_nl"].stored, first["C_nl"].stored, atol=1e-3 * scale)
 
 
+@pytest.mark.parametrize("free", ["stiffnesses", "breakaways[1]"])
+def test_free_numbers_of_an_operator_are_those_of_the_run(free: str) -> None:
+    law = Hysteretic(MaxwellResistiveCapacitor((100.0, 200.0), (0.5, 3.0)), free=(free,))
+    g = spring(0.1, 2.0, None, law)
+    values = {p.name: 0.5 * p.value for p in law.parameters("k")}
+    t = 2e-3 * np.arange(500)
+    run = simulate(g, t, {"F": 3.0 * np.sin(2 * np.pi * t)}, values, observed=observables(g))
+    assert ledger(g, run, parameters=values).closes
+    assert not ledger(g, run).closes
+
+
 def test_what_a_law_without_energy_does_stays_open() -> None:
     lags = PrandtlIshlinskii((0.0, 1e-9), (1.0e9, 0.5e9))
     a = account(hysteretic(Hysteretic(lags)), 801, 1e-2, lambda t: 60 * np.sin(400 * np.pi * t))
@@ -192,6 +204,21 @@ def test_sliding_friction_holds_energy_in_its_bristles() -> None:
     assert entry.stored.max() > 1e-4
     assert entry.stored.max() <= 0.5**2 / (2 * 40.0) * (1 + 1e-9)
     assert a.relative_residual < 1e-3
+    assert a.closes
+
+
+def test_sliding_plays_are_booked_by_their_work() -> None:
+    """Plays lose at their input: the energy they hold there is no share of this work."""
+    plays = PrandtlIshlinskii((0.0, 1e-3), (100.0, 500.0))
+    with BondGraph("sliding") as g:
+        Sf("v") >> One("body") >> R("plays", 0.0, law=Sliding(plays))
+    time = np.linspace(0.0, 1.0, 201)
+    drive = {"v": 2e-2 * np.pi * np.cos(2 * np.pi * time)}
+    a = ledger(g, simulate(g, time, drive, observed=observables(g)))
+    entry = a["plays"]
+    assert entry.stored is None
+    assert entry.note == "part may be held in its law"
+    close(entry.lost, entry.work)
     assert a.closes
 
 

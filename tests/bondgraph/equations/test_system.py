@@ -356,6 +356,30 @@ def test_zeros_and_sensitivities() -> None:
         sensitivities(model, ["kk"])
 
 
+def test_sensitivities_follow_algebraic_unknowns() -> None:
+    """``V - q / C = (R_1 + R_2) f + a f^3`` leaves the current implicit: its slopes by hand."""
+    with BondGraph("loop") as g:
+        loop = One("loop")
+        Se("V") >> loop >> R("R_1", 1.0)
+        loop >> R("R_2", 2.0, law=Polynomial(0.0, 1.0, 1.0, (3,), unit="V"))
+        loop >> C("C_1", 0.5)
+    model = equations(g)
+    assert model.algebraic
+    (cubic,) = (n for n in model.parameters if n not in ("R_1", "R_2", "C_1"))
+    a, charge, f = 0.7, 0.3, 0.4
+    volt = charge / 0.5 + 3.0 * f + a * f**3
+    put = {p.symbol: p.value for p in model.parameters.values()}
+    put |= {model.parameters[cubic].symbol: a, S("q_C_1"): charge, S("V"): volt}
+    left = [e.xreplace(put) for e in model.residuals]
+    unknowns = [S(z.name) for z in model.algebraic]
+    put |= dict(zip(unknowns, sp.nsolve(left, unknowns, [0.4] * len(unknowns)), strict=True))
+    slope = 3.0 + 3.0 * a * f**2
+    expected = {"R_1": -f / slope, "R_2": -f / slope, cubic: -(f**3) / slope}
+    expected["C_1"] = charge / 0.5**2 / slope
+    for n, column in sensitivities(model).items():
+        assert float(column[0].xreplace(put)) == pytest.approx(expected[n], rel=1e-9), n
+
+
 def test_exact_numbers_leave_nothing_behind() -> None:
     """The mechanical bridge on which floats leave a dangling variable in another tool."""
     with BondGraph("floats") as g:

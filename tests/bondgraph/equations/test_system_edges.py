@@ -211,6 +211,16 @@ def test_a_zero_ratio_is_not_divided_by() -> None:
         equations(g)
 
 
+def test_a_number_is_the_parameter_of_any_two_port() -> None:
+    with BondGraph("n") as g:
+        loop = One("loop")
+        Se("V") >> MTF("m", ratio=2.0) >> loop >> R("r", 1.0)
+        loop >> C("c", 1.0)
+    (m, r, c), (q, v) = P("m r c"), S("q_c V")
+    model = equations(g)
+    assert same(model.shown(model.stored[0].rate), (v / m - q / c) / r)
+
+
 def test_a_whole_law_has_its_own_slope() -> None:
     """Whatever stiffness or capacitance it takes the place of."""
     from bondgraph.hysteresis import MaxwellResistiveCapacitor

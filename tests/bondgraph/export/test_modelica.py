@@ -21,11 +21,12 @@ import pytest
 import sympy as sp
 
 from actuators.models.catalogue import MODELS
-from bondgraph import TF, BondGraph, C, De, Df, Dq, I, One, R, Se, Zero
+from bondgraph import TF, BondGraph, C, De, Df, Dq, I, One, R, Se, Sf, Zero
 from bondgraph.equations.codegen import program
 from bondgraph.equations.program import Program, ProgramStep
 from bondgraph.export.modelica import modelica
 from bondgraph.export.modelica_language import RESERVED, Identifiers, quoted, unit_text
+from bondgraph.export.numpy_module import numpy_module
 from bondgraph.graph.drives import Drive
 from bondgraph.graph.parameter import symbol
 from bondgraph.laws import (
@@ -308,6 +309,25 @@ def test_algebraic_unknowns_and_input_rates() -> None:
     assert "Real z(start = 0.1)" in text
     assert 'parameter Real a(unit="N.s/m") = 0.3;' in text
     assert_same_numbers(loop())
+
+
+def test_a_second_derivative_is_that_of_the_first() -> None:
+    """A base whose displacement is recorded moves an inertia: its force is read."""
+    with BondGraph("shaker") as g:
+        base, mass = Zero("base"), One("mass")
+        Sf("b", unit="m", given="integral") >> base >> mass >> I("m", 2.0, unit="kg")
+        base >> De("F", unit="N")
+    made = program(g)
+    assert made.input_rates == ("d_b", "d2_b")
+    lines = [line.strip() for line in modelica(made).splitlines()]
+    assert {"d_b = der(b);", "d2_b = der(d_b);"} <= set(lines)
+    scope: dict[str, Any] = {}
+    exec(compile(numpy_module(made), "shaker", "exec"), scope)
+    t = np.linspace(0.0, 1.0, 11)
+    with pytest.raises(KeyError, match="'d2_b' is missing"):
+        scope["simulate"](t, {"b": t**2})
+    found = scope["simulate"](t, {"b": t**2, "d2_b": 2.0 + 0 * t})
+    assert found["F"] == pytest.approx(4.0 + 0 * t)  # m d2b
 
 
 HOSTILE_NAMES = ("der", "model", "time", "end", "Real", "sample", "memory_step", "max", "é", "__x")

@@ -222,6 +222,18 @@ def test_a_graph_is_built_by_one_block_at_a_time() -> None:
     assert tuple(g.elements) == ("loop", "node")
 
 
+def test_what_is_derived_from_another_graph_does_not_join_the_open_one() -> None:
+    with BondGraph("sub") as part:
+        loop = One("loop")
+        Se("V", gain=2.0) >> loop >> C("c", stiffness=1.0)
+        MSe("back", value=-effort("loop>c")) >> loop
+    (bond,), inner = part.bonds_of("c"), One("inner")
+    with BondGraph("outer") as outer:
+        part.with_values({"c": 5.0, "gain_V": 3.0})
+        part.with_element("c", stiffness=2.0).with_inserted(bond, inner)
+    assert not outer.elements
+
+
 def test_a_graph_copied_while_it_is_built_is_not_being_built() -> None:
     with BondGraph("g") as g:
         One("loop")

@@ -181,6 +181,15 @@ def test_unknown_past() -> None:
     np.testing.assert_allclose(modelled, y[fit.start :], atol=1e-9)
 
 
+def test_a_record_that_stands_once_the_past_is_forgotten_is_named() -> None:
+    x = np.append(0.0, np.full(80, 10.0))
+    with pytest.raises(BadInput, match=r"x is constant at 10 over the .* samples that are scored"):
+        fit_kuhnen(x, x, (0, 1), (0.0, 2.0), memory="unknown")
+    late = np.append(0.0, 10.0 + np.linspace(0.0, 1.0, 80))
+    with pytest.raises(BadInput, match="y is constant at 10"):
+        fit_kuhnen(late, x, (0, 1), (0.0, 2.0), memory="unknown")
+
+
 LINE = [0.0, 1.0, 2.0, 3.0, 1.0]
 
 

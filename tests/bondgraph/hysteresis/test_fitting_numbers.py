@@ -19,7 +19,7 @@ from bondgraph.hysteresis.fitting.ang import fit_ang
 from bondgraph.hysteresis.fitting.creep_behind import forward_creep, without_creep
 from bondgraph.hysteresis.fitting.held_out import choose_operator
 from bondgraph.hysteresis.fitting.loop_records import LoopRecords
-from bondgraph.hysteresis.fitting.numbered import NumberedFit
+from bondgraph.hysteresis.fitting.numbered import NumberedFit, NumberedPoint, intervals
 
 NOISE = 2e-9
 RATE = 1000.0
@@ -41,6 +41,7 @@ def noisy(operator: Operator, u: np.ndarray, seed: int = 0) -> np.ndarray:
 def number(fit: NumberedFit[Ang] | NumberedFit[AlJanaideh], name: str) -> tuple[float, float]:
     """Value and standard error."""
     found = next(n for n in fit.numbers if n.name == name)
+    assert found.ci95 is not None
     return found.value, (found.ci95[1] - found.ci95[0]) / (2 * 1.96)
 
 
@@ -164,6 +165,38 @@ def test_the_inverse_of_creep_is_creep() -> None:
         backward = 1.0 - np.sum(weights / (1.0 + times * s))
         forward = 1.0 + np.sum(np.array(creep.weights) / (1.0 + np.array(creep.times) * s))
         assert forward * backward == pytest.approx(1.0)
+
+
+def test_numbers_that_the_record_does_not_determine_have_no_interval() -> None:
+    """A play wider than the record goes never moves; its weight was told with an interval of 0."""
+    x = 5.0 * np.sin(np.linspace(0.0, 9.0, 200))
+    y = PrandtlIshlinskii((0.0, 2.5), (1.0, 0.5)).run(x)[0]
+    y = y + 1e-2 * np.random.default_rng(0).standard_normal(x.size)
+    fit = fit_ang(LoopRecords.of([(x, y)]), 2, 0, reach=8.0)
+    wide = {n.name: n for n in fit.numbers}["wf_2"]
+    assert wide.ci95 is None
+    assert wide.reason == "no sample of the record depends on it"
+    assert all(n.ci95 and n.ci95[0] < n.ci95[1] and not n.reason for n in fit.numbers if n != wide)
+
+
+def test_numbers_that_trade_with_each_other_have_no_interval() -> None:
+    columns = np.random.default_rng(1).standard_normal((50, 3))
+    columns = np.column_stack((columns, columns[:, 0] - 2.0 * columns[:, 2]))
+    residual = 0.1 * np.random.default_rng(2).standard_normal(50)
+    point = NumberedPoint(np.ones(4), residual, 1e-9 * columns, 0.1)
+    found = intervals(point, ("a", "b", "c", "d"))
+    assert [n.ci95 is None for n in found] == [True, False, True, True]
+    assert found[0].reason == "the record tells only combinations of it with c, d"
+    alone = intervals(NumberedPoint(np.ones(3), residual, 1e-9 * columns[:, :3], 0.1), tuple("abc"))
+    assert found[1].ci95 == pytest.approx(alone[1].ci95, rel=0.02)
+
+
+def test_dead_zones_of_an_output_below_zero_are_refused() -> None:
+    x = -2.0 + 2.0 * np.cos(np.linspace(0.0, 9.0, 200))
+    records = LoopRecords.of([(x, PrandtlIshlinskii((0.0, 1.0), (1.0, 0.5)).run(x)[0])])
+    with pytest.raises(BadInput, match="never lies above 0"):
+        fit_ang(records, 2, 1)
+    assert choose_operator(records, ("ang",), counts=(2,)).fit.rms < 1e-4
 
 
 def test_what_cannot_be_fitted_says_so() -> None:

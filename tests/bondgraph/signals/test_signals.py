@@ -47,6 +47,7 @@ def refused(file: Path, **options: object) -> str:
         ("time[ms];x_um;F_N\n0;1,0;2\n500;3,0;4\n1000;5,0;6\n", "decimal commas"),
         ("Time_s\tx_um\tF_kN\n0\t1\t2e-3\n0.5\t3\t4e-3\n1\t5\t6e-3\n", "tabs"),
         ("fs_hz,x_um,F_N\n2,1,2\n2,3,4\n2,5,6\n", "rate"),
+        ("fs[Hz],x_um,F_N\n2,1,2\n2,3,4\n2,5,6\n", "rate in brackets"),
         ('"t_s","x_um","F_N"\n0, 1 ,2\n0.5,3,4\n1,5,6', "quotes, spaces, no last newline"),
     ],
 )
@@ -123,6 +124,13 @@ def test_npz(tmp_path: Path) -> None:
     np.savez(file, a_u_N=np.ones(4), a_fs_hz=4.0, b_u_N=np.ones(6), b_fs_hz=8.0)
     assert Recording.read(file, {"u": "b_u"}).fs == pytest.approx(8.0)
     assert "differ in length" in refused(file, fs=1.0)
+
+
+def test_durations_are_seconds_whatever_the_header_says() -> None:
+    stamps = np.arange(4) * np.timedelta64(2, "ms")
+    for header in ("t", "t_ms", "time[us]"):
+        r = Recording.from_arrays("d", {header: stamps, "x[m]": np.arange(4.0)})
+        assert r.time == pytest.approx(2e-3 * np.arange(4)), header
 
 
 def test_mat(tmp_path: Path) -> None:
@@ -431,6 +439,14 @@ def test_aperiodic_drive(kind: str) -> None:
     }[kind]
     split = default_split(with_drive(u), drive=u)
     assert (split.train, split.test, split.rest) == (slice(0, 600), slice(600, 900), None)
+
+
+@pytest.mark.parametrize("kind", ["hardly two periods", "a step at the end"])
+def test_something_is_always_held_out(kind: str) -> None:
+    n = np.arange(100)
+    u = np.sin(2 * np.pi * n / 50.4) if kind == "hardly two periods" else 1.0 * (n == 99)
+    split = default_split(with_drive(u), drive=u)
+    assert (split.train, split.test, split.rest) == (slice(0, 67), slice(67, 100), None)
 
 
 @given(st.integers(1, 60), st.floats(0.01, 0.99), st.integers(0, 30), st.integers(0, 5))

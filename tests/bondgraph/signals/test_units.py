@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 
 from bondgraph.graph import domains
 from bondgraph.signals import units
+from bondgraph.signals.quantity import quantity
 from bondgraph.signals.units import convert, parse_unit, split_header
 from bondgraph.support import errors
 from bondgraph.support.errors import BondsightError, UnknownName, UnusableInput, unknown_name
@@ -200,3 +201,10 @@ def test_units_are_frozen() -> None:
         parse_unit("m").scale = 2.0  # type: ignore[misc]
     assert units.parse_unit("m") is units.parse_unit("m")
     assert np.asarray(parse_unit("um").to_si([1, 2])).dtype == np.float64
+
+
+@pytest.mark.parametrize("text", ["10 rev/s", "600 rev/min", "3600 deg/s", "63 rad/s", "600rpm"])
+def test_an_angular_rate_is_no_frequency(text: str) -> None:
+    with pytest.raises(UnusableInput, match="an angular unit; give cycles per second, Hz"):
+        quantity(text, "Hz", "--frequency")
+    assert quantity("10 1/s", "Hz", "--frequency") == 10.0

@@ -15,6 +15,7 @@ from bondgraph import (
     BondsightError,
     C,
     Df,
+    Dq,
     I,
     One,
     R,
@@ -24,11 +25,14 @@ from bondgraph import (
     Zero,
     simulate,
 )
+from bondgraph.energy.bond_power import observables
+from bondgraph.energy.ledger import ledger
 from bondgraph.equations.codegen import program
+from bondgraph.graph.drives import Drive
 from bondgraph.graph.elements import MTF, MSe
-from bondgraph.graph.modulation import displacement, effort
+from bondgraph.graph.modulation import TIME, displacement, effort
 from bondgraph.hysteresis import PrandtlIshlinskii
-from bondgraph.laws import Hysteretic, Polynomial
+from bondgraph.laws import Hysteretic, Polynomial, SlewLimit, StopSum
 from bondgraph.simulation.radau.start import rest
 from bondgraph.simulation.simulate import simulate_general
 from tests.bondgraph.simulation.general_reference import Runner
@@ -285,3 +289,35 @@ def test_signals_beside_the_sensors_and_no_sensor_at_all() -> None:
     assert read["p_m"] == pytest.approx(read["v"], rel=1e-12)
     assert bare["p_m"] == pytest.approx(read["v"], abs=1e-6)
     assert bare.memory["k"] == pytest.approx(read.memory["k"], abs=1e-6)
+
+
+@pytest.mark.parametrize("x0", [None, "rest"])
+def test_laws_begin_as_in_the_exact_step(x0: str | None) -> None:
+    """Stops are relaxed where the spring rests, a limited rate has arrived."""
+    t, values = 1e-2 * np.arange(60), {"h_1_k": 200.0, "h_2_k": 100.0}
+    force = {"F": 10.0 + np.sin(9.0 * t)}
+    runs = []
+    for product in ([], [MSe("G", value=1e-12 * displacement("k") ** 2)]):
+        with BondGraph("late") as g:
+            body = One("body")
+            Se("F", drive=Drive(law=SlewLimit(0.05))) >> body >> I("m", 1.0)
+            body >> C("k", stiffness=100.0, law=StopSum((0.01, 0.05)))
+            body >> R("d", 5.0)
+            body >> Dq("x")
+        g = g.with_branch("body", product)
+        runs.append(simulate(g, t, force, values, x0=x0, hold="linear", accuracy=1e-6)["x"])
+    assert runs[1] == pytest.approx(runs[0], abs=1e-4 * np.ptp(runs[0]))
+    assert runs[1][0] == pytest.approx(0.1 if x0 else 0.0, rel=1e-9)
+
+
+def test_time_counts_from_the_first_sample() -> None:
+    """As the documentation of `TIME`, energy and a study say."""
+    with BondGraph("shaken") as g:
+        body = One("body")
+        MSe("F", value=sp.sin(5 * TIME)) >> body >> I("m", 0.1)
+        body >> R("d", 2.0)
+        body >> Df("v")
+    t, x0 = 1e-2 * np.arange(101), {"p_m": 0.0}
+    runs = [simulate(g, t + at, x0=x0, observed=observables(g)) for at in (0.0, 5.3)]
+    assert runs[1]["v"] == pytest.approx(runs[0]["v"], abs=1e-9)
+    assert ledger(g, runs[1]).closes

@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 
 from bondgraph import BondGraph, C, De, Df, Dq, GraphError, I, One, R, Se, Zero, simulate
+from bondgraph.graph.drives import Drive
 from bondgraph.graph.elements import X0, X1, MSe, MSf
+from bondgraph.graph.parameter import Parameter
 from bondgraph.hysteresis import PrandtlIshlinskii
 from bondgraph.laws import Hysteretic, Polynomial
+from bondgraph.simulation.lure import compile_model
 from bondgraph.simulation.modes.resolve import in_mode, mode_of, modes
-from bondgraph.simulation.modes.run import simulate_modes
+from bondgraph.simulation.modes.run import even_runs, simulate_modes
 from bondgraph.support.errors import UnknownName, UnusableInput
 
 TIME = np.linspace(0.0, 5.0, 501)
@@ -240,3 +245,45 @@ def test_schedules_that_make_no_sense_are_refused() -> None:
         simulate_modes(in_mode(g), TIME, [], STEP)
     with pytest.raises(UnusableInput, match="rise evenly"):
         simulate_modes(g, TIME**2, [], STEP)
+
+
+def test_steps_of_nanoseconds_are_told_apart() -> None:
+    for unit in (1.0, 1e-9):
+        runs = even_runs(unit * np.array([0.0, 0.3, 1.3, 2.3, 2.9]))
+        assert [r.size for r in runs] == [2, 3, 2]
+
+
+def meter(junction: Any, **sensor: Any) -> BondGraph:
+    """A charge that is read behind a resistor; what switches never does."""
+    with BondGraph("meter") as g:
+        loop = junction("loop")
+        Se("V", unit="V", drive=Drive(delay="tau")) >> loop >> R("R_1", 1.0)
+        loop >> C("C_1", 0.05)
+        loop >> Dq("q", **sensor)
+    known = [Parameter("tau", 0.1, "s"), Parameter("lag", 0.025, "s"), Parameter("slow", 0.02, "1")]
+    return g.with_parameters([*known, Parameter("rise", 0.3, "C")])
+
+
+LATE = {"delay": "lag", "clock": "slow", "resolution": 1e-3}
+
+
+def test_dead_times_and_clocks_are_those_of_a_plain_simulation() -> None:
+    t = np.linspace(0.0, 1.0, 101)
+    drive = {"V": np.sin(9.0 * t)}
+    switched, plain = meter(X1, **LATE), simulate(meter(One, **LATE), t, drive)["q"]
+    assert simulate_modes(switched, t, [(0.333, {})], drive)["q"] == pytest.approx(
+        plain, abs=1.01e-3
+    )
+    compiled = simulate(compile_model(in_mode(switched)), t, drive)["q"]
+    assert compiled == pytest.approx(plain, abs=1e-12)
+
+
+@pytest.mark.parametrize("hold", ["hold", "linear"])
+def test_a_sensor_drifts_once_along_the_record(hold: str) -> None:
+    t, drive = np.linspace(0.0, 1.0, 101), {"V": np.zeros(101)}
+    graph = meter(X1, drift=("rise", "slow"))
+    plain = simulate(meter(One, drift=("rise", "slow")), t, drive, hold=hold)["q"]
+    assert plain[-1] == pytest.approx(0.32, abs=0.01)
+    for at in (0.5, 0.333):
+        made = simulate_modes(graph, t, [(at, {})], drive, hold=hold)["q"]
+        assert made == pytest.approx(plain, abs=0.004), at  # a sample of the drift

@@ -68,6 +68,18 @@ def test_a_late_drive_had_nothing_to_pass_before_the_first_sample() -> None:
     assert made[10:] == pytest.approx(RISE[:-10], abs=1e-3)
 
 
+@pytest.mark.parametrize("samples", [10.37, 0.2])
+def test_a_held_step_is_late_by_any_part_of_a_sample(samples: float) -> None:
+    """Nothing before it arrives, no ringing after, and the impulse is right."""
+    late = cart(drive=Drive(delay="tau")).with_values({"tau": samples * 1e-3})
+    made = step_response(late, TIME)["v"]
+    first = int(samples) + 1
+    assert (made[:first] == 0.0).all()
+    exact = 1.0 - np.exp(-2.0 * (TIME[first:] - samples * 1e-3))
+    assert made[first:] == pytest.approx(exact, abs=1e-6)
+    assert (np.diff(made, 2)[first:] < 0.0).all()
+
+
 def test_inputs_are_held_as_by_a_converter() -> None:
     """Against the exact recursion of a first-order lag behind a hold."""
     u = np.random.default_rng(0).normal(size=200)

@@ -25,9 +25,10 @@ from bondgraph import (
     simulate,
 )
 from bondgraph.hysteresis import MaxwellResistiveCapacitor, play_record
-from bondgraph.laws import Coulomb, Hysteretic, StopSum
+from bondgraph.laws import Backlash, Coulomb, Hysteretic, Law, Polynomial, StopSum, TableLaw
 from bondgraph.simulation.exact_run import relative_change, run_record
 from bondgraph.simulation.lure import compile_model
+from tests.spring import spring
 
 SLIPS = (2e-8, 5e-8, 1.2e-7, 3e-7)  # C m, of the dipole
 
@@ -198,6 +199,41 @@ def test_holds() -> None:
 def test_starts_at_rest_under_the_first_input() -> None:
     run = simulate(resonator(), np.arange(50) * 1e-4, {"u": np.full(50, 0.4)}, x0="rest")
     np.testing.assert_allclose(run["y"], 0.5, rtol=1e-9)
+
+
+CUBIC = Polynomial(half=0.1, size=10.0, orders=(3,), unit="N")
+
+
+@pytest.mark.parametrize(
+    ("law", "values", "rest"),
+    [
+        (CUBIC, {"a_3_k": 10.0}, 0.0682327803828),  # 100 x + 10 (x / 0.1)^3 = 10
+        (Backlash(coefficient="k", width=0.25), {}, 0.35),
+        (
+            StopSum((0.01, 0.05)),
+            {"h_1_k": 200.0, "h_2_k": 100.0},
+            0.1,
+        ),  # relaxed: they carry nothing
+        (Hysteretic(MaxwellResistiveCapacitor((60.0, 40.0), (2.0, 50.0))), {}, 0.2),  # 2 + 40 x
+        (None, {}, 0.1),
+    ],
+    ids=["cubic", "gap", "stops", "slips", "linear"],
+)
+def test_rest_holds_with_its_laws(law: Law | None, values: dict[str, float], rest: float) -> None:
+    t = 1e-2 * np.arange(200)
+    graph = spring(1.0, 5.0, 100.0, law, Coulomb(0.5), speed="v")
+    run = simulate(graph, t, {"F": np.full(200, 10.0)}, values, x0="rest")
+    assert run["v"] == pytest.approx(np.zeros(200), abs=1e-9)
+    assert np.ptp(run["x"]) < 1e-9
+    assert run["x"][0] == pytest.approx(rest, rel=1e-9)
+
+
+def test_no_rest_with_its_laws_is_said() -> None:
+    """A spring that gives way bears no more than its level."""
+    t, law = 1e-2 * np.arange(3), TableLaw((-0.05, 0.05), (-5.0, 5.0), reference=100.0)
+    with pytest.warns(UserWarning, match=r"no rest with its laws is found .* \(k\)"):
+        run = simulate(spring(law=law), t, {"F": np.full(3, 10.0)}, x0="rest")
+    assert run["x"][0] == pytest.approx(0.1)
 
 
 def test_refusals() -> None:

@@ -180,7 +180,7 @@ def test_turns_leave_an_error_of_high_order() -> None:
     """Without a step at every turn it would be of second order, 1e-4 at one step a sample."""
     graph = MODELS["stack_bond_graph_ang"]()
     asked = pose(graph, TIME[:61], {"V_in": VOLT[:61]}, {}, ())
-    begin = begun(asked, None, None, True)
+    begin = begun(asked, None, None)
     stepper, begin = stepper_of(asked, begin, "cvodes", 1e-12, "linear")
     y = [march(stepper, asked, begin, "linear", n)[0][:, 0] for n in (1, 2, 6)]
     errors = [float(np.sqrt(np.mean((v - y[-1]) ** 2)) / np.ptp(y[-1])) for v in y[:-1]]

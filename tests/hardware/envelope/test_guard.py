@@ -229,6 +229,31 @@ def test_ctrl_c_anywhere_in_a_command_can_be_parked_from(place: int) -> None:
     assert unsafe(b.device, -20.0, 100.0, 10.0) == []
 
 
+@pytest.mark.parametrize("place", range(12))
+def test_ctrl_c_while_the_clock_is_read_leaves_what_is_known_true(place: int) -> None:
+    b = bench()
+    b.output.ramp(50.0)
+    now, interrupts = b.clock.now, Interrupts()
+
+    def read() -> float:
+        interrupts.place()
+        return now()
+
+    b.clock.now = read  # type: ignore[method-assign]
+    interrupts.left = place
+    try:
+        b.output.set(60.0)
+        b.output.set(70.0)
+        b.output.set(80.0)
+    except KeyboardInterrupt:
+        pass
+    interrupts.left = None
+    assert b.output.present == b.device.volts
+    b.output.stop()
+    assert b.device.volts == b.output.present == 0.0
+    assert unsafe(b.device, -20.0, 100.0, 10.0) == []
+
+
 def test_the_own_refusal_of_a_device_changes_nothing() -> None:
     b = bench()
 

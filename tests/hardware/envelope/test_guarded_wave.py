@@ -131,6 +131,34 @@ def test_ctrl_c_anywhere_in_a_steep_waveform(place: int) -> None:
     assert unsafe(b.device, -20.0, 100.0, 10.0) == []
 
 
+def test_an_abort_that_was_interrupted_is_done_again() -> None:
+    class Pressed(TellingPlayer):
+        pressed = False
+
+        def abort(self) -> None:
+            if not self.pressed:
+                self.pressed = True
+                raise KeyboardInterrupt
+            super().abort()
+
+    b = bench()
+    player = Pressed(b.device)
+    wave = GuardedWave(b.output, player)
+    wave.prepare(WAVE, RATE)
+    playing = wave.play()
+
+    def interrupted() -> None:
+        with parked(b.output):
+            next(playing)
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        interrupted()
+    assert not player.running
+    assert b.device.volts == 0.0
+    assert b.output.state is OutputState.PARKED
+
+
 def test_abort_leaves_the_voltage_and_ends_the_iterator() -> None:
     b = bench()
     wave, _ = waves(b)
@@ -249,6 +277,31 @@ def test_dwell_goes_on_across_waveforms() -> None:
     b.clock.sleep(0.1)
     with pytest.raises(LimitViolation, match="ramped to 0 V"):
         b.output.tend()
+
+
+@pytest.mark.parametrize("found_by", ["tend", "next"])
+def test_dwell_holds_while_a_waveform_stalls(found_by: str) -> None:
+    b = bench(Envelope(-20.0, 100.0, 1e4, gentle=500.0, dwell=[Dwell(60.0, 0.2)]))
+    wave, player = waves(b)
+    wave.prepare(np.concatenate([np.linspace(0.0, 80.0, 100), np.linspace(80.0, 0.0, 100)]), RATE)
+    playing = wave.play()
+    while next(playing).samples < 100:
+        b.output.tend()
+    b.clock.sleep(0.19)
+    b.output.tend()
+    b.clock.sleep(0.02)
+    look = b.output.tend if found_by == "tend" else playing.__next__
+    with pytest.raises(LimitViolation, match=r"210 ms beyond 60 V.* ramped to 0 V"):
+        look()
+    assert not player.running
+    assert b.device.volts == 0.0
+    assert b.output.state is OutputState.PARKED
+    # below the level it may wait as long as it likes
+    playing = wave.play()
+    assert next(playing).samples == 20
+    b.clock.sleep(10.0)
+    b.output.tend()
+    assert list(playing)[-1].samples == 200
 
 
 def test_the_converter_limits_waveforms() -> None:

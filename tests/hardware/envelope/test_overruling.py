@@ -7,6 +7,7 @@ import pickle
 import threading
 import time
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from itertools import pairwise
 from typing import Any
 
@@ -24,7 +25,7 @@ from tests.hardware.envelope.device import (
     TrueTime,
     unsafe,
 )
-from tests.hardware.envelope.test_guard import LIMITS, bench
+from tests.hardware.envelope.test_guard import LIMITS, Bench, bench
 from tests.patience import HANGS
 
 RISE = np.linspace(0.0, 100.0, 200)
@@ -159,6 +160,86 @@ def test_a_stop_within_a_stop() -> None:
     assert not inner
     assert unsafe(b.device, -20.0, 100.0, 10.0) == []
     b.output.set(1.0)
+
+
+def within(b: Bench, command: Callable[[], object], reached: Callable[[float], bool]) -> None:
+    """Give a command just before the device moves to a voltage, as a signal handler may."""
+    move, left = b.device.move, [True]
+
+    def moved(volts: float, cause: str) -> None:
+        if left and reached(volts):
+            left.pop()
+            command()
+        move(volts, cause)
+
+    b.device.move = moved  # type: ignore[method-assign]
+
+
+@pytest.mark.parametrize("way", ["up", "down", "set", "wave", "power up"])
+@pytest.mark.parametrize("ends", ["stop", "close"])
+def test_a_stop_within_a_write_is_not_undone_by_it(way: str, ends: str) -> None:
+    b = bench()
+    wave = GuardedWave(b.output, TellingPlayer(b.device))
+    if way in ("down", "power up"):
+        b.output.ramp(80.0)
+    elif way == "set":
+        b.output.ramp(55.0)
+    commands: dict[str, Callable[[], object]] = {
+        "up": lambda: b.output.ramp(80.0),
+        "down": b.output.stop,
+        "set": lambda: b.output.set(61.0),
+        "wave": lambda: list(wave.play()),
+        "power up": b.output.power_up,
+    }
+    wave.prepare(RISE, 1e3)
+    near = {"down": lambda v: v < 40.0, "power up": lambda v: v == 0.0}
+    within(b, getattr(b.output, ends), near.get(way, lambda v: v > 60.0))
+    # a jump and a way down end as usual, whatever takes longer is told that it was overruled
+    with suppress(HardwareError):
+        commands[way]()
+    assert b.device.volts == 0.0
+    assert b.raw.closed == (ends == "close")
+    if ends == "stop":
+        assert b.output.state is OutputState.PARKED
+        assert b.output.present == 0.0
+        b.output.set(1.0)
+    assert unsafe(b.device, -20.0, 100.0, 10.0) == []
+
+
+@pytest.mark.parametrize("command", ["set", "ramp", "power_up", "prepare"])
+def test_nothing_but_a_stop_is_taken_within_a_write(command: str) -> None:
+    b = bench()
+    wave = GuardedWave(b.output, TellingPlayer(b.device))
+    refused: list[str] = []
+
+    def nested() -> None:
+        try:
+            if command == "prepare":
+                wave.prepare(RISE, 1e3)
+            else:
+                getattr(b.output, command)(*((5.0,) if command != "power_up" else ()))
+        except LimitViolation as error:
+            refused.append(str(error))
+
+    within(b, nested, lambda v: v > 5.0)
+    b.output.ramp(10.0)
+    assert "by a signal handler" in refused[0]
+    assert b.device.volts == 10.0
+
+
+def test_a_stop_within_a_write_that_fails_comes_all_the_same() -> None:
+    b = bench()
+    b.output.ramp(50.0)
+
+    def lost() -> None:
+        b.output.stop()
+        b.device.budget = 0
+
+    within(b, lost, lambda v: v > 52.0)
+    with pytest.raises(LinkLost):
+        b.output.set(55.0)
+    assert b.device.volts == 0.0
+    assert b.output.state is OutputState.PARKED
 
 
 def test_ctrl_c_in_close_leaves_the_link_for_the_way_down() -> None:

@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from hardware.contracts import WaveProgress
 from hardware.devices.amplifier import Amplifier, AnalogueAmplifier, Monitors
 from hardware.devices.daq import CardChannel, CardInputs, CardWiring, SoftwareTimedWave
 from hardware.envelope import P840_1_UNIPOLAR, GuardedOutput, GuardedWave, OutputState, parked
-from hardware.errors import HardwareError
+from hardware.errors import HardwareError, TimedOut
 from hardware.simulators.registers import CardFront, Wires
 from hardware.simulators.rig import Rig
 from tests.hardware.devices.daq.bench import Capacitor, RigClock, card_on
@@ -82,3 +85,38 @@ def test_the_actuator_on_the_rig_never_meets_anything_unsafe(
     assert output.state in (OutputState.PARKED, OutputState.UNKNOWN)
     if not any(name == "gone" for name, _ in commands):
         assert worst.largest_step <= P840_1_UNIPOLAR.largest_step(0.0, 100.0) + STEP
+
+
+class Untold:
+    """A player that does not tell how far it came."""
+
+    def __init__(self, inner: SoftwareTimedWave) -> None:
+        self.load, self.abort, self._inner = inner.load, inner.abort, inner
+
+    def play(self) -> Iterator[WaveProgress]:
+        return self._inner.play()
+
+
+@pytest.mark.parametrize("tells", [True, False])
+def test_a_waveform_that_fails_without_a_voltage_monitor_is_walked_down(tells: bool) -> None:
+    rig = Rig(Capacitor())
+    front = CardFront(rig, wires=Wires(noise=0.0))
+    card, clock = card_on(front, rig), RigClock(rig)
+    amplifier = Amplifier(gain=20.0, monitors=Monitors(current=50.0))
+    raw = AnalogueAmplifier(CardChannel(card), amplifier, CardInputs(card, (1,)), clock=clock)
+    output = GuardedOutput(raw, P840_1_UNIPOLAR, clock)
+    player = SoftwareTimedWave(card, amplifier, CardWiring(monitors=(1,)))
+    wave = GuardedWave(output, player if tells else Untold(player))
+    output.power_up()
+    wave.prepare(np.linspace(0.0, 80.0, 4000), 2e3)
+
+    def play() -> None:
+        for written in wave.play():
+            front.faults.endless = written.samples >= 3800
+
+    with pytest.raises(TimedOut):
+        play()
+    assert rig.extremes.highest > 75.0
+    assert output.state is OutputState.PARKED
+    assert rig.volts == 0.0
+    assert rig.extremes.largest_step < 3.0

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import argparse
+import contextlib
 import shutil
+import signal
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -17,9 +20,11 @@ from hardware.recorder import TakePlan, record
 from hardware.simulators.bench_server import BenchServer
 from hardware.simulators.bench_server.config import config_from
 from hardware.simulators.siosifm import build
-from hardware.station import open_station, read_settings, settings_from
+from hardware.station import open_station, opening, read_settings, settings_from
+from hardware.station.outputs import Driven
 from hardware.station.virtual import station_table
 from hardware.storage import Provenance
+from tests.hardware.envelope.device import Device, RawDevice, RawPlayer, TrueTime, unsafe
 
 pytestmark = pytest.mark.skipif(shutil.which("gcc") is None, reason="the stub library is C code")
 
@@ -85,6 +90,45 @@ def test_the_acquire_line_that_bench_serve_prints_can_be_used(
         assert options.synchronise == way
         with open_station(read_settings(options.station)) as bench:
             bench.station(TakePlan(np.array([1.0, 2.0, 1.0]), 1e3, "t", options.synchronise))
+
+
+@pytest.mark.parametrize("by_signal", [True, False])
+def test_ctrl_c_while_a_station_closes_parks_before_it_cuts_the_link(
+    by_signal: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    clock = TrueTime()
+    device = Device(clock)
+    cut: list[float] = []
+
+    def opened_output(*arguments: Any) -> Driven:
+        arguments[-1].callback(lambda: cut.append(device.volts))
+        return Driven(raw, lambda way: RawPlayer(device))
+
+    raw = RawDevice(device)
+    write, left = raw.write, [20]
+
+    def interrupted(volts: float) -> None:
+        left[0] -= 1
+        if left[0] == 0:
+            if not by_signal:
+                raise KeyboardInterrupt
+            signal.raise_signal(signal.SIGINT)
+        write(volts)
+
+    monkeypatch.setattr(opening, "open_output", opened_output)
+    monkeypatch.setattr(opening, "_clock", lambda *_: clock)
+    settings = settings_from(
+        {"envelope": {"preset": "P-840.1-unipolar"}, "output": {"kind": "mf634"}}
+    )
+    bench = open_station(settings)
+    bench.output.power_up()
+    bench.output.ramp(90.0)
+    monkeypatch.setattr(raw, "write", interrupted)
+    with pytest.raises(KeyboardInterrupt) if by_signal else contextlib.nullcontext():
+        bench.close()
+    assert left[0] < 0
+    assert cut == [0.0]
+    assert unsafe(device, 0.0, 100.0, 3.0) == []
 
 
 def test_synchronisation_that_the_wiring_does_not_allow_is_refused(tmp_path: Path) -> None:

@@ -35,6 +35,12 @@ def volts(first: int, n: int) -> Chunk:
     return Chunk("output", first, {"V": 0.1 * np.arange(float(first), first + n)}, {"V": "V"})
 
 
+def clocked(first: int = 0, n: int = 8) -> Chunk:
+    """As of a sensor that is clocked by the output: without instants of its own."""
+    whole = chunk(first=first, n=n)
+    return Chunk(whole.stream, first, {"x": whole.channels["x"]}, {"x": "um"})
+
+
 def broken_off(
     path: Path,
     chunks: Sequence[Chunk],
@@ -87,18 +93,35 @@ def test_one_clock_gives_one_recording(tmp_path: Path) -> None:
     streams = (SENSOR, StreamOrigin("output", Identity(), 16000.0))
     header = journal_header("run", streams, alignment=ClockAlignment("shared clock", 1.0))
     path = broken_off(
-        tmp_path / "a.journal", [chunk(n=40), volts(0, 30), chunk(first=40)], header,
+        tmp_path / "a.journal", [clocked(n=40), volts(0, 30), clocked(first=40)], header,
         [{"event": "output", "state": "driven"}, {"output_end": "parked"}],
     )  # fmt: skip
     (file,) = recover(path)
     assert file.name == "a.npz"
     r = Recording.open(file)
     assert r.n == 30
-    assert list(r.channels) == ["x", "instant", "V"]
+    assert list(r.channels) == ["x", "V"]
     assert np.allclose(r["V"], 0.1 * np.arange(30))
     assert Provenance.of(r).output_end == "parked"
     with pytest.raises(UnusableInput, match="came to its end"):
         recover(path)
+
+
+def test_a_force_gauge_is_not_joined_with_the_output_by_its_numbers(tmp_path: Path) -> None:
+    # at the rate of the output by its header, but read now and then
+    streams = [StreamOrigin(s, Identity(), 16000.0) for s in ("output", "interferometer", "gauge")]
+    header = journal_header("run", streams, alignment=ClockAlignment("shared clock", 1.0))
+    n = 40
+    at = np.arange(n) / 16000.0
+    drive = Chunk("output", 0, {"V": at, "instant": at}, {"V": "V", "instant": "s"})
+    read = at[::4]
+    force = Chunk("gauge", 0, {"F": read, "instant": read}, {"F": "N", "instant": "s"})
+    path = broken_off(tmp_path / "a.journal", [drive, clocked(n=n), force], header)
+    both, gauge = (Recording.open(f) for f in recover(path))
+    assert sorted(both.channels) == ["V", "instant", "x"]
+    assert both.n == n
+    assert sorted(gauge.channels) == ["F", "instant"]
+    np.testing.assert_allclose(gauge["F"], gauge["instant"])
 
 
 def test_nothing_is_joined_over_a_gap(tmp_path: Path) -> None:

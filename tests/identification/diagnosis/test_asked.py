@@ -182,6 +182,21 @@ def test_windows_of_a_study_are_those_of_the_diagnosis() -> None:
     assert d.kind == "missing_physics"
     assert d.findings[0].chosen is not None
     assert d.findings[0].chosen.element == "k"
+    assert not any("each recording" in n for n in d.notes)  # it is one recording
+
+
+def test_windows_of_several_recordings_lie_in_their_recordings() -> None:
+    two = study().changed(recordings=(record(), record("other", 5)), splits=None, window=300)
+    given = asked_of(two, None, None, None, {})
+    problem = given.problem(material_of(given).data)
+    assert problem.data.starts == problem.data.thinned(1).starts == (N,)
+    assert problem.data.thinned(2).starts == (N // 2,)
+    assert len(windows(problem)) == 10
+    for w in windows(problem):
+        assert len(problem.fine_inputs(w)) == w.stop - w.start - 1
+    one = asked_of(study(window=300), None, None, None, {})
+    assert material_of(one).data.breaks
+    assert not material_of(one).data.starts
 
 
 def test_sub_steps_of_a_study_are_where_the_diagnosis_begins() -> None:

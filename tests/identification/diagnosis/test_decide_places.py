@@ -96,6 +96,10 @@ def test_noise_is_what_a_law_leaves_if_that_may_be_noise() -> None:
     # nor is there anything to guess where the noise was measured
     sure = replace(read, before=Remaining({"x": 3.4}, True, 0.0))
     assert label(decide(sure)) == ""
+    # or known of this reading alone
+    own = replace(unknown, sure=frozenset({"x"}))
+    assert label(decide(replace(read, before=own))) == ""
+    assert label(decide(replace(read, before=replace(own, sure=frozenset({"v"}))))) != ""
     # a law that explains nothing, and leaves what may be noise, says nothing of another one
     worse = replace(louder[0], score=times(scored(0.5, 7), scale))
     assert label(decide(replace(read, laws=(*loud, worse)))) == ""

@@ -14,9 +14,13 @@ from bondgraph.signals.recording import Recording
 from bondgraph.support.errors import UnusableInput
 from bondsight.cli.main import main
 from identification.diagnosis.diagnose import Diagnosis, diagnose
+from identification.diagnosis.evidence.remaining import remaining
+from identification.diagnosis.explanation.notes import _noise_notes
+from identification.diagnosis.search.asked import asked_of
 from identification.diagnosis.search.candidates import DiagnosisOptions
-from identification.diagnosis.search.material import given_noise
+from identification.diagnosis.search.material import given_noise, material_of
 from identification.diagnosis.verdict import verdict
+from identification.estimation.single_record import fit
 from tests.settled import simulate
 from tests.spring import spring
 
@@ -48,6 +52,26 @@ def test_what_is_given_is_used_and_counts_as_measured() -> None:
     assert not read.data.floor_measured
     assert any("--noise" in n for n in read.notes)
     assert not any("noise" in n for n in told.notes)
+
+
+def test_a_noise_that_is_given_of_one_reading_is_known_of_that_one() -> None:
+    graph, silent = spring(speed="w"), run(spring())
+    moved = simulate(graph, silent.time, {"F": silent["F"]})
+    drawn = np.random.default_rng(2).standard_normal((2, N))
+    channels = {"F": silent["F"], "x": moved["x"] + 5e-5 * drawn[0], "w": moved["w"] + drawn[1]}
+    both = Recording("both", silent.time, channels, {"F": "N", "x": "m", "w": "m/s"})
+    asked = asked_of(graph, both, None, None, {"x": 1e-5})
+    data = material_of(asked).data
+    assert not data.floor_measured
+    assert dict(zip(data.names, data.sure, strict=True)) == {"x": True, "w": False}
+    left = remaining(fit(asked.problem(data), max_iterations=4))
+    assert left.over_noise["x"] == pytest.approx(5.0, rel=0.3)
+    assert not left.is_noise(1.5)
+    floor = dict(zip(data.names, map(float, data.floor), strict=True))
+    (note,) = _noise_notes(floor, floor, ("x",), ("w",))
+    assert note.startswith("the noise of w could only be estimated")
+    (note,) = _noise_notes(floor, floor, (), ("x", "w"))
+    assert note.startswith("the noise could only be estimated")
 
 
 def test_what_the_recording_declares_is_used_unless_the_user_says_otherwise() -> None:

@@ -19,11 +19,12 @@ MOVED = ((0.05 + T**2) * np.sin(900 * T))[:, None] * np.array([1.0, 50.0])
 FLOOR = np.array([0.01, 0.5])
 
 
-def left(noise: np.ndarray, measured: bool = True) -> Remaining:
+def left(noise: np.ndarray, measured: bool = True, *known: str) -> Remaining:
     split = Split(slice(0, N // 2), slice(N // 2, N), "first half")
     data = Data(
-        "run", T, {}, MOVED + FLOOR * noise, ("x", "v"), FLOOR, split, floor_measured=measured
-    )
+        "run", T, {}, MOVED + FLOOR * noise, ("x", "v"), FLOOR, split, floor_measured=measured,
+        floor_known=frozenset(known),
+    )  # fmt: skip
     fit: Any = SimpleNamespace(
         problem=SimpleNamespace(data=data), simulated=MOVED,
         residuals=lambda part: (data.readings - MOVED)[data.mask(part)],
@@ -68,6 +69,26 @@ def test_far_above_a_measured_noise_is_never_noise(size: float) -> None:
     assert found.most == pytest.approx(size, rel=0.1)
     assert not found.is_noise(1.3)
     assert f"{found.most:.3g}" in found.words
+
+
+def test_each_reading_is_held_to_what_is_known_of_its_own_noise() -> None:
+    """What was stated of one reading counts, though of the other nothing is known."""
+    size = np.array([4.0, 1.0])
+    found = left(size * white(), False, "x")
+    assert not found.is_noise(1.3)
+    assert found.words.startswith(f"what is left of x is {found.most:.3g} times the noise and of")
+    assert found.words.endswith("times the noise read off its spectrum")
+    other = left(size[::-1] * white(), False, "x")
+    assert other.most > 3
+    assert other.is_noise(1.3)
+    # of a sort all are, nothing depends on which
+    assert left(size * white(), False) == left(size * white(), False, *())
+    assert left(size * white(), False).is_noise(1.3)
+    assert left(size * white(), True, "x", "v").sure == frozenset()
+    # what follows the motion is asked where it is not known how large the noise is
+    swelling = np.abs(MOVED) / np.abs(MOVED).max(axis=0)
+    wild = np.stack([0.02 + swelling[:, 0], np.full(N, 4.0)], axis=1) * white()
+    assert left(wild, False, "x").is_noise(1.3)
 
 
 def test_above_a_noise_read_off_the_spectrum_only_what_follows_the_motion_is_none() -> None:

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from importlib import import_module
+
 import numpy as np
 import pytest
 
 from bondgraph.laws import Coulomb, EndStop
 from bondgraph.signals.recording import Recording
 from bondgraph.signals.split import interleaved, stretches
-from identification.diagnosis.diagnose import Diagnosis, diagnose
+from bondsight.cli.progress import SEARCHED
+from identification.diagnosis.diagnose import STOPPED, Diagnosis, diagnose
 from identification.diagnosis.search.candidates import DiagnosisOptions
 from identification.diagnosis.search.nominal import split_that_shows
 from identification.estimation.levenberg_marquardt import FitStatus
@@ -64,6 +67,28 @@ def test_a_stop_that_hides_behind_friction_is_fitted_and_named() -> None:
     assert "of 30 stretches" not in d.data.split.rule
     found = {(s.chosen.effect, s.chosen.element) for s in d.findings if s.chosen}
     assert found == {("coulomb_friction", "d"), ("end_stop", "k")}
+
+
+def test_a_search_on_finer_stretches_that_is_stopped_says_so(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Ctrl-C, the studio's stop and the time all come with the progress."""
+    finer = interleaved(0, 900, 90)
+    module = import_module(diagnose.__module__)
+    monkeypatch.setattr(module, "split_that_shows", lambda fit, noise: finer)
+    asked: list[str] = []
+
+    def stop(text: str, fraction: float) -> None:
+        if "floor" in text:
+            asked.append(text)
+        if len(asked) == 2 and fraction < SEARCHED:
+            raise KeyboardInterrupt
+
+    d = judged(run(hit=False, dry=0.5).slice(0, 900), effects=2, progress=stop)
+    assert d.data is not None
+    assert "of 30 stretches" in d.data.split.rule
+    assert [s.chosen.effect for s in d.findings if s.chosen] == ["coulomb_friction"]
+    assert STOPPED in d.notes
 
 
 def test_the_usual_division_stays_where_nothing_is_missed() -> None:

@@ -118,7 +118,7 @@ def test_all_fields_of_a_fit_are_stored() -> None:
     assert {f.name for f in fields(Estimation)} == {
         "study", "setting", "method", "optimiser", "status", "point", "covariance", "cost",
         "trace", "estimates", "nuisances", "simulated", "notes", "seconds",
-        "filtered",
+        "filtered", "run",
     }  # fmt: skip
     assert {f.name for f in fields(SettledSetting)} == {
         "hold", "n_sub", "floors", "whitening", "n_fine", "corrections",
@@ -163,6 +163,17 @@ def test_a_file_from_before_there_was_process_noise_opens(
     del older["study"]["process_noise"], older["fit"]["filtered"]
     write_archive(tmp_path / "old.npz", SCHEMA, older, arrays)
     same(fitted, open_fit(tmp_path / "old.npz"))
+
+
+def test_noise_of_each_recording_predicts_and_is_stored(tmp_path: Path) -> None:
+    parts = [recording("one", 1).slice(0, 200), recording("two", 2).slice(0, 200)]
+    study = Study(spring(), parts, free=("k",), noise={"x": np.array([2e-4, 3e-4])}, hold="linear")  # type: ignore[dict-item]
+    made = estimate(study, max_iterations=2)
+    assert made.predict(parts[0]).shape == (200, 1)
+    save_fit(made, tmp_path / "fit.npz")
+    again = open_fit(tmp_path / "fit.npz")
+    assert [float(f[0]) for f in again.study.first_setting.floors] == [2e-4, 3e-4]
+    assert np.array_equal(again.predict(parts[1]), made.predict(parts[1]))
 
 
 def test_recordings_may_stay_outside_and_are_then_checked(

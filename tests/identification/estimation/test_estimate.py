@@ -10,6 +10,8 @@ import pytest
 from scipy.interpolate import CubicSpline
 
 from bondgraph import BondGraph
+from bondgraph.graph.drives import Drive
+from bondgraph.graph.parameter import Parameter
 from bondgraph.laws import Polynomial
 from bondgraph.signals.recording import Recording, Split
 from identification.estimation import (
@@ -21,6 +23,8 @@ from identification.estimation import (
     Vary,
     estimate,
 )
+from identification.estimation.estimates import estimates_of
+from identification.estimation.settling import carried_setting
 from tests.identification.estimation.plants import (
     FREE,
     NOISE,
@@ -309,6 +313,26 @@ def test_fit_goes_on_where_another_ended(plain: Estimation) -> None:
         assert again.values[n] == pytest.approx(v, rel=1e-6)
 
 
+def test_what_another_study_says_holds_where_the_fit_goes_on(plain: Estimation) -> None:
+    made = plain.study.changed(hold="hold", noise={"x": 0.05}, n_sub=2)
+    begun = carried_setting(made, plain.setting, plain.study)
+    assert (begun.hold, begun.n_sub, begun.n_fine) == ("hold", (2,), (2,))
+    assert begun.floors[0] == pytest.approx([0.05])
+    again = estimate(made, start=plain, max_iterations=0)
+    assert again.setting.hold == "hold"
+    assert again.setting.floors[0] == pytest.approx([0.05])
+    # what is to be estimated begins where it ended, but for corrections of other readings
+    change = np.ones(plain.simulated[0].shape)
+    corrected = replace(plain.setting, corrections=(change,), corrected_at=plain.point.theta)
+    same = carried_setting(plain.study, corrected, plain.study)
+    assert same.corrections[0] is not None
+    assert same.floors[0] == pytest.approx(plain.setting.floors[0])
+    other = plain.study.changed(recordings=(record(seed=8),))
+    there = carried_setting(other, corrected, plain.study)
+    assert (there.corrections, there.corrected_at) == ((None,), None)
+    assert there.floors[0] == pytest.approx(plain.setting.floors[0])
+
+
 def test_estimation_and_study_travel(plain: Estimation) -> None:
     other = pickle.loads(pickle.dumps(plain))
     assert other.values == plain.values
@@ -338,6 +362,29 @@ def test_words_and_tables(plain: Estimation) -> None:
 
 def test_fitted_graph_carries_the_values(plain: Estimation) -> None:
     assert plain.graph().parameters["k"].value == plain.values["k"]
+
+
+def test_the_interval_of_a_linear_number_far_from_its_start_holds_it() -> None:
+    off = Parameter("off", 0.0, "m", positive=False, scale=1e-6)
+    graph = spring().with_parameters([off]).with_element("x", offset="off")
+    stack = Study(graph, record(60), ("off",)).stack()
+    at, start = stack.names.index("off"), stack.start()
+    theta, covariance = start.theta.copy(), np.zeros((stack.n, stack.n))
+    theta[at], covariance[at, at] = 1e4, 25.0
+    (found,), _ = estimates_of(stack, replace(start, theta=theta), covariance)
+    assert found.value == pytest.approx(1e-2)
+    assert found.ci95 == pytest.approx((1e-2 - 9.8e-6, 1e-2 + 9.8e-6), rel=1e-9)
+
+
+def test_a_dead_time_of_each_recording_is_an_estimate_as_a_shared_one_is() -> None:
+    tau = Parameter("tau", 0.01, "s", lower=0.0)
+    graph = spring().with_parameters([tau]).with_element("F", drive=Drive(delay="tau"))
+    for own, names in ((True, ["tau @a", "tau @b"]), (False, ["tau"])):
+        study = Study(graph, [record(60, name="a"), record(60, name="b")], (Vary("tau", own=own),))
+        stack = study.stack()
+        found, others = estimates_of(stack, stack.start(), np.eye(stack.n))
+        assert [e.name for e in found] == names
+        assert not any(e.name.startswith("tau") for e in others)
 
 
 def test_record_in_training_only_has_no_test_error() -> None:

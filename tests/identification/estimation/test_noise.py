@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.signal import lfilter
@@ -9,6 +11,7 @@ from scipy.signal import lfilter
 from bondgraph.signals.recording import Recording
 from bondgraph.support.arrays import FloatArray as Array
 from identification.estimation import Estimation, estimate
+from identification.estimation.settling import same_setting
 from identification.statistics.autoregression import innovations, whitening_filter
 from tests.identification.estimation.plants import TRUTH, force, misses, moved, record, study
 
@@ -96,3 +99,13 @@ def test_known_noise_is_kept() -> None:
 def test_noise_far_above_what_was_given_is_said() -> None:
     found = estimate(study(record(), noise={"x": 2e-6}))
     assert any("misfit is above the noise given" in n for n in found.notes)
+
+
+def test_noise_of_nanometres_settles_as_noise_of_metres_does() -> None:
+    begun = study(record(60)).first_setting
+    for unit in (1.0, 1e-9):
+        one, near, other = (
+            replace(begun, floors=(np.array([unit * level]),)) for level in (1.0, 1.01, 1.5)
+        )
+        assert same_setting(one, near, 0.02)
+        assert not same_setting(one, other, 0.02)

@@ -15,12 +15,17 @@ from bondgraph.graph.elements import C, I, One, R, Se
 from bondgraph.graph.parameter import Parameter
 from bondgraph.graph.sensors import Df, Dq
 from bondgraph.signals.fractional_delay import delayed_within
-from bondgraph.signals.recording import Split
+from bondgraph.signals.recording import Recording, Split
 from bondgraph.signals.varying_delay import warped_within
 from bondgraph.support.errors import UnusableInput
+from identification.estimation import Study, estimate
+from identification.estimation.methods import METHODS
 from identification.estimation.single_record import fit
+from identification.study.joint import stack_of
 from identification.study.problem import Data, Problem
-from identification.study.residual import Point, evaluate, slots, start_point
+from identification.study.residual import Point, evaluate, slots, start_point, windows
+from identification.uncertainty.fitted import unknowns
+from identification.uncertainty.structural import identifiability
 from tests.settled import simulate
 
 N, DT = 2000, 1e-3
@@ -103,6 +108,28 @@ def test_a_window_counts_time_from_the_start_of_the_record() -> None:
     assert np.abs(whole[:-20, 0] - data.readings[:-20, 0]).max() < 1e-3 * np.ptp(whole[:, 0])
 
 
+def test_a_nuisance_clock_counts_from_the_start_of_the_record_in_windows_too() -> None:
+    data = recorded(0.003)
+    problem = Problem(plant(None), data, window=500, clock=0.01, nuisances=False)
+    at, point = slots(problem), start_point(problem)
+    theta = point.theta.copy()
+    theta[at.clocks] = 0.3, 0.0
+    y = evaluate(problem, Point(theta, point.states)).y
+    declared = Problem(plant(), data, window=500, starts={"clock_x": 0.003}, nuisances=False)
+    wanted = evaluate(declared, start_point(declared)).y
+    begins = np.array([w.start for w in windows(problem)])
+    inner = np.abs(np.arange(N)[:, None] - np.append(begins, N)).min(axis=1) > 20
+    np.testing.assert_allclose(y[inner], wanted[inner], atol=1e-4 * np.ptp(wanted))
+    column = evaluate(problem, Point(theta, point.states)).jacobian[:, at.clocks.start]
+    h, ends = 1e-3, []
+    for d in (h, -h):
+        moved = theta.copy()
+        moved[at.clocks.start] += d
+        ends.append(-evaluate(problem, Point(moved, point.states), derivatives=False).residual)
+    wanted = (ends[0] - ends[1]) / (2 * h)
+    np.testing.assert_allclose(column, wanted, atol=2e-3 * np.abs(column).max())
+
+
 def test_recordings_in_a_row_start_their_clocks_anew() -> None:
     ratio, data = 0.003, recorded(0.003)
     cut = 1100
@@ -144,6 +171,23 @@ def test_bounds_and_fixed_clocks() -> None:
     assert held.values["clock_x"] == pytest.approx(-1e-3)
 
 
+def test_a_clock_without_bounds_may_run_slow_and_is_judged_as_a_ratio() -> None:
+    loose = plant().with_parameters([Parameter("clock_x", 0.0, positive=False)])
+    stack = stack_of((Problem(loose, recorded(-4e-3)),))
+    (clock,) = [u for u in unknowns(stack) if u.name == "clock_x"]
+    assert clock.lower == pytest.approx(-0.1)
+    assert clock.upper == pytest.approx(0.1)
+    assert clock.free.parameter.unit == "1"
+    bounded = stack_of((Problem(plant(), recorded(-4e-3)),))
+    (clock,) = [u for u in unknowns(bounded) if u.name == "clock_x"]
+    assert (clock.lower, clock.upper) == pytest.approx((-0.01, 0.01))
+
+
+def test_a_clock_that_is_held_is_no_unknown() -> None:
+    held = stack_of((Problem(plant(), recorded(-4e-3), fixed=("clock_x",)),))
+    assert "clock_x" not in {u.name for u in unknowns(held)}
+
+
 def test_variable_delay_is_the_fixed_one_where_it_stands_still() -> None:
     y = np.sin(0.07 * np.arange(4 * 60 + 1)) + 0.2
     for late in (0.0, 0.4, 3.7, 5.0):
@@ -160,3 +204,19 @@ def test_files_keep_a_clock_and_exports_refuse_it() -> None:
         program(plant())
     lost = plant(None).with_element("x", clock="nowhere")
     assert any("nowhere" in line for line in lost.check())
+
+
+@pytest.mark.parametrize("method", sorted(METHODS.keys() - {"single_shooting"}))
+def test_methods_without_a_free_run_refuse_a_clock_of_its_own(method: str) -> None:
+    t = DT * np.arange(200)
+    columns = {"F[N]": force(t), "x[m]": np.sin(20 * t), "rate[m/s]": np.cos(20 * t)}
+    study = Study(plant(), Recording.from_arrays("r", columns, fs=1 / DT))
+    with pytest.raises(UnusableInput, match=r"x is read by a clock of its own.*single_shooting"):
+        estimate(study, method)
+
+
+def test_a_clock_is_determined_by_a_reading_that_an_input_moves() -> None:
+    found = identifiability(plant())
+    assert found.exact
+    assert found.dead == ()
+    assert set(found.determined) == {"m", "k", "b", "clock_x"}

@@ -23,7 +23,7 @@ from identification.diagnosis.verdict.text import retold
 from identification.estimation.single_record import fit
 from identification.study.joined import at_one_rate, joined, split_of
 from identification.study.noise_floor import noise_floor
-from identification.study.problem import Problem, data_for
+from identification.study.problem import Data, Problem, data_for
 from identification.study.residual import evaluate, start_point
 from identification.validation import judge
 from tests.identification.estimation.plants import force, moved, spring
@@ -58,6 +58,21 @@ def test_one_behind_the_other() -> None:
     assert both.units == one.units
     assert np.allclose(np.diff(both.time), 0.1)
     assert joined([one]) == (one, ())
+
+
+def test_a_window_has_the_commands_of_its_recording_between_the_samples() -> None:
+    fast = np.arange(21.0)
+    data = Data(
+        "both", np.arange(20.0), {"F": np.arange(20.0)}, np.zeros((20, 1)), ("x",), np.ones(1),
+        Split(slice(0, 20), slice(20, 20), "all"), breaks=(3, 9, 14), cuts=(3, 14),
+        finer=((1, {}), (2, {"F": fast})),
+    )  # fmt: skip
+    assert data.starts == (9,)
+    assert data.commanded(slice(3, 9)) == (1, {})
+    steps, known = data.commanded(slice(14, 20))
+    assert steps == 2
+    assert known["F"].tolist() == fast[10:21].tolist()
+    assert data.begun(12).starts == (9,)
 
 
 def test_every_recording_keeps_the_time_between_its_own_samples() -> None:
@@ -125,6 +140,28 @@ def test_derivatives_of_recordings_with_clocks_of_their_own() -> None:
             ]
             column = -(ends[0] - ends[1]) / 2e-5
             assert np.linalg.norm(exact[:, i] - column) < 2e-3 * np.linalg.norm(column) + 1e-3, i
+
+
+def test_each_of_joined_recordings_rests_under_its_own_first_inputs() -> None:
+    parts = [
+        Recording.from_arrays(n, {"F[N]": np.full(50, u), "x[m]": np.full(50, u / 200.0)}, fs=FS)
+        for n, u in (("up", 5.0), ("down", -5.0))
+    ]
+    both, breaks = joined(parts)
+    graph = spring()
+    data = replace(data_for(graph, both, split_of(parts), {"x": NOISE}), breaks=breaks)
+    data = replace(data, split=Split(slice(0, both.n), slice(0, 0), "all"))
+    problem = Problem(graph, data, initial="rest")
+    point = start_point(problem)
+    np.testing.assert_allclose(evaluate(problem, point).y, data.readings, rtol=1e-9)
+    i = [f.parameter.name for f in problem.free].index("k")
+    theta = point.theta.copy()
+    exact, ends, h = evaluate(problem, point).jacobian[:, i], [], 1e-5
+    for s in (h, -h):
+        theta[i] = point.theta[i] + s
+        ends.append(evaluate(problem, replace(point, theta=theta), derivatives=False).residual)
+    wanted = -(ends[0] - ends[1]) / (2 * h)
+    np.testing.assert_allclose(exact, wanted, rtol=1e-5, atol=1e-6 * np.abs(wanted).max())
 
 
 def test_a_diagnosis_of_recordings_with_clocks_of_their_own_finds_nothing() -> None:

@@ -25,10 +25,12 @@ from identification.study.joint import (
     refine_states,
     stack_of,
 )
+from identification.study.problem import Problem, data_for
 from identification.study.residual import evaluate, windows
 from tests.identification.estimation.plants import record, spring
 
 TAU = Parameter("tau", 0.013, "s", lower=0.0)
+FLOOR = {"x": 1e-4}
 
 
 @cache
@@ -239,6 +241,22 @@ def test_dead_time_counts_in_samples_of_each_record() -> None:
         p, local = stack.problems[r], stack.local(begin, r)
         at = len(p.free) + len(p.data.names)
         assert local.theta[at] * dt == pytest.approx(0.013)
+
+
+def test_a_dead_time_declared_fixed_is_held_and_others_start_where_declared() -> None:
+    r = record(120)
+    for fixed in (True, False):
+        tau = replace(TAU, fixed=fixed)
+        graph = spring().with_parameters([tau]).with_element("F", drive=Drive(delay="tau"))
+        problem = Problem(
+            graph, data_for(graph, r, Split(slice(0, 120), slice(0, 0), "all"), FLOOR)
+        )
+        stack = stack_of((problem,))
+        at = stack.names.index("tau")
+        assert stack.start().theta[at] * r.dt == pytest.approx(TAU.value)
+        lower, upper = (b[at] * r.dt for b in stack.bounds)
+        assert (lower == upper) == fixed
+        assert not fixed or lower == pytest.approx(TAU.value)
 
 
 def test_gathering_undoes_the_parting() -> None:

@@ -106,6 +106,33 @@ def test_two_channels_are_cut_at_the_same_times() -> None:
         block_rows(20, (10, 9))
 
 
+def test_windows_are_blocks_and_only_the_readings_of_one_are_cut_together() -> None:
+    # two windows of two readings each, of equal length: cut within each window alone
+    rows = block_rows(40, (10, 10, 10, 10), 4, readings=(2, 2))
+    assert [sorted(r.tolist()) for r in rows[:2]] == [
+        [*range(5), *range(10, 15)], [*range(5, 10), *range(15, 20)]
+    ]  # fmt: skip
+    # many windows stay whole, neighbours in one block
+    rows = block_rows(480, (20,) * 24, 12, readings=(1,) * 24)
+    assert [r.tolist() for r in rows] == [list(range(a, a + 40)) for a in range(0, 480, 40)]
+    with pytest.raises(UnusableInput, match="readings"):
+        block_rows(40, (20, 20), 4, readings=(1,))
+
+
+def test_the_sandwich_on_windows_covers_coloured_noise() -> None:
+    """The variance of a slope under slow noise, with the record cut into short windows."""
+    rng, n, length = np.random.default_rng(0), 1920, 24
+    x = lfilter([1.0], [1.0, -0.95], rng.standard_normal(n))[:, None]
+    v, sizes, one = np.linalg.inv(x.T @ x), (length,) * (n // length), (1,) * (n // length)
+    true, told = [], []
+    for _ in range(60):
+        e = lfilter([1.0], [1.0, -0.9], rng.standard_normal(n + 200))[200:]
+        true.append((v @ x.T @ e)[0])
+        rows = block_rows(n, sizes, blocks_for(e, sizes, one), readings=one)
+        told.append(float((v @ (s := block_scores(x, e, rows, v)).T @ s @ v)[0, 0]))
+    assert np.mean(told) == pytest.approx(np.var(true), rel=0.45)
+
+
 def test_jackknifed_scores_of_a_mean_are_those_of_leaving_blocks_out() -> None:
     r = np.random.default_rng(5).standard_normal(40)
     r -= r.mean()

@@ -50,6 +50,41 @@ def test_equal_fits_are_not_told_apart_beyond_chance() -> None:
     assert told <= 9
 
 
+def test_a_fit_that_is_better_nearly_everywhere_is_not_called_worse() -> None:
+    rng = np.random.default_rng(0)
+    truth, noise = np.sin(0.05 * np.arange(N)), rng.standard_normal(N)
+    loud = 0.6 * noise
+    loud[-4:] = 60 * noise[-4:]  # one stretch carries the mean square
+    fits = {}
+    for name, residual in (("even", noise), ("loud", loud)):
+        r = record(residual, simulated=truth - residual)
+        fits[name] = material(replace(r, measured=truth[:, None]))
+    c = compare(fits)
+    loser = c.contestants[1]
+    assert (loser.name, loser.p < 0.05, loser.behind < 0) == ("loud", True, True)
+    assert "worse than the best by" not in loser.words
+    assert f"smaller in most stretches, by {-loser.behind:.1f} standard errors" in loser.words
+
+
+def test_nested_fits_with_noise_models_of_unlike_order_are_tested_on_common_samples() -> None:
+    slow = coloured(np.random.default_rng(4), N, 0.6)
+    long, short = np.array([1.0, -0.6, 0.0, 0.01]), np.array([1.0, -0.6])
+    wave = 0.5 * np.sin(0.3 * np.arange(N))
+    truth, fits = 10 * np.sin(0.05 * np.arange(N)), {}
+    for name, residual, filter_, numbers in (
+        ("poor", slow + wave, long, ("k",)), ("good", slow, short, ("k", "d"))
+    ):  # fmt: skip
+        r = record(residual, simulated=truth - residual, whitening=(filter_,))
+        r = replace(r, measured=truth[:, None])
+        parts = tuple(Number(n, 1.0, "N/m", (0.9, 1.1)) for n in numbers)
+        fits[name] = material(r, numbers=parts, n_free=2 + len(numbers))
+    c = compare(fits)
+    assert [(n.simpler, n.richer) for n in c.nested] == [("poor", "good")]
+    assert c.nested[0].test.p < 1e-6
+    counts = {x.criteria.n for x in c.contestants if x.criteria is not None}
+    assert counts == {int(fits["good"].records[0].train.sum()) - 3}
+
+
 def test_the_memory_of_the_best_counts_for_all() -> None:
     slow = coloured(np.random.default_rng(2), N, 0.95)
     c = compare({"a": fit(0 * slow, "k"), "b": fit(2 * slow, "k")})
@@ -74,6 +109,15 @@ def test_other_data_are_refused(change: dict[str, object], why: str) -> None:
     b = replace(a, records=(replace(a.records[0], **change),))  # type: ignore[arg-type]
     with pytest.raises(UnusableInput, match=why):
         compare({"a": a, "b": b})
+
+
+def test_floors_of_nanometres_differ_too() -> None:
+    a = fit(np.zeros(N))
+    small = tuple(
+        material(replace(a.records[0], floor=np.array([floor]))) for floor in (1e-9, 5e-9)
+    )
+    with pytest.raises(UnusableInput, match="two different noise floors"):
+        compare({"a": small[0], "b": small[1]})
 
 
 def test_one_fit_is_nothing_to_compare() -> None:

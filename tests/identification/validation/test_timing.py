@@ -30,7 +30,7 @@ def test_known_delay_gain_and_offset() -> None:
     assert found.removed > 0.9
     assert "0.4 samples) later than the model" in found.words
     assert "2 % larger" in found.words
-    assert "shifted by 0.03" in found.words
+    assert "shifted by 0.0299 m" in found.words
 
 
 @pytest.mark.parametrize("phi", [0.0, 0.9])
@@ -43,6 +43,27 @@ def test_noise_alone_is_nearly_never_blamed(phi: float) -> None:
         blamed += t.words != "delay, gain and offset are right"
     assert blamed <= 3
     assert np.mean(np.abs(z) > 1.96) == pytest.approx(0.05, abs=0.05)
+
+
+def test_a_gain_about_a_mean_is_no_offset() -> None:
+    rng = np.random.default_rng(3)
+    simulated = 5.0 + reading(0.0)
+    found = timing(0.02 * simulated + 1e-3 * rng.standard_normal(T.size), simulated, DT, unit="V")
+    assert "2 % larger" in found.words
+    assert "shifted" not in found.words
+    assert abs(found.offset) < 4 * found.offset_error
+    moved = timing(found.gain * simulated + 0.3, simulated, DT, unit="V")
+    assert moved.offset == pytest.approx(0.3, rel=1e-6)
+    assert "shifted by 0.3 V" in moved.words
+
+
+def test_a_reading_that_does_not_follow_at_all_has_no_delay() -> None:
+    simulated = reading(0.0)
+    found = timing(-simulated, simulated, DT)  # the sensor reads zero
+    assert found.gain == pytest.approx(-1.0)
+    assert (found.delay, found.delay_error) == (0.0, np.inf)
+    assert "later" not in found.words
+    assert "smaller" in found.words
 
 
 def test_a_simulation_at_rest_is_refused() -> None:

@@ -92,6 +92,7 @@ class Judged:
         self.kind = any(f["kind"] in of(i, "kinds") for i in self.about) if told else None
         self.exactly = self.name is True and self.answer in ("exact", "approximate")
         self.pinned = self.exactly and self.place is True
+        self.holds = self.exactly and self.place is not False
 
 
 class Outcome:
@@ -193,7 +194,7 @@ def _errors(outcomes: Sequence[Outcome]) -> Counts:
     concealing = [o for o in outcomes if not o.truth["empty"]]
     outside = [o for o in concealing if o.truth["outside"] and not o.mixed_up]
     said = [c for o in concealing for c in o.claims]
-    inside = [c for o in concealing if not o.truth["outside"] for c in o.claims]
+    inside = [c for o in concealing if not o.truth["outside"] or o.mixed_up for c in o.claims]
 
     def exact(o: Outcome) -> bool:
         return any(c.answer == "exact" for c in o.claims)
@@ -329,10 +330,11 @@ def cells(outcomes: Sequence[Outcome]) -> dict[str, dict[str, int]]:
 def log_score(outcomes: Sequence[Outcome]) -> tuple[float, int]:
     """Return the mean logarithm of the probability given to what came true, and of how many names.
 
-    Of every single name that states a probability; on controls every name is wrong.
+    Of every single name that states a probability; at a wrong place, and on controls, every name is
+    wrong.
     """
     stated = [
-        (float(c.said["probability"]), c.exactly)
+        (float(c.said["probability"]), c.holds)
         for o in outcomes
         for c in o.claims
         if c.said["probability"] is not None and c.answer in ("exact", "approximate")

@@ -98,9 +98,14 @@ def _score(options: argparse.Namespace) -> int:
     from tests.proof.exam.counting import score_exam
     from tests.proof.exam.printing import bad_lines, table_lines
     from tests.proof.exam.said import read_exam_answers
+    from tests.proof.trial.running import require_own
 
     layout, truths = _asked(options)
-    new = read_exam_answers(options.answers or layout.answers)
+    folder = options.answers or layout.answers
+    for answers in (folder, options.beside, options.half, options.transplant):
+        if answers is not None:
+            require_own(layout, answers)
+    new = read_exam_answers(folder)
     again = {
         word: read_exam_answers(folder)
         for word, folder in (("half a record", options.half), ("transplant", options.transplant))
@@ -121,8 +126,10 @@ def _score(options: argparse.Namespace) -> int:
 
 def _certify(options: argparse.Namespace) -> int:
     from tests.proof.exam.certifying import certify_lines, read_contents
+    from tests.proof.trial.running import require_own
 
     layout, truths = _asked(options)
+    require_own(layout, options.answers or layout.answers)
     contents = read_contents(options.answers or layout.answers)
     print("\n".join(certify_lines(truths, [c for c in contents if str(c["id"]) in truths])))
     return 0

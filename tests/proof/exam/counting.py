@@ -78,7 +78,8 @@ def _errors(outcomes: Sequence[ExamOutcome]) -> dict[str, Rate]:
     concealing = [o for o in outcomes if not o.truth.empty]
     reassured = [o for o in outcomes if o.answer.reassuring]
     said = [(o, c) for o in concealing for c in o.claims]
-    inside = [c for o, c in said if not o.truth.outside]
+    # channels that were exchanged have no name: whatever is named there is wrong
+    inside = [c for o, c in said if not o.truth.outside or o.truth.mixed_up]
     outside = [o for o in concealing if o.truth.outside and not o.truth.mixed_up]
     return {
         "false alarms, of the controls": rate(o.false_alarm for o in controls),
@@ -269,10 +270,11 @@ def _seconds(outcomes: Sequence[ExamOutcome]) -> dict[str, float]:
 def stated(outcomes: Sequence[ExamOutcome]) -> list[tuple[float, bool]]:
     """Return the probability of every name that states one, and whether it was right.
 
-    On controls every name is wrong.
+    That is asked as by `certifying.right_lines`, from which the probability is read: a right name
+    at a wrong place is wrong. On controls every name is wrong.
     """
     return [
-        (c.claim.probability, c.exactly)
+        (c.claim.probability, c.holds)
         for o in outcomes
         for c in o.claims
         if c.claim.probability is not None and c.claim.answer in ("exact", "approximate")

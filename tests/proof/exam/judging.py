@@ -41,6 +41,11 @@ class JudgedClaim:
         return self.name is True and self.claim.answer in ("exact", "approximate")
 
     @property
+    def holds(self) -> bool:
+        """One name, and it is right, at no wrong place: of that its probability speaks."""
+        return self.exactly and self.place is not False
+
+    @property
     def pinned(self) -> bool:
         """One name, and it is right, at the right place."""
         return self.exactly and self.place is True

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, TypeVar
@@ -112,6 +112,14 @@ class ExamAnswer:
         if self.error:
             return "crash: " + self.error.strip().splitlines()[-1][:80]
         return " + ".join(c.words for c in self.claims) or self.verdict
+
+
+def told_at(effect: str, element: str, sensors: Collection[str]) -> str:
+    """Return where truths and verdicts say that an effect of some element is.
+
+    The clock that all readings share is no element: a model has its skew at a source.
+    """
+    return "clock" if effect == "clock_skew" and element not in sensors else element
 
 
 def claim_of(finding: Mapping[str, Any], ports: int) -> Claim:

@@ -9,6 +9,7 @@ import numpy as np
 
 from bondgraph.support.arrays import Array
 from identification.diagnosis.catalogue import UNNAMED
+from tests.proof.exam.said import told_at
 from tests.proof.exam.truths import ConcealedEffect, ExamTruth
 
 SURE = 3.0
@@ -58,7 +59,8 @@ def _beaten(
     rivals = [
         square
         for law, square in zip(evidence["laws"], fitted, strict=False)
-        if law["element"] not in main.places or not (right(law, main) or _contains(law, main))
+        if told_at(law["effect"], law["element"], floors) not in main.places
+        or not (right(law, main) or _contains(law, main))
     ]
     return all(_behind(np.array(x), noise) > SURE for x in (plain, *rivals))
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import SimpleNamespace
 from typing import Any
 from unittest.mock import patch
@@ -14,7 +14,7 @@ import numpy as np
 
 from bondgraph.support.arrays import Array
 from identification.diagnosis.catalogue.effect import Insertion
-from identification.diagnosis.diagnose import diagnose
+from identification.diagnosis.diagnose import Diagnosis, diagnose, on_finer_stretches
 from identification.diagnosis.evidence.answer import Decision
 from identification.diagnosis.evidence.block_score import BlockScore
 from identification.diagnosis.evidence.decision import decide
@@ -38,6 +38,8 @@ class StoredScore:
         Standard deviation of each reading's prediction error, over the floor.
     aparts, pairs, excesses : ndarray, shape (n, n)
         What the methods say of row and column.
+    out : namespace
+        What is left of each of several recordings, one row each; nothing of a single one.
     """
 
     place: int
@@ -46,6 +48,7 @@ class StoredScore:
     aparts: Array
     pairs: Array
     excesses: Array
+    out: Any = None
 
     @property
     def square(self) -> float:
@@ -69,9 +72,10 @@ class StoredScore:
 
 @contextmanager
 def recorded() -> Iterator[list[dict[str, Any]]]:
-    """Collect the evidence of every decision of the last search made meanwhile, in order.
+    """Collect the evidence of every decision of the last diagnosis made meanwhile, in order.
 
-    Of a decision that was made again with more laws the last evidence is kept.
+    Of a decision that was made again with more laws the last evidence is kept. That of a further
+    search on finer stretches comes after that of the first one, if what it found is what is told.
     """
     found: list[dict[str, Any]] = []
     seen: list[Any] = []
@@ -83,6 +87,13 @@ def recorded() -> Iterator[list[dict[str, Any]]]:
         floors.update(zip(data.names, map(float, data.floor), strict=True))
         return steps(*arguments)
 
+    def further(*arguments: Any) -> tuple[Diagnosis | None, bool]:
+        first, known = found[:], dict(floors)
+        result, stopped = on_finer_stretches(*arguments)
+        found[:] = first if result is None else [*first, *found]
+        floors.update(known)
+        return result, stopped
+
     def noted(evidence: Evidence, limits: Thresholds | None = None) -> Decision:
         if found and seen and evidence.plain is seen[-1]:
             found.pop()
@@ -93,6 +104,7 @@ def recorded() -> Iterator[list[dict[str, Any]]]:
     with (
         patch(f"{one_step.__name__}.decide", noted),
         patch(f"{diagnose.__module__}.steps", begun),
+        patch(f"{diagnose.__module__}.on_finer_stretches", further),
     ):
         yield found
 
@@ -128,7 +140,21 @@ def stored(e: Evidence) -> dict[str, Any]:
         "located": list(e.located),
         "along": e.along,
         "held": [list(x) for x in e.paired],
+        "several": e.several,
+        "recordings": _by_recording(e) if e.several and e.laws else [],
     }
+
+
+def _by_recording(e: Evidence) -> list[list[float]]:
+    """Square sums of the prediction errors over the floor, of each recording that trains."""
+    starts = e.laws[0].trial.fit.problem.data.starts
+    run = np.searchsorted(starts, e.plain.out.rows.sample, side="right")
+    trains = np.bincount(run) > 0
+    sums = (
+        np.bincount(run, np.clip(s.out.residual, -1e100, 1e100) ** 2)
+        for s in (e.plain, *(s.score for s in e.laws))
+    )
+    return [[_number(v) for v in row[trains]] for row in sums]
 
 
 def _stretches(s: Any) -> list[list[float]]:
@@ -151,7 +177,8 @@ def _seen(value: float | None) -> float | None:
 
 def _left(left: Remaining) -> list[Any]:
     over = {name: _number(v) for name, v in left.over_noise.items()}
-    return [over, left.measured, _number(left.follows), {}, _number(left.louder)]
+    follows, louder = _number(left.follows), _number(left.louder)
+    return [over, left.measured, follows, {}, louder, sorted(left.sure)]
 
 
 def _law(s: Scored) -> dict[str, Any]:
@@ -161,7 +188,7 @@ def _law(s: Scored) -> dict[str, Any]:
         "home": s.trial.home, "itself": s.trial.itself, "misstated": s.trial.misstated,
         "family": made.family, "kind": made.kind,
         "simpler": list(made.simpler), "form": made.form, "train": _number(s.trial.train),
-        "test": _number(s.trial.test), "left": _left(s.left),
+        "test": _number(s.trial.test), "left": _left(s.left), "idle": s.idle,
         "added": _seen(vars(s.trial).get("added")),  # where the decision asked for it
     }  # fmt: skip
 
@@ -176,8 +203,11 @@ def evidence_of(content: Mapping[str, Any]) -> Evidence:
         StoredScore(i, loss, noise[i], apart, paired, excesses)
         for i, loss in enumerate(content["loss"])
     ]
-    count = len(content["laws"])
-    laws = [_scored(x, s) for x, s in zip(content["laws"], scores[1:], strict=False)]
+    count, each = len(content["laws"]), content.get("recordings") or []
+    for i, sums in enumerate(each):
+        scores[i] = replace(scores[i], out=_out_of(sums))
+    fit = _fit_of(len(each[0])) if each else None
+    laws = [_scored(x, s, fit) for x, s in zip(content["laws"], scores[1:], strict=False)]
     kinds = [
         KindScore(element, kind, s, np.zeros(0))
         for (element, kind), s in zip(content["kinds"], scores[count + 1 :], strict=True)
@@ -185,19 +215,35 @@ def evidence_of(content: Mapping[str, Any]) -> Evidence:
     known = dict(zip(content["elements"], content["classes"], strict=False))
     classes: Any = SimpleNamespace(class_of=lambda x: known.get(x, [x])) if known else None
     return Evidence(
-        scores[0], tuple(laws), tuple(kinds), Remaining(*content["before"]), content["nominal"],
+        scores[0], tuple(laws), tuple(kinds), _remaining(content["before"]), content["nominal"],
         content["trained"], classes, tuple(content["named"]),
         tuple((effect, place) for effect, place in content.get("untried", ())),
         tuple(content.get("located", ())), content.get("along", False),
         tuple((place, kind) for place, kind in content.get("held", ())),
+        content.get("several", False),
     )  # fmt: skip
+
+
+def _out_of(sums: list[float]) -> Any:
+    rows = SimpleNamespace(sample=np.arange(len(sums)))
+    return SimpleNamespace(rows=rows, residual=np.sqrt(sums))
+
+
+def _fit_of(recordings: int) -> Any:
+    """Return of a fit only where its recordings begin: one row each, as in `_out_of`."""
+    data = SimpleNamespace(starts=tuple(range(1, recordings)))
+    return SimpleNamespace(problem=SimpleNamespace(data=data))
+
+
+def _remaining(row: list[Any]) -> Remaining:
+    return replace(Remaining(*row[:5]), sure=frozenset(*row[5:]))
 
 
 def _known(value: float | None) -> float:
     return math.nan if value is None else value
 
 
-def _scored(law: Mapping[str, Any], score: Any) -> Scored:
+def _scored(law: Mapping[str, Any], score: Any, fit: Any) -> Scored:
     nothing: Any = None
     insertion = Insertion(
         law["effect"], law["family"], "", law["element"], nothing, (), (), tuple(law["simpler"]),
@@ -206,7 +252,7 @@ def _scored(law: Mapping[str, Any], score: Any) -> Scored:
     trial: Any = SimpleNamespace(
         insertion=insertion, home=law["home"], itself=law.get("itself", True),
         train=law["train"], test=law["test"], label=law["label"], effect=law["effect"],
-        element=law["element"], fit=None, added=_known(law.get("added")),
+        element=law["element"], fit=fit, added=_known(law.get("added")),
         misstated=law.get("misstated", False),
     )  # fmt: skip
-    return Scored(trial, score, Remaining(*law["left"]))
+    return Scored(trial, score, _remaining(law["left"]), law.get("idle", False))

@@ -120,30 +120,37 @@ def scored(layout: Layout, development: Path | None = None) -> TrialScore:
     from tests.proof.trial.curves import baseline_curves
     from tests.proof.trial.layout import Layout
     from tests.proof.trial.oracles import read_oracles
+    from tests.proof.trial.running import require_own
     from tests.proof.trial.scoring import score_trial
 
     truths = reveal(layout)
+    require_own(layout, layout.answers)
     known = None
     if development is not None:
         before = Layout(development)
+        require_own(before, before.answers)
         known = read_exam_truths(before.truths), read_each(before.answers, dict)
     curves = baseline_curves(truths, read_each(layout.answers, dict), known)
     return score_trial(truths, read_exam_answers(layout.answers), read_oracles(layout), curves)
 
 
 def _told(layout: Layout, found: TrialScore) -> int:
-    from tests.proof.trial.commitment import read_commitment
-    from tests.proof.trial.publishing import publish
+    from tests.proof.trial.commitment import with_note
+    from tests.proof.trial.parts import headline
+    from tests.proof.trial.publishing import publish, withheld_counted
 
-    path = publish(found, read_commitment(layout), layout.score)
-    print("\n".join(g.words for g in found.gates))
+    path = publish(found, with_note(layout), layout.score)
+    second = withheld_counted(layout.score)
+    print("\n".join(g.words for g in (*found.gates, *second)))
+    print(headline(found, second))
     print(f"score: {path}, {path.with_name('report.html')}")
     return 0 if found.passed else 1
 
 
 def _withheld(options: argparse.Namespace) -> int:
     from tests.proof.exam.said import read_exam_answers
-    from tests.proof.trial.commitment import reveal
+    from tests.proof.trial.commitment import reveal, verify, with_note
+    from tests.proof.trial.running import require_own
     from tests.proof.trial.truths import read_public
     from tests.proof.trial.withheld import (
         publish_withheld,
@@ -155,13 +162,16 @@ def _withheld(options: argparse.Namespace) -> int:
     layout = _layout(options)
     public = read_public(layout.public)
     truths = reveal(layout)
+    require_own(layout, layout.answers)
     asked = to_withhold(truths, read_exam_answers(layout.answers))
+    if any(not (layout.withheld / f"{i}.json").exists() for i in asked):
+        verify(layout)  # what is asked must be the tool that has answered
     with _bar() as bar:
         run_withheld(layout, public, truths, asked, jobs=options.jobs, progress=bar)
     found = score_withheld(truths, read_exam_answers(layout.withheld))
-    path = publish_withheld(found, layout.score)
+    path = publish_withheld(found, with_note(layout), layout.score)
     print("\n".join(g.words for g in found.gates))
-    print(f"score: {path}")
+    print(f"score: {path}; bondsight blind score takes it up")
     return 0 if found.passed else 1
 
 

@@ -3,7 +3,9 @@
 Committed are the hash of the salted truths, the hash of every data file, the commit of the tool,
 its sources, thresholds and options; and, apart from them, the proof's own sources and its design.
 The salt stays in the sealed folder until the answers are in; without it the hash says nothing about
-the truths, with it anybody can check that they were not changed.
+the truths, with it anybody can check that they were not changed. Where it is published before, so
+that another machine can go on, only the committed tool is a seal: a line of ``NOTE.md`` beside the
+commitment says since when, and the score repeats it.
 """
 
 from __future__ import annotations
@@ -145,11 +147,9 @@ def commit(
         "recordings": len(truths),
         "data_sha256": data_hashes(layout),
         "tool_commit": tool_commit(),
-        "source_sha256": source_hash(),
         "proof_sha256": source_hash(PROOF),
         "design_sha256": file_hash(DESIGN) if DESIGN.is_file() else None,
-        "thresholds": plain(asdict(Thresholds())),
-        "options": plain(asdict(DiagnosisOptions())),
+        **settings(),
     }
     write_atomically(layout.commitment, json.dumps(content, indent=1) + "\n")
     return layout.commitment
@@ -164,6 +164,15 @@ def plain(data: Any) -> Any:
     if data is None or isinstance(data, bool | int | float | str):
         return data
     return str(data)
+
+
+def settings() -> dict[str, Any]:
+    """Return what the tool is held to, by its name in a commitment; `WORDS` say it."""
+    return {
+        "thresholds": plain(asdict(Thresholds())),
+        "options": plain(asdict(DiagnosisOptions())),
+        "source_sha256": source_hash(),
+    }
 
 
 def verify(layout: Layout) -> None:
@@ -184,12 +193,7 @@ def verify(layout: Layout) -> None:
         )
     if content["kind"] not in HELD:
         return
-    settings = {
-        "thresholds": plain(asdict(Thresholds())),
-        "options": plain(asdict(DiagnosisOptions())),
-        "source_sha256": source_hash(),
-    }
-    for name, value in settings.items():
+    for name, value in settings().items():
         if content[name] != value:
             raise UnusableInput(
                 f"{layout.folder}: {WORDS[name]} differ from the commitment; a changed tool needs "
@@ -235,12 +239,20 @@ def reveal(layout: Layout, *, complete: Sequence[str] | None = None) -> dict[str
 
 
 def changed_since(content: Mapping[str, Any]) -> tuple[str, ...]:
-    """Return what of the proof itself is not as it was committed: the score says so."""
+    """Return what of proof and tool is not as it was committed: the score says so."""
     now = {
         "the proof's sources": ("proof_sha256", source_hash(PROOF)),
         "the design": ("design_sha256", file_hash(DESIGN) if DESIGN.is_file() else None),
+        **{WORDS[key]: (key, value) for key, value in settings().items()},
     }
     return tuple(what for what, (key, value) in now.items() if content.get(key) != value)
+
+
+def with_note(layout: Layout) -> dict[str, Any]:
+    """Read what was committed, and since when its salt is public, if a line says so."""
+    told = layout.note.read_text(encoding="utf-8") if layout.note.is_file() else ""
+    lines = [line.strip() for line in told.splitlines() if "salt" in line.casefold()]
+    return read_commitment(layout) | {"salt_public": " ".join(lines)}
 
 
 def read_commitment(layout: Layout) -> dict[str, Any]:

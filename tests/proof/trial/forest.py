@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from tests.proof.exam.said import told_at
 from tests.proof.exam.truths import ExamTruth
 from tests.proof.trial.rivals import Content, Pick, Rule
 
@@ -44,11 +45,16 @@ def forest(truths: Mapping[str, ExamTruth], contents: Mapping[str, Content]) -> 
         if not able:
             return None
         best = max(able, key=lambda i: sure[i])
-        here = [(share, place) for n, place, _, share, _ in _screening(content) if n == names[best]]
+        rows = [row for row in _screening(content) if row[0] == names[best]]
+        here = [(share, _told_at(name, place, kind)) for name, place, kind, share, _ in rows]
         places = frozenset({max(here)[1]} if here else ())
         return Pick(names[best], places, (float(sure[best]),))
 
     return rule
+
+
+def _told_at(effect: str, element: str, kind: str) -> str:
+    return told_at(effect, element, {element} if kind == "sensor" else ())
 
 
 def _label(truth: ExamTruth) -> str:

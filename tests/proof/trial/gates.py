@@ -1,4 +1,4 @@
-"""The gates of the sealed trial: what is limited, and whether the count certifies it."""
+"""The gates of the sealed trial, those of its design: what is limited, what the count certifies."""
 
 from __future__ import annotations
 
@@ -17,15 +17,14 @@ ERRORS: Mapping[str, float] = {
     "wrong names, of the names given": 0.02,
     "wrong places, of the places given": 0.03,
     "outside the catalogue named exactly": 0.05,
-    "crashes": 0.0,
 }
 """Rates that must stay below a limit for sure; where it is 0 none may be seen."""
 
 SHARPNESS: Mapping[str, float] = {
     "sharp where an oracle separates names: right name and place": 0.80,
     "sharp where an oracle separates kinds: right place, and right name or kind": 0.95,
-    "truth not excluded, names": 0.97,
-    "truth not excluded, places": 0.97,
+    "truth in the set of names, of those told": 0.97,
+    "truth in the set of places, of those told": 0.97,
 }
 """Rates that must reach a limit."""
 
@@ -62,9 +61,9 @@ class Gate:
 
     @property
     def state(self) -> str:
-        """``empty``, ``certified``, ``none seen``, ``reached``, ``not certified`` or ``missed``.
+        """``empty``, ``certified``, ``none seen``, ``met, not certified`` or ``missed``.
 
-        An error whose count keeps the limit, but too narrowly or among too few, is not certified.
+        A count that keeps the limit too narrowly, or among too few, is met, not certified.
         """
         r = self.counted
         if not r.total:
@@ -73,21 +72,25 @@ class Gate:
             return "missed" if r.hits else "none seen"
         if self.p < LEVEL:
             return "certified"
-        if self.most:
-            return "missed" if r.value > self.limit else "not certified"
-        return "reached" if r.value >= self.limit else "missed"
+        kept = r.value <= self.limit if self.most else r.value >= self.limit
+        return "met, not certified" if kept else "missed"
 
     @property
     def passed(self) -> bool:
         """Whether the demand is met; a proof that counted nothing proves nothing."""
-        return self.state in ("certified", "none seen", "reached")
+        return self.state not in ("empty", "missed")
+
+    @property
+    def certified(self) -> bool:
+        """Whether it is met for sure, or none was seen where none may be."""
+        return self.state in ("certified", "none seen")
 
     @property
     def words(self) -> str:
         """The demand, its count and its bound in one line."""
         side = "upper" if self.most else "lower"
         return (
-            f"{self.state:13s} {self.name}: {self.counted}, {side} bound {100 * self.bound:.1f} %, "
+            f"{self.state:18s} {self.name}: {self.counted}, {side} bound {100 * self.bound:.1f} %, "
             f"asked {self.asked}"
         )
 

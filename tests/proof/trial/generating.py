@@ -37,7 +37,7 @@ def generate_trial(
 ) -> int:
     """Draw and make a trial and commit to it; returns the number of recordings.
 
-    An interrupted call goes on with the salt that it drew.
+    An interrupted call goes on with the salt that it drew, if it is asked for the same.
 
     Parameters
     ----------
@@ -49,8 +49,8 @@ def generate_trial(
     Raises
     ------
     UnusableInput
-        Unknown kind, a seed or a count where there is none, a trial without its design, or one
-        that is committed already.
+        Unknown kind, a seed or a count where there is none, a trial without its design, one that
+        is committed already, or one that was begun with another kind or seed.
     """
     if kind not in COUNTS:
         raise UnusableInput(f"{kind!r} is no kind of trial; take one of {', '.join(COUNTS)}")
@@ -75,10 +75,26 @@ def generate_trial(
 def _salt(layout: Layout, kind: str, seed: int | None) -> str:
     """Return the salt of an interrupted call, else a new one (from the seed, in development)."""
     if layout.salt.exists():
-        return layout.salt.read_text(encoding="ascii").strip()
+        return _begun(layout, kind, seed)
     salt = f"{kind} {seed or 0}" if kind == "development" else secrets.token_hex(32)
+    write_atomically(layout.drawn, kind + "\n")
     write_atomically(layout.salt, salt + "\n")
     layout.salt.chmod(0o600)
+    return salt
+
+
+def _begun(layout: Layout, kind: str, seed: int | None) -> str:
+    """Return the salt that lies there, if it is one of this kind and seed."""
+    salt = layout.salt.read_text(encoding="ascii").strip()
+    drawn = layout.drawn.read_text(encoding="ascii").strip() if layout.drawn.exists() else ""
+    of_seed = salt.startswith("development")
+    # a salt that was brought from another machine does not say which sealed kind it is of
+    drawn = drawn or ("development" if of_seed else kind if kind != "development" else "sealed")
+    if drawn != kind or (of_seed and seed is not None and salt != f"{kind} {seed}"):
+        what = f"{drawn} trial" + (f" of seed {salt.split()[-1]}" if of_seed else "")
+        raise UnusableInput(
+            f"{layout.salt}: a {what} was begun here; go on with that, or take another folder"
+        )
     return salt
 
 

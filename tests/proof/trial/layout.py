@@ -29,6 +29,11 @@ class Layout:
         return self.folder / "commitment.json"
 
     @property
+    def note(self) -> Path:
+        """What became known of the trial after the commitment, such as a salt that is public."""
+        return self.folder / "NOTE.md"
+
+    @property
     def answers(self) -> Path:
         """Folder of the answers, one a recording."""
         return self.folder / "answers"
@@ -67,6 +72,11 @@ class Layout:
     def truths(self) -> Path:
         """The truths while they are sealed."""
         return self.data / "sealed" / "truths.json"
+
+    @property
+    def drawn(self) -> Path:
+        """The kind of trial that the salt was drawn for."""
+        return self.data / "sealed" / "kind.txt"
 
     @property
     def salt(self) -> Path:

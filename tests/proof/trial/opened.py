@@ -21,6 +21,7 @@ from tests.proof.exam.truths import read_exam_truths, truth_of
 from tests.proof.trial.commitment import truths_hash
 from tests.proof.trial.layout import Layout
 from tests.proof.trial.rates import Rate
+from tests.proof.trial.running import require_own
 
 PUBLISHED = Path(__file__).parent / "trials" / "trial_2"
 LATER_PLANTS = ("table", "speaker")
@@ -37,6 +38,7 @@ def opened(folder: Path) -> tuple[ExamOutcome, ...]:
     """
     draw = Layout(folder)
     if draw.answers.is_dir():
+        require_own(draw, draw.answers)
         found = read_exam_answers(draw.answers)
         known = read_exam_truths(draw.truths)
         return tuple(judge_exam(known[name], answer) for name, answer in found.items())
@@ -55,24 +57,26 @@ def opened(folder: Path) -> tuple[ExamOutcome, ...]:
 def lines(outcomes: Sequence[ExamOutcome]) -> Iterator[str]:
     """Say how many names and places were wrong, and of what."""
     name, place = attrgetter("name"), attrgetter("place")
+
+    def of_catalogue(some: Sequence[ExamOutcome]) -> list[ExamOutcome]:
+        return [o for o in some if not o.truth.outside or o.truth.mixed_up]
+
     something = [o for o in outcomes if not o.truth.empty]
     inside = [o for o in something if not o.truth.outside]
+    named = of_catalogue(something)
     outside = [o for o in something if o.truth.outside]
     later = [o for o in something if o.truth.plant in LATER_PLANTS]
     known = [o for o in something if o.truth.plant not in LATER_PLANTS]
 
-    def of_catalogue(some: Sequence[ExamOutcome]) -> list[ExamOutcome]:
-        return [o for o in some if not o.truth.outside]
-
     empty = [o for o in outcomes if o.truth.empty]
     yield f"false alarms: {Rate(sum(o.false_alarm for o in empty), len(empty))}"
-    yield f"wrong names: {_wrong(inside, name)}"
-    yield f"  of first findings: {_wrong(inside, name, slice(0, 1))}"
-    yield f"  of later findings: {_wrong(inside, name, slice(1, None))}"
+    yield f"wrong names: {_wrong(named, name)}"
+    yield f"  of first findings: {_wrong(named, name, slice(0, 1))}"
+    yield f"  of later findings: {_wrong(named, name, slice(1, None))}"
     yield f"  on plants that development draws too: {_wrong(of_catalogue(known), name)}"
     yield f"  on plants that it never draws: {_wrong(of_catalogue(later), name)}"
     for word in ("exact", "approximate"):
-        yield f"  given as {word}: {_wrong(inside, partial(_given_as, word))}"
+        yield f"  given as {word}: {_wrong(named, partial(_given_as, word))}"
     yield f"wrong places: {_wrong(something, place)}"
     yield f"  of physics outside the catalogue: {_wrong(outside, place)}"
     yield f"  of all other: {_wrong(inside, place)}"

@@ -35,6 +35,7 @@ from identification.study.problem import drives
 from tests.proof.exam.judging import ExamOutcome
 from tests.proof.exam.said import read_each
 from tests.proof.exam.truths import ConcealedEffect, ExamTruth
+from tests.proof.trial.commitment import verify
 from tests.proof.trial.layout import Layout
 from tests.proof.trial.running import Progress, graph_of, recording_of, run_all
 from tests.proof.trial.truths import Public
@@ -121,6 +122,12 @@ def _inserted(last: Fit, effect: str, element: str) -> Fit | None:
     return finish(go_on(trial, STEPS)[1] or trial, STEPS, (problem.data.hold,)).fit
 
 
+def to_ask(public: Sequence[Public], truths: Mapping[str, ExamTruth]) -> tuple[Public, ...]:
+    """Return the recordings with one effect of the catalogue."""
+    singles = {i for i, t in truths.items() if t.single and t.main and t.main.effect in KNOWN}
+    return tuple(p for p in public if p.id in singles)
+
+
 def ask_oracles(
     layout: Layout,
     public: Sequence[Public],
@@ -129,9 +136,16 @@ def ask_oracles(
     jobs: int = -1,
     progress: Progress | None = None,
 ) -> int:
-    """Fit the truth of every recording with one effect of the catalogue; resumes."""
-    singles = {i for i, t in truths.items() if t.single and t.main and t.main.effect in KNOWN}
-    asked = [p for p in public if p.id in singles]
+    """Fit the truth of every recording with one effect of the catalogue; resumes.
+
+    Raises
+    ------
+    UnusableInput
+        Some are to be asked, and data or tool are not those of the commitment.
+    """
+    asked = to_ask(public, truths)
+    if any(not (layout.oracle / f"{p.id}.json").exists() for p in asked):
+        verify(layout)
     return run_all(layout, asked, layout.oracle, _Oracle(truths), jobs=jobs, progress=progress)
 
 

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from identification.diagnosis.catalogue import UNNAMED
-from tests.proof.exam.said import Claim, exam_answer_of
+from tests.proof.exam.said import Claim, exam_answer_of, told_at
 from tests.proof.trial.rates import rate
 
 Content = Mapping[str, Any]
@@ -68,7 +68,7 @@ def margin(content: Content, claim: Claim) -> float:
         own = [
             i + 1
             for i, x in enumerate(laws)
-            if x["effect"] == claim.effect and x["element"] in claim.places
+            if x["effect"] == claim.effect and _place(content, *_law(x)) in claim.places
         ]
         if own:
             best = min(own, key=lambda i: e["loss"][i])
@@ -115,16 +115,30 @@ def criterion(content: Content, weight: Callable[[int], float]) -> Pick | None:
     return _leading([(value(r), r) for r in rows], value(plain))
 
 
+def _law(row: Content) -> tuple[str, str]:
+    return str(row["effect"]), str(row["element"])
+
+
+def _place(content: Content, effect: str, element: str) -> str:
+    first: Content = next(iter(content.get("evidence") or ()), {})
+    return told_at(effect, element, first.get("floors") or content.get("nominal_rms") or ())
+
+
 def _trials(content: Content) -> tuple[Sequence[Content], Content]:
     """Laws that were fitted in the first step and the model as it is, from what an answer keeps."""
     kept = content.get("baselines") or {}
     if "trials" in kept:
-        return kept["trials"], kept["plain"]
+        return [_placed(content, x) for x in kept["trials"]], kept["plain"]
     first = next(iter(content.get("evidence") or ()), None)
     if first is None:
         return (), {}
-    laws = [x for x in first["laws"] if x["effect"] != UNNAMED.name]
+    laws = [_placed(content, x) for x in first["laws"] if x["effect"] != UNNAMED.name]
     return laws, {"train": first["trained"], "test": first["nominal"]}
+
+
+def _placed(content: Content, row: Content) -> Content:
+    """Return a law's row with its place as truths have it."""
+    return {**row, "element": _place(content, *_law(row))}
 
 
 def _log(value: float | None) -> float:
@@ -149,7 +163,7 @@ def sparse(content: Content, optimiser: str) -> Pick | None:
     if not terms:
         return None
     effect, element, size = terms[0]
-    return Pick(effect, frozenset({element}), (float(size),))
+    return Pick(effect, frozenset({_place(content, effect, element)}), (float(size),))
 
 
 RULES: Mapping[str, Rule] = MappingProxyType(

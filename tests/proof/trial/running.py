@@ -20,6 +20,7 @@ from bondgraph.support.errors import UnusableInput
 from bondgraph.support.parallel import results
 from bondgraph.support.whole_file import write_atomically
 from identification.diagnosis.localisation.element_kind import element_kind
+from tests.proof.trial.commitment import read_commitment
 from tests.proof.trial.layout import Layout
 from tests.proof.trial.models import blind_model
 from tests.proof.trial.truths import Public
@@ -82,11 +83,12 @@ def run_all(
     Raises
     ------
     UnusableInput
-        The public list names a recording that is not there.
+        The public list names a recording that is not there, or an answer is to another one.
     """
     for entry in public:
         if not (layout.recordings / f"{entry.id}.npz").is_file():
             raise UnusableInput(f"{layout.recordings}: the recording {entry.id} is not there")
+    require_own(layout, target)
     target.mkdir(parents=True, exist_ok=True)
     todo = [p for p in public if not (target / f"{p.id}.json").exists()]
     done = 0
@@ -98,6 +100,34 @@ def run_all(
         if progress is not None:
             progress(f"{name}: {said}", (len(public) - len(todo) + done) / len(public))
     return done
+
+
+def require_own(layout: Layout, answers: Path) -> None:
+    """Refuse answers to other recordings than the trial's, such as those of an older draw.
+
+    Raises
+    ------
+    UnusableInput
+        The first of them; what a recording is says the commitment, else its file.
+    """
+    sealed = read_commitment(layout)["data_sha256"] if layout.commitment.is_file() else {}
+    for path in sorted(answers.glob("*.json")):
+        file, said = layout.recordings / f"{path.stem}.npz", _answered(path)
+        known = sealed.get(file.name) or (sha256_of(file) if said and file.is_file() else "")
+        if said and known and said != known:
+            raise UnusableInput(
+                f"{path}: the answer to another recording than {file.name} is now, of an older "
+                "draw; move the answers away and run again"
+            )
+
+
+def _answered(path: Path) -> str:
+    """Return the hash of the recording that an answer is to; empty where it says none."""
+    try:
+        content = json.loads(path.read_text(encoding="utf-8"))
+        return str(((content.get("verdict") or {}).get("recording") or {}).get("sha256") or "")
+    except (ValueError, AttributeError):
+        return ""  # who reads the answer says that it is damaged
 
 
 def one(work: Work, layout: Layout, public: Public, target: Path, seed: int) -> tuple[str, str]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -50,7 +50,7 @@ class TrialScore:
 
     @property
     def passed(self) -> bool:
-        """Every gate is met; where there was nothing to count, it is not."""
+        """Every gate that is counted here is met; where there was nothing to count, it is not."""
         return all(g.passed for g in self.gates)
 
     @property
@@ -96,13 +96,20 @@ def score_trial(
     )
 
 
-def plain(s: TrialScore) -> dict[str, Any]:
-    """Return the score as JSON data."""
+def plain(s: TrialScore, withheld: Sequence[Gate] = ()) -> dict[str, Any]:
+    """Return the score as JSON data.
+
+    Parameters
+    ----------
+    withheld : sequence of Gate
+        What the second proof has counted; as long as it is open the trial has not passed.
+    """
     return {
         "schema": "bondsight.blind/2",
         "recordings": len(s.exam.outcomes),
-        "passed": s.passed,
+        "passed": s.passed and bool(withheld) and all(g.passed for g in withheld),
         "gates": [gate_row(g) for g in s.gates],
+        "withheld": [gate_row(g) for g in withheld],
         "rates": {name: rate_row(r) for name, r in s.exam.rates.items()},
         "cells": {cell: dict(c) for cell, c in sorted(s.exam.cells.items())},
         "names": _confusion_row(s.names),
@@ -145,6 +152,12 @@ def gate_row(g: Gate) -> dict[str, Any]:
         "p": g.p,
         "state": g.state,
     }
+
+
+def gate_of(row: Mapping[str, Any]) -> Gate:
+    """Return a gate that was written by `gate_row`."""
+    counted = Rate(int(row["counted"]["hits"]), int(row["counted"]["total"]))
+    return Gate(str(row["name"]), counted, float(row["limit"]), row["sense"] == "at most")
 
 
 def rate_row(r: Rate) -> dict[str, Any]:

@@ -21,8 +21,8 @@ from tests.proof.exam.truths import ExamTruth
 from tests.proof.trial.gates import MISNAMED, Gate, withheld_gates
 from tests.proof.trial.layout import Layout
 from tests.proof.trial.nesting import containing
-from tests.proof.trial.parts import Part, gates_part
-from tests.proof.trial.publishing import markdown_of
+from tests.proof.trial.parts import Part, committed, gates_part
+from tests.proof.trial.publishing import listing, markdown_of
 from tests.proof.trial.rates import Rate, rate
 from tests.proof.trial.running import Progress, run_all
 from tests.proof.trial.scoring import gate_row, rate_row
@@ -116,7 +116,7 @@ def score_withheld(truths: Mapping[str, ExamTruth], answers: Mapping[str, ExamAn
     return Withheld(outcomes, rates, withheld_gates(rates))
 
 
-def publish_withheld(found: Withheld, folder: Path) -> Path:
+def publish_withheld(found: Withheld, commitment: Mapping[str, Any], folder: Path) -> Path:
     """Write ``WITHHELD.md`` and ``withheld.json``; returns the path of the former."""
     listed = [
         (o.id, o.truth.plant, o.truth.words, o.answer.words, ", ".join(o.wrong))
@@ -130,7 +130,8 @@ def publish_withheld(found: Withheld, folder: Path) -> Path:
     ]
     said = (
         f"{len(found.outcomes)} recordings whose single effect was named rightly, each diagnosed "
-        "again without the true law and without every law that contains it."
+        "again without the true law and without every law that contains it.\n\n"
+        + listing(committed(commitment))
     )
     content = {
         "gates": [gate_row(g) for g in found.gates],

@@ -80,7 +80,7 @@ class ClockSkewEffect(Effect):
 
 def _parts(scene: FittedModel, element: Element) -> list[Array]:
     """Return readings recording by recording: each begins with both clocks together."""
-    return list(np.split(scene.of(element).argument, scene.data.breaks))
+    return list(np.split(scene.of(element).argument, scene.data.starts))
 
 
 def _ratios(n: int) -> list[float]:

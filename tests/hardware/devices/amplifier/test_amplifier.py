@@ -16,13 +16,16 @@ from hardware.devices.amplifier import (
     EPA_104,
     Amplifier,
     AnalogueAmplifier,
+    EndedWave,
     Monitors,
     UltrasonicDriver,
     UltrasonicLimits,
 )
 from hardware.devices.daq import Card, CardChannel, CardInputs, SoftwareTimedWave
-from hardware.errors import LimitViolation, LinkLost, TimedOut
+from hardware.envelope import P840_1_UNIPOLAR, Envelope, GuardedOutput
+from hardware.errors import LimitViolation, LinkLost, ProtocolFault, TimedOut
 from hardware.simulators.registers import AmplifierData, CardFront, Wires
+from hardware.simulators.registers.model import WRITE16, WRITE32
 from hardware.simulators.rig import Rig
 from tests.hardware.devices.daq.bench import Capacitor, card_on
 
@@ -144,11 +147,111 @@ def test_without_its_inputs_the_card_is_ramped_down_from_what_was_written_last()
     assert rig.extremes.largest_step < 1.1
 
 
+class Floating:
+    """Inputs that nothing is wired to."""
+
+    def __init__(self, volts: float) -> None:
+        self.volts = volts
+
+    def read(self) -> np.ndarray:
+        return np.array([self.volts, 0.0])
+
+
+WIDE = replace(STACK, lowest=-200.0, highest=200.0)
+"""As a station makes it: limits of the voltage are the envelope's business."""
+
+
+def test_a_monitor_that_tells_what_cannot_be_is_not_walked_from() -> None:
+    rig, front, card = bench()
+    card.power_up()  # by an earlier program
+    card = card_on(front, rig)
+    raw = AnalogueAmplifier(CardChannel(card), WIDE, Floating(10.0), clock=card.clock)
+    output = GuardedOutput(raw, P840_1_UNIPOLAR, card.clock)
+    with pytest.raises(ProtocolFault, match=r"tells 200 V, outside the 0 \.\. 100 V") as refusal:
+        output.power_up()
+    assert "\n" not in str(refusal.value)
+    assert rig.extremes.highest == 0.0
+
+
+def test_the_last_command_counts_more_than_a_monitor() -> None:
+    rig, _, card = bench()
+    output = AnalogueAmplifier(CardChannel(card), WIDE, Floating(4.0), clock=card.clock)
+    output.power_up()
+    with pytest.raises(LimitViolation):
+        output.write(201.0)
+    for volts in range(11):
+        output.write(float(volts))
+    output.power_up()
+    assert rig.volts == 0.0
+    assert rig.extremes.highest == pytest.approx(10.0, abs=0.02)
+    assert rig.extremes.largest_step < 1.1
+
+
 def test_an_offset_is_taken_away_at_power_up() -> None:
     rig, _, card = bench(AmplifierData(offset=1.5))
     output = amplifier_on(card, replace(STACK, offset=1.5))
     output.power_up()
     assert rig.volts == pytest.approx(0.0, abs=0.02)
+
+
+SLOW = Envelope(
+    -20.0, 90.0, slew=100.0, i_max=1e-3, capacitance=1e-6, gentle=50.0, update_period=1e-3
+)
+"""Allows steps of 0.1 V."""
+
+
+def offset_by(volts: float) -> tuple[Rig, CardFront, AnalogueAmplifier]:
+    rig, front, card = bench(AmplifierData(gain=6.0, offset=volts))
+    a = Amplifier(gain=6.0, offset=volts, lowest=-60.0, highest=90.0)
+    return rig, front, AnalogueAmplifier(CardChannel(card), a, clock=card.clock)
+
+
+def steps_within(rig: Rig, front: CardFront, allowed: float, begin: int = 0) -> None:
+    """What the card wrote to its output while it was on, in volts at the actuator."""
+    sent = [e for e in list(front.log)[begin:] if e.kind == WRITE16 and e.offset == 0x20]
+    volts = np.array([6.0 * (e.value - 0x2000) * 20.0 / 16384 for e in sent])
+    assert np.abs(np.diff(volts)).max() <= allowed + 6.0 * 20.0 / 16384
+    assert np.diff([e.instant for e in sent])[1:].min() >= SLOW.update_period - 1e-9
+    assert rig.volts == pytest.approx(0.0, abs=0.01)
+
+
+def test_the_way_to_rest_keeps_slew_and_current_of_the_envelope() -> None:
+    rig, front, raw = offset_by(40.0)
+    output = GuardedOutput(raw, SLOW, raw._clock, probe=0.0)
+    assert rig.volts == 40.0
+    output.power_up()
+    steps_within(rig, front, 0.1)
+    assert rig.extremes.lowest > -0.01
+    output.ramp(20.0)
+    # an output that is on is neither switched off nor set to the offset in between
+    begin = len(front.log)
+    raw.power_up()
+    steps_within(rig, front, 0.1, begin)
+    assert not [e for e in list(front.log)[begin:] if e.kind == WRITE32]
+    assert rig.extremes.highest == 40.0
+
+
+def test_an_offset_that_the_actuator_does_not_stand_is_refused() -> None:
+    _, front, raw = offset_by(40.0)
+    with pytest.raises(UnusableInput, match="its offset puts 40 V on the actuator"):
+        GuardedOutput(raw, Envelope(-20.0, 30.0, 100.0))
+    assert not front.log
+
+
+def test_a_voltage_that_was_left_is_ramped_down_at_the_pace_of_the_envelope() -> None:
+    rig, front, card = bench()
+    card.power_up()
+    card.set_line(0, True)
+    for volts in np.arange(0.0, 4.01, 0.005):
+        card.write(0, float(volts))
+    card = card_on(front, rig)
+    raw = AnalogueAmplifier(CardChannel(card), WIDE, CardInputs(card, (0, 1)), clock=card.clock)
+    GuardedOutput(raw, SLOW, card.clock, probe=0.0).power_up()
+    assert rig.volts == 0.0
+    assert rig.extremes.largest_step <= 0.1 + 0.04
+    # what an earlier program had raised would hide the next edge
+    lines = [e.value for e in front.log if e.kind == WRITE16 and e.offset == 0x10]
+    assert lines[-1] == 0
 
 
 def test_the_ultrasonic_driver_keeps_its_input_and_the_ends_of_travel() -> None:
@@ -193,6 +296,21 @@ def test_the_ultrasonic_driver_keeps_its_input_and_the_ends_of_travel() -> None:
     assert rig.volts == 0.0
     assert card.lines == 0
     assert driver.read() is None
+
+
+def test_a_wave_that_a_switch_has_ended_stands_at_none_of_its_samples() -> None:
+    rig, front, card = bench(AmplifierData(gain=1.0, lowest=-10.0, highest=10.0))
+    driver = UltrasonicDriver(CardChannel(card), UltrasonicLimits(upper_end=1), card)
+    driver.power_up()
+    wave = EndedWave(SoftwareTimedWave(card, driver.amplifier), driver)
+    wave.load(np.linspace(0.0, 5.0, 100), 1e3)
+    front.registers.lines_in = 0b10
+    with pytest.raises(LimitViolation, match="end of travel"):
+        list(wave.play())
+    assert rig.volts == 0.0
+    assert wave.position is None
+    front.registers.lines_in = 0
+    assert list(wave.play())[-1].samples == wave.position == 100
 
 
 def test_the_supply_of_the_ultrasonic_driver_is_off_while_its_input_is_unknown() -> None:

@@ -12,7 +12,13 @@ from bondgraph.support.errors import UnusableInput
 from hardware.contracts import Acquisition, Flag, RawOutput
 from hardware.devices.controllers import GcsController, GcsRecorder, GcsSetup, GcsWave
 from hardware.devices.controllers.gcs_recorder import gcs_array
-from hardware.envelope import RawWave
+from hardware.envelope import (
+    P840_1_UNIPOLAR,
+    GuardedOutput,
+    GuardedWave,
+    OutputState,
+    RawWave,
+)
 from hardware.errors import LimitViolation, Overrun, ProtocolFault, TimedOut
 from hardware.simulators.controllers import CommandWatchdog, GcsModel
 from hardware.simulators.rig import DeviceClock
@@ -208,6 +214,28 @@ def test_wave_that_stops_at_the_device(there: Bench) -> None:
         for _ in playing:
             pass
     assert fault.value.partial.samples < 2000
+
+
+def test_a_wave_that_stops_just_before_its_end_is_not_complete() -> None:
+    with bench("own") as there:
+        output = GuardedOutput(there.controller, P840_1_UNIPOLAR, there.clock)
+        output.power_up()
+        player = GcsWave(there.controller)
+        guarded = GuardedWave(output, player)
+        volts = np.concatenate([np.linspace(0.0, 80.0, 9000), np.linspace(80.0, 0.0, 1000)])
+        guarded.prepare(volts, 2e3)
+        stop = there.front.device.generator.stop
+        reports = guarded.play()
+        first = next(reports)
+        # 25 ms of 5 s before the end, where the output still has some 4 V
+        there.rig.at(there.rig.now + 4.955, stop)
+        with pytest.raises(ProtocolFault, match=r"stopped at 3\.\d+ V where") as fault:
+            list(reports)
+        assert first.samples < fault.value.partial.samples <= 10_000
+        assert position(player) is None
+        assert there.rig.volts == 0.0
+        assert output.state is OutputState.PARKED
+        assert there.rig.extremes.largest_step < 2.0
 
 
 def test_wave_beyond_the_device_is_refused(there: Bench) -> None:

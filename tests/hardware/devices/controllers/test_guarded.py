@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from hardware.devices.controllers import GcsSetup, GcsWave
+from hardware.devices.controllers import NV200, AsciiController, GcsSetup, GcsWave
+from hardware.devices.transport import SerialTransport
 from hardware.envelope import Envelope, GuardedOutput, GuardedWave, OutputState
-from hardware.errors import HardwareError, LimitViolation, LinkLost
-from hardware.simulators.controllers import CommandWatchdog, Fault, GcsModel
-from tests.hardware.devices.controllers.bench import Bench, bench
+from hardware.errors import HardwareError, LimitViolation, LinkLost, ProtocolFault
+from hardware.simulators.control.client import LocalClock
+from hardware.simulators.controllers import AsciiFront, CommandWatchdog, Fault, GcsModel
+from hardware.simulators.rig import Rig
+from tests.hardware.devices.controllers.bench import Bench, Spring, bench
 
 LIMITS = Envelope(0.0, 100.0, 2e5, safe=0.0, gentle=1000.0)
 WAYS = ("own", "pisocket")
@@ -87,3 +91,40 @@ def test_dead_wire_and_a_watchdog() -> None:
         b.rig.wait(1.0)
         assert b.rig.volts == 0.0
         assert b.rig.extremes.largest_step <= 2.0
+
+
+@pytest.mark.parametrize("left", [103.0, 110.0])
+def test_the_walk_at_power_up_keeps_within_the_envelope(left: float) -> None:
+    with bench("own") as b:
+        b.front.device.axis.command(left)
+        output = GuardedOutput(b.controller, LIMITS, clock=b.clock)
+        if left > 105.0:
+            with pytest.raises(ProtocolFault, match=r"stands at 110 V, outside the 0 \.\. 100 V"):
+                output.power_up()
+            assert b.rig.volts == left
+        else:
+            output.power_up()
+            assert b.rig.volts == 0.0
+        sent = [float(c.split()[2]) for c in b.front.device.commands if c.startswith("SVA ")]
+        assert max(sent, default=0.0) <= 100.0
+
+
+def test_a_controller_that_rests_elsewhere_than_at_zero_is_known_to() -> None:
+    with bench("own", setup=GcsSetup(safe=20.0)) as b:
+        output = GuardedOutput(b.controller, replace(LIMITS, safe=20.0), clock=b.clock)
+        output.power_up()
+        assert output.present == b.rig.volts == 20.0
+        assert output.state is OutputState.PARKED
+    rig = Rig(Spring())
+    front = AsciiFront(rig, "nv200")
+    line = SerialTransport(front.start())
+    controller = AsciiController(NV200, line, LocalClock(rig), safe=20.0, gentle=1e3)
+    try:
+        output = GuardedOutput(controller, LIMITS, clock=LocalClock(rig))
+        output.power_up()
+        assert output.present == rig.volts == 0.0
+        assert rig.extremes.largest_step <= 10.0
+        assert max(float(c[4:]) for c in front.device.commands if c.startswith("set,")) == 20.0
+    finally:
+        controller.close()
+        front.stop()

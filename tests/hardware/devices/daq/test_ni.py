@@ -142,6 +142,24 @@ def test_what_is_put_out_while_the_card_stops_counts_too(bench: Bench) -> None:
     assert position(wave) == 0
 
 
+def test_an_abort_that_was_interrupted_is_not_forgotten(bench: Bench) -> None:
+    wave = wave_on(bench)
+    wave.load(np.linspace(0.0, 100.0, 1000), 1000.0)
+    playing = wave.play()
+    next(playing)
+    bench.fail["stop"] = KeyboardInterrupt()  # type: ignore[assignment]
+    with pytest.raises(KeyboardInterrupt):
+        wave.abort()
+    bench.sleep(0.1)
+    del bench.fail["stop"]
+    wave.abort()
+    assert position(wave) == 121
+    assert not bench.open
+    bench.sleep(0.1)
+    assert bench.outputs["Dev1/ao0"] == pytest.approx(5.0 * 120 / 999)
+    assert list(playing) == []
+
+
 def test_loading_during_a_wave_changes_nothing_of_it(bench: Bench) -> None:
     wave = wave_on(bench)
     volts = np.linspace(0.0, 100.0, 1000)

@@ -10,6 +10,7 @@ from hardware.contracts import Flag, WallClock, WaveProgress
 from hardware.devices.amplifier import EPA_104, Amplifier, Monitors
 from hardware.devices.daq import (
     MF634,
+    Access,
     CardWiring,
     MemoryRegisters,
     SampleClock,
@@ -123,6 +124,31 @@ def test_after_a_stall_samples_are_late_and_flagged_but_never_come_in_a_burst() 
     assert ((flags & Flag.LATE) > 0).tolist() == (lateness > 0.5e-3).tolist()
     assert reports[-1].late == int((lateness > 0.5e-3).sum()) > 90
     assert lateness[-1] == pytest.approx(0.0, abs=1e-9)
+
+
+@pytest.mark.parametrize("stalled", [0, 21, 22])
+def test_a_stall_between_the_clock_and_the_write_brings_no_burst(
+    stalled: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    rig, front, wave = player()
+    batch, written = front.registers.batch, [0]
+
+    def late(accesses: list[Access]) -> list[int]:
+        accesses = list(accesses)
+        if any(a[0] == WRITE16 and a[2] == 0x20 for a in accesses):
+            if written[0] == stalled:
+                rig.wait(0.0105)
+            written[0] += 1
+        return batch(accesses)
+
+    monkeypatch.setattr(front.registers, "batch", late)
+    wave.load(sine(200, 1000.0), 1000.0)
+    list(wave.play())
+    at = np.array([e.instant for e in front.log if e.kind == WRITE16 and e.offset == 0x20][1:])
+    assert len(at) == 200
+    assert np.diff(at).min() >= 1e-3 / 1.1 - 1e-9
+    # and it catches up
+    assert at[-1] - at[0] == pytest.approx(0.199 - (0.0105 if stalled == 0 else 0.0), abs=1e-6)
 
 
 def test_a_slow_waveform_still_reports_every_20_ms() -> None:

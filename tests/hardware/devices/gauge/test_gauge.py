@@ -133,6 +133,15 @@ def test_readings_in_whole_steps_are_no_outliers_of_each_other() -> None:
     assert averaged(np.full(10, 2.0)).uncertainty == 0.0
 
 
+def test_an_outlier_among_equal_readings_is_left_out() -> None:
+    found = averaged(np.array([1.0] * 8 + [4.0]))
+    assert (found.mean, found.uncertainty, found.kept, found.excluded) == (1.0, 0.0, 8, 1)
+    assert averaged(np.array([4.0] + [1.0] * 7 + [1.001])).excluded == 1
+    # an output that stands between two steps of the gauge has no outliers
+    between = np.tile([1.0, 1.0, 1.001, 1.0, 1.0], 8)
+    assert averaged(between).excluded == 0
+
+
 def test_every_stretch_of_voltage_has_its_mean() -> None:
     volts = np.repeat([0.0, 3.0, 5.0], [30, 4, 30])
     found = plateaus(volts, 0.1 * volts, skip=5)

@@ -15,6 +15,7 @@ from identification.estimation.prediction.exact_plant import ExactPlant
 from identification.estimation.prediction.kalman import KalmanFilter
 from identification.estimation.prediction.likelihood import evaluate, pass_over
 from identification.estimation.prediction.loop import filter_runner
+from identification.study.residual import parameters_at
 from identification.study.specification import Nuisances, Vary
 from tests.identification.estimation.prediction.plants import (
     DAMPING,
@@ -129,6 +130,20 @@ def test_equals_a_dense_gaussian(initial: str) -> None:
     wanted = dense(A, B, READ, s, r, np.zeros((2, 2)), model.rest[0], u, seen)
     assert found.count == 60 - 4
     assert abs(found.log_likelihood - wanted) < 1e-9 * abs(wanted)
+
+
+def test_a_record_at_rest_begins_at_the_rest_of_its_values() -> None:
+    u, y = measured(60)
+    model = filter_of(
+        spring(), recording_of(y + 0.02, DT, u + 4.0), {"m": 0.3}, noise={"x": 2e-3}, initial="rest"
+    )
+    theta = moved(model)
+    p = parameters_at(model.first, model.local(theta, 0))
+    stiffness = p[model.first.engine.parameter_names.index("k")]
+    assert abs(stiffness / STIFFNESS - 1.0) > 0.01
+    x = model.initial(theta, 0)[model.first.engine.state_names.index("q_k")]
+    assert x == pytest.approx((u[0] + 4.0) / stiffness, rel=1e-9)
+    assert_gradient(model)
 
 
 def test_noise_at_a_source_acts_where_the_command_acts() -> None:

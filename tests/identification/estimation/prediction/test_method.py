@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -9,9 +11,14 @@ from bondgraph import BondGraph, Df, Dq, I, One, Parameter, R, Recording, Se, Un
 from bondgraph.graph.drives import Drive
 from bondgraph.signals.recording import Split
 from identification.estimation import Normal, Nuisances, Study, Vary, estimate
+from identification.estimation.archive import open_fit, save_fit
 from identification.estimation.levenberg_marquardt import FitStatus
 from identification.estimation.methods import FitOptions, FitTask
 from identification.estimation.methods.prediction_error import PredictionError
+from identification.validation import judge
+from identification.validation.source import from_estimation
+from identification.validation.validation_data import FREE_RUN
+from tests.identification.estimation.plants import caught, falling
 from tests.identification.estimation.prediction.plants import (
     DAMPING,
     MASS,
@@ -150,6 +157,21 @@ def test_a_parameter_of_each_recording_and_its_command_offsets() -> None:
     for group, true in ((stiffness, STIFFNESS), (forces, 0.0)):
         for e in group:
             assert abs(e.value - true) < 1.6 * 0.5 * (e.ci95[1] - e.ci95[0])
+
+
+def test_one_step_predictions_are_told_as_what_they_are(tmp_path: Path) -> None:
+    """A spring that pushes away: its free run leaves the record."""
+    study = Study(falling(), caught(500), nuisances=BARE, splits=all_train(500), hold="hold")
+    found = estimate(study, method="prediction_error", max_iterations=3)
+    assert found.run == "one-step predictions of caught, each from the readings before it"
+    assert from_estimation(found).run == found.run
+    assert f"simulated as {found.run}" in str(judge(found))
+    save_fit(found, tmp_path / "fit.npz")
+    assert open_fit(tmp_path / "fit.npz").run == found.run
+    tame = Study(spring(), recording(3, 200, sigma=0.0), nuisances=BARE, splits=all_train(200))
+    made = estimate(tame, method="prediction_error", max_iterations=3)
+    assert made.run == ""
+    assert from_estimation(made).run == FREE_RUN
 
 
 def test_what_it_cannot_do_is_refused() -> None:

@@ -19,7 +19,7 @@ from tests.proof.benchmark import scorer
 from tests.proof.benchmark.__main__ import main
 from tests.proof.benchmark.converting import entry_of
 from tests.proof.benchmark.exporting import HERE, open_truths, truth_row
-from tests.proof.exam.counting import score_exam
+from tests.proof.exam.counting import score_exam, stated
 from tests.proof.exam.generating import generate_exam
 from tests.proof.exam.said import exam_answer_of
 from tests.proof.exam.truths import truth_of
@@ -141,7 +141,10 @@ def test_the_same_counts_as_ours(drawn: tuple[list[dict[str, Any]], list[dict[st
     assert scorer.cells(outcomes) == ours.cells
     # none of them is trivially the same
     assert {k: v for k, v in counts.items() if not 0 < v[0] < v[1]} == {}
-    assert scorer.log_score(outcomes)[1] == sum(r.right.total for r in ours.reliability)
+    points = stated(ours.outcomes)
+    score, names = scorer.log_score(outcomes)
+    assert names == len(points)
+    assert np.isclose(score, np.mean([np.log(max(p if ok else 1 - p, 1e-12)) for p, ok in points]))
 
 
 def test_every_entry_of_ours_fits_the_schema(

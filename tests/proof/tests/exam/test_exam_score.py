@@ -15,7 +15,7 @@ from bondgraph.signals.recording import Recording
 from identification.diagnosis.diagnose import Diagnosis
 from tests.proof.exam.__main__ import main
 from tests.proof.exam.answering import transplant
-from tests.proof.exam.counting import score_exam
+from tests.proof.exam.counting import score_exam, stated
 from tests.proof.exam.printing import bad_lines, table_lines
 from tests.proof.exam.said import exam_answer_of
 from tests.proof.exam.truths import truth_of
@@ -138,6 +138,25 @@ def test_of_several_effects_each_claim_speaks_of_its_own() -> None:
     score = counted((row, both), (row, mixed), (row, said(MISSING, finding("exact", "backlash"))))
     assert score.rates["several effects that all show: all found"] == Rate(1, 3)
     assert score.rates["several effects that all show: strongest found"] == Rate(2, 3)
+
+
+def test_a_name_for_exchanged_channels_is_a_wrong_one() -> None:
+    row = truth("mixed_up", effect("unknown", "x_1"))
+    exact = said(MISSING, finding("exact", "sensor_gain", "x_1"))
+    rates = counted((row, exact), (row, said(UNKNOWN, finding("unknown")))).rates
+    assert rates["wrong names, of the names given"] == Rate(1, 1)
+    assert rates["wrong exact names, of those given"] == Rate(1, 1)
+    assert rates["outside the catalogue named exactly"] == Rate(0, 0)
+
+
+def test_a_stated_probability_is_of_name_and_place() -> None:
+    """As where it is read from: `certify` counts a right name at a wrong place as wrong."""
+    sure = {"probability": 0.9}
+    found = [
+        judged(BACKLASH, said(MISSING, finding("exact", "backlash", place, **sure)))
+        for place in ("k_2", "k_1", "")
+    ]
+    assert stated(found) == [(0.9, True), (0.9, False), (0.9, True)]
 
 
 def test_rates_have_the_right_denominators() -> None:

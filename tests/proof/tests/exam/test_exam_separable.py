@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -61,6 +62,20 @@ def test_rivals_that_leave_more_than_the_noise_can_be_told() -> None:
     )
     assert name_separable(TRUTH, kept)
     assert kind_separable(TRUTH, kept)
+
+
+def test_the_clock_of_all_readings_is_where_models_have_it() -> None:
+    """A skew of the shared clock is a law of the source; one of a sensor's own is another."""
+    (old,) = TRUTH.effects
+    skew = replace(
+        old, effect="clock_skew", names=frozenset({"clock_skew"}), places=frozenset({"clock"}),
+        kinds=frozenset({"sensing"}),
+    )  # fmt: skip
+    truth = replace(TRUTH, effects=(skew,))
+    for element, held in (("F", True), ("x", False)):
+        kept = evidence(3.0, ("clock_skew", element, 0.0), ("creep", "k", 1.0))
+        assert name_separable(truth, kept) is held
+        assert kind_separable(truth, kept) is held
 
 
 def test_the_declared_model_is_a_rival() -> None:

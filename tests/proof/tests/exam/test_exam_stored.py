@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import json
 import re
+from dataclasses import replace
+from importlib import import_module
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -16,10 +19,13 @@ from bondgraph.signals.recording import Recording
 from identification.diagnosis.diagnose import diagnose
 from identification.diagnosis.evidence.answer import RIGHT
 from identification.diagnosis.evidence.decision import decide
-from identification.diagnosis.evidence.hypotheses import Thresholds
+from identification.diagnosis.evidence.hypotheses import Evidence, Thresholds
+from identification.diagnosis.evidence.remaining import Remaining
+from identification.diagnosis.search import one_step
 from identification.diagnosis.search.candidates import DiagnosisOptions
 from identification.diagnosis.verdict import verdict
-from tests.proof.exam import certifying
+from tests.identification.diagnosis.decision_cases import ROWS, Case, N, lag
+from tests.proof.exam import certifying, stored
 from tests.proof.exam.certifying import GATES, GRID, UNTOLD, certify_lines, replayed, settings
 from tests.proof.exam.said import exam_answer_of
 from tests.proof.exam.stored import evidence_of, recorded
@@ -58,6 +64,74 @@ def test_stored_evidence_gives_the_same_decisions(friction: float) -> None:
         strict = replayed(content, Thresholds(z=1e6))
         assert strict.claims == (UNTOLD,)
         assert strict.alarm
+
+
+def restored(e: Evidence) -> Evidence:
+    return evidence_of(json.loads(json.dumps(stored.stored(e))))
+
+
+def test_a_law_that_is_idle_stays_so() -> None:
+    case = Case(9.0).law("coulomb_friction at d", 0.0).law("quadratic_drag at d", lag(1.0))
+    case.laws[1] = replace(case.laws[1], idle=True)
+    d = decide(restored(case.evidence()))
+    assert (d.answer, d.places) == (case.decided().answer, case.decided().places)
+    assert d.answer != decide(replace(case.evidence(), laws=tuple(
+        replace(s, idle=False) for s in case.evidence().laws
+    ))).answer  # fmt: skip
+    older = stored.stored(case.evidence())
+    del older["several"], older["recordings"]
+    for row in older["laws"]:
+        del row["idle"]
+    assert not any(s.idle for s in evidence_of(older).laws)
+
+
+def test_whose_noise_is_known_is_kept() -> None:
+    known = Remaining({"x": 2.0, "v": 3.0}, False, 1.0, {}, 1.5, frozenset({"v"}))
+    evidence = Case(9.0, known).law("hysteresis at k", 2.0).evidence()
+    assert restored(evidence).before == known
+    older = stored.stored(evidence)
+    older["before"] = older["before"][:5]
+    assert evidence_of(older).before == replace(known, sure=frozenset())
+
+
+@pytest.mark.parametrize("agreed", [True, False])
+def test_what_several_recordings_agree_on_is_kept(agreed: bool) -> None:
+    where = 1.0 if agreed else np.where(ROWS.sample < N // 2, 1.0, 0.0)
+    case = Case(9.0, where=where, several=True).law("hysteresis at k", 2.0, test=99.0)
+    case.law("coulomb_friction at d", 2.0, test=99.0).kind("memory", "k", 2.0)
+    for s in case.laws:
+        problem: Any = s.trial.fit.problem
+        problem.data = replace(problem.data, breaks=(N // 2,))
+    again = decide(restored(case.evidence()))
+    assert again.places == case.decided().places
+    assert set(again.places) == ({"k", "d"} if agreed else set())
+
+
+@pytest.mark.parametrize("told", [True, False])
+def test_the_first_search_stays_first(told: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What a search on finer stretches looked at comes after it, or not at all."""
+    whole, steps = import_module(diagnose.__module__), import_module(one_step.__name__)
+
+    def search(floor: float, *names: str) -> None:
+        data = SimpleNamespace(names=("x",), floor=[floor])
+        whole.steps(SimpleNamespace(fit=SimpleNamespace(problem=SimpleNamespace(data=data))))
+        for name in names:
+            steps.decide(SimpleNamespace(plain=object(), name=name))
+
+    def finer() -> tuple[str | None, bool]:
+        search(2.0, "c")
+        return "found" if told else None, False
+
+    monkeypatch.setattr(stored, "steps", lambda base: None)
+    monkeypatch.setattr(stored, "decide", lambda evidence, limits: None)
+    monkeypatch.setattr(stored, "stored", lambda evidence: {"name": evidence.name})
+    monkeypatch.setattr(stored, "on_finer_stretches", finer)
+    with recorded() as kept:
+        search(9.0, "of another diagnosis")
+        search(1.0, "a", "b")
+        whole.on_finer_stretches()
+    found = [(e["name"], e["floors"]["x"]) for e in kept]
+    assert found == [("a", 1.0), ("b", 1.0), *([("c", 2.0)] if told else [])]
 
 
 def test_a_decision_made_again_with_more_laws_is_kept_once() -> None:

@@ -10,7 +10,8 @@ from typing import Any
 import pytest
 
 from bondgraph.support.errors import UnusableInput
-from tests.proof.tests.exam.made_up import effect, truth
+from bondsight.cli.main import main
+from tests.proof.tests.exam.made_up import MISSING, effect, finding, said, truth
 from tests.proof.trial import commitment
 from tests.proof.trial.commitment import (
     PROOF,
@@ -22,9 +23,11 @@ from tests.proof.trial.commitment import (
     tool_commit,
     truths_hash,
     verify,
+    with_note,
 )
 from tests.proof.trial.generator.writing import seal
 from tests.proof.trial.layout import Layout
+from tests.proof.trial.parts import committed
 
 ROWS: list[dict[str, Any]] = [
     truth("control") | {"id": "r0", "control_kind": "plain"},
@@ -167,6 +170,38 @@ def test_what_changed_of_the_proof_itself_is_said(
     # that is told beside the score; what was run is the tool, which is as it was
     verify(layout)
     assert changed_since(content | {"proof_sha256": "0"}) == ("the proof's sources", "the design")
+    # of the tool too: a score may be counted with another one than has answered
+    assert changed_since(content | {"thresholds": {}, "source_sha256": "0"})[1:] == (
+        "the thresholds", "the tool's sources",
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("step", ["score", "withheld"])
+def test_no_oracle_and_no_withheld_law_is_asked_of_a_changed_tool(
+    layout: Layout, step: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    row = {"id": "r1", "plant": "chain", "sensors": ["x_1", "x_2"], "hold": "hold", "delay": 0.0}
+    layout.public.write_text(json.dumps({"recordings": [row]}), encoding="utf-8")
+    commit(layout, ROWS, "ab12")
+    answered(layout)
+    right = said(MISSING, finding("exact", "backlash", "k")) | {"id": "r1"}
+    (layout.answers / "r1.json").write_text(json.dumps(right), encoding="utf-8")
+    quiet = said("explained") | {"id": "r0"}
+    (layout.answers / "r0.json").write_text(json.dumps(quiet), encoding="utf-8")
+    monkeypatch.setattr(commitment, "source_hash", lambda folders=(): "another")
+    assert main(["blind", step, "--folder", str(layout.folder), "--jobs", "1"]) == 2
+    assert "the tool's sources differ from the commitment" in capsys.readouterr().err
+    assert not layout.oracle.exists()
+    assert not layout.withheld.exists()
+
+
+def test_the_score_says_since_when_the_salt_is_public(layout: Layout) -> None:
+    commit(layout, ROWS)
+    assert "salt public before the end" not in dict(committed(with_note(layout)))
+    layout.note.write_text("A note.\nThe salt is public since Friday.\n", encoding="utf-8")
+    facts = dict(committed(with_note(layout)))
+    assert facts["salt public before the end"] == "The salt is public since Friday."
+    verify(layout)
 
 
 def test_a_trial_without_commitment_is_refused(tmp_path: Path) -> None:

@@ -65,6 +65,21 @@ def test_best_law_by_its_held_out_misfit() -> None:
     assert held_out({"id": "e0"}) is None
 
 
+def test_every_rule_has_the_shared_clock_where_truths_have_it() -> None:
+    skew = law("clock_skew", "F", 1.0, 1.2)
+    terms = {"STLSQ": [["clock_skew", "F", 0.7]]}
+    content = asked(trials=[skew], sparse=terms) | {"nominal_rms": {"x": 1.0}}
+    for rule in (held_out, RULES["Akaike's criterion"], RULES["sparse regression, STLSQ"]):
+        found = rule(content)
+        assert found is not None
+        assert found.places == {"clock"}
+    kept = answer("clock_skew", "clock")
+    kept["evidence"][0]["laws"][0] |= {"element": "F"}
+    told = tool(kept)
+    assert told is not None
+    assert math.isfinite(told.knob[1])
+
+
 def test_older_answers_have_the_misfits_in_their_evidence() -> None:
     rows = [{**x, "effect": e} for x, e in zip(LAWS, ("unknown", "creep", "coulomb"), strict=True)]
     found = held_out({"id": "e0", "evidence": [{"laws": rows, "nominal": 2.0, "trained": 2.0}]})

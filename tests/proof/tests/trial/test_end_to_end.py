@@ -54,7 +54,8 @@ def test_opened_and_scored(layout: Layout, capsys: pytest.CaptureFixture[str]) -
     assert main(["blind", "score", "--folder", str(layout.folder), "--jobs", "1"]) == 1
     said = capsys.readouterr().out
     assert "false alarms, of the controls: 0/2" in said
-    assert "none seen     crashes: 0/3" in said
+    assert "none seen          called explained, of those where an effect shows: 0/1" in said
+    assert "Open until bondsight blind withheld has counted it" in said
     data = json.loads((layout.score / "score.json").read_text(encoding="utf-8"))
     assert [r["wrong"] for r in data["each"]] == [[], [], []]
     assert len(read_oracles(layout)) == 1

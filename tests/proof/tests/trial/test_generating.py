@@ -73,11 +73,29 @@ def test_an_interrupted_draw_goes_on_with_its_salt(layout: Layout) -> None:
     layout.truths.unlink()
     victim = next(layout.recordings.iterdir())
     victim.unlink()
-    # the seed is no longer asked: the salt of the first call counts
-    generate_trial(layout, "development", count=6, seed=99, jobs=1)
+    with pytest.raises(UnusableInput, match="a development trial of seed 3 was begun here"):
+        generate_trial(layout, "development", count=6, seed=99, jobs=1)
+    with pytest.raises(UnusableInput, match="a development trial of seed 3 was begun here"):
+        generate_trial(layout, "quick", jobs=1)
+    assert not layout.commitment.exists()
+    generate_trial(layout, "development", count=6, seed=3, jobs=1)
     second = json.loads(layout.commitment.read_text(encoding="utf-8"))
     assert second["truths_sha256"] == first["truths_sha256"]
     assert second["data_sha256"] == first["data_sha256"]
+
+
+def test_a_sealed_salt_is_of_one_kind(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    layout = Layout(tmp_path / "trial")
+    monkeypatch.setattr(generating, "draw_trial", lambda kind, salt, count: [])
+    generate_trial(layout, "quick", jobs=1)
+    layout.commitment.unlink()
+    for kind in ("trial", "development"):
+        with pytest.raises(UnusableInput, match="a quick trial was begun here"):
+            generate_trial(layout, kind, jobs=1)
+    layout.drawn.unlink()  # a salt that was brought from another machine
+    with pytest.raises(UnusableInput, match="a sealed trial was begun here"):
+        generate_trial(layout, "development", jobs=1)
+    assert generate_trial(layout, "trial", jobs=1) == 0
 
 
 def test_the_same_salt_draws_the_same_cases() -> None:

@@ -9,11 +9,14 @@ from typing import Any
 import numpy as np
 import pytest
 
+from bondgraph.signals.recording_file import sha256_of
 from bondgraph.support.errors import UnusableInput
+from tests.proof.exam.__main__ import main as exam
 from tests.proof.exam.answering import exam_answer
 from tests.proof.exam.said import read_exam_answers
+from tests.proof.tests.exam.made_up import truth
 from tests.proof.trial.layout import Layout
-from tests.proof.trial.running import recording_of, run_all
+from tests.proof.trial.running import recording_of, require_own, run_all
 from tests.proof.trial.truths import Public, read_public
 
 PUBLIC = tuple(Public(f"r{i}", "probe", ("x",)) for i in range(5))
@@ -62,6 +65,35 @@ def test_an_interrupted_run_goes_on_where_it_stopped(layout: Layout) -> None:
     assert [round(part, 6) for _, part in told] == [0.6, 0.8, 1.0]
     assert set(read_exam_answers(layout.answers)) == {p.id for p in PUBLIC}
     assert run_all(layout, PUBLIC, layout.answers, pretend, jobs=1) == 0
+
+
+def test_answers_of_an_older_draw_are_refused(
+    layout: Layout, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = layout.recordings / "r1.npz"
+    told = {"verdict": "explained", "findings": [], "recording": {"sha256": sha256_of(file)}}
+    layout.answers.mkdir(parents=True)
+    answer = layout.answers / "r1.json"
+    answer.write_text(json.dumps({"id": "r1", "verdict": told}), encoding="utf-8")
+    stop_at[0] = 0
+    assert run_all(layout, PUBLIC, layout.answers, pretend, jobs=1) == 4
+    np.savez(file, time=np.arange(300.0), F=np.ones(300), x=np.ones(300))
+    with pytest.raises(UnusableInput, match=r"r1\.json: the answer to another recording"):
+        run_all(layout, PUBLIC, layout.answers, pretend, jobs=1)
+    rows = [truth("control") | {"id": p.id} for p in PUBLIC]
+    layout.truths.parent.mkdir()
+    layout.truths.write_text(json.dumps(rows), encoding="utf-8")
+    for step in ("score", "certify"):
+        assert exam([step, "--folder", str(layout.folder)]) == 2
+        said = capsys.readouterr().err
+        assert "of an older draw" in said
+        assert said.count("\n") == 1
+    # of a trial the commitment says what the recordings are, though they are no longer there
+    sealed = {"data_sha256": {"r1.npz": "0" * 64}}
+    layout.commitment.write_text(json.dumps(sealed), encoding="utf-8")
+    file.unlink()
+    with pytest.raises(UnusableInput, match="of an older draw"):
+        require_own(layout, layout.answers)
 
 
 def test_a_missing_recording_is_refused_before_anything_runs(layout: Layout) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from dataclasses import replace
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -26,7 +27,9 @@ from tests.proof.tests.exam.made_up import (
 )
 from tests.proof.trial.calibration import log_score, plain_log_score
 from tests.proof.trial.curves import TOOL, curve
+from tests.proof.trial.gates import MISNAMED, Gate, withheld_gates
 from tests.proof.trial.oracles import oracle_ratio, quantiles, repair_ratio
+from tests.proof.trial.parts import headline
 from tests.proof.trial.publishing import publish
 from tests.proof.trial.rates import Rate
 from tests.proof.trial.rivals import Pick
@@ -134,6 +137,19 @@ def test_the_error_over_the_oracles() -> None:
 def test_a_recording_without_an_answer_is_refused() -> None:
     with pytest.raises(UnusableInput, match="1 recordings have no answer, first e0"):
         score_trial({"e0": truth_of(BACKLASH)}, {})
+
+
+def test_the_headline_names_the_withheld_gate() -> None:
+    both = Gate("alarms", Rate(0, 200), 0.02), Gate("names", Rate(1, 59), 0.05)
+    s, rest = replace(scored(), gates=both), "Met, not certified: names. 1 of 11 crashed."
+    assert headline(s) == (
+        f"All gates that were counted are met. {rest} Open until bondsight blind withheld has "
+        f"counted it: {MISNAMED}."
+    )
+    good, bad = withheld_gates({MISNAMED: Rate(0, 59)}), withheld_gates({MISNAMED: Rate(9, 59)})
+    assert headline(s, good) == f"All gates are met. {rest}"
+    assert headline(s, bad) == f"Not met: {MISNAMED}. {rest}"
+    assert [plain(s, x)["passed"] for x in ((), good, bad)] == [False, True, False]
 
 
 def test_everything_is_published(tmp_path: Path) -> None:

@@ -24,6 +24,7 @@ from tests.proof.trial import withheld
 from tests.proof.trial.gates import MISNAMED
 from tests.proof.trial.layout import Layout
 from tests.proof.trial.nesting import containing
+from tests.proof.trial.publishing import withheld_counted
 from tests.proof.trial.rates import Rate
 from tests.proof.trial.truths import Public
 from tests.proof.trial.withheld import (
@@ -103,21 +104,25 @@ def test_another_name_is_an_error(content: Mapping[str, Any], errors: int) -> No
     assert found.gates[0].counted == Rate(errors, 1)
 
 
-def test_the_gate_is_certified_or_missed(tmp_path: Path) -> None:
+def test_the_gate_is_certified_or_met(tmp_path: Path) -> None:
     honest, other = said(UNKNOWN, finding("kind", kind="slow")), said(
         MISSING, finding("exact", "creep", "k_1")
     )  # fmt: skip
     met = score_withheld(truths(*[BACKLASH] * 59), answers(*[honest] * 59))
     assert met.passed
+    assert met.gates[0].certified
     found = score_withheld(truths(*[BACKLASH] * 59), answers(other, *[honest] * 58))
-    assert not found.passed
+    assert found.passed
     assert found.rates["wrong places, of the places given"] == Rate(1, 59)
     assert found.rates["right kind, of the kinds given"] == Rate(0, 58)
-    text = publish_withheld(found, tmp_path).read_text(encoding="utf-8")
+    text = publish_withheld(found, {"tool_commit": "abc"}, tmp_path).read_text("utf-8")
     assert "1/59  1.7 % (0.0-9.1)" in text
+    assert "committed: ? at abc" in text
+    assert "changed since: the proof's sources" in text
     assert "backlash@k_2 10 | exact creep@k_1 | wrong name, wrong place" in text
     data = json.loads((tmp_path / "withheld.json").read_text(encoding="utf-8"))
-    assert data["gates"][0]["state"] == "not certified"
+    assert data["gates"][0]["state"] == "met, not certified"
+    assert withheld_counted(tmp_path) == found.gates
 
 
 def test_laws_that_contain_the_true_one_are_withheld_too() -> None:

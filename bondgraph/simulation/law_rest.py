@@ -1,0 +1,175 @@
+"""The rest of a model that is linear up to scalar laws: of its linear part, then laws and all.
+
+Sizes: n_x states, n_u inputs, n_w laws, n_m memory states of a law.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, TypeAlias
+
+import casadi as ca
+import numpy as np
+
+from bondgraph.equations.relation import LawUse
+from bondgraph.laws.law import split
+from bondgraph.simulation.radau.start import SOLVED, least_correction
+from bondgraph.simulation.start import equilibrium
+from bondgraph.support.arrays import Array
+from bondgraph.support.ops import CASADI, NUMPY
+
+if TYPE_CHECKING:
+    from bondgraph.simulation.lure import Compiled
+
+STEPS = 200
+STILL = 1e-9
+"""Share of what the states would make of an argument below which it is none: what sticks."""
+
+Deviations: TypeAlias = Callable[[Array], tuple[Array, Array]]
+"""``s -> w, dw/ds``, shapes (n_w,) and (n_w, n_w)."""
+
+
+def law_rest(
+    compiled: Compiled, p: Array, u: Array, memory: Mapping[str, Sequence[float]] | None = None
+) -> Array:
+    """Return the state at rest under constant inputs, shape (n_x,); integrators stay at zero.
+
+    Newton's method from the rest of the linear part. Laws with memory are relaxed there, unless
+    `memory` holds theirs; friction that sticks carries nothing, and what acts in time begins with
+    the record. Where none is found the state is that of the linear part; a warning says so, unless
+    nothing rests there either.
+
+    Parameters
+    ----------
+    p : ndarray, shape (n_p,), SI
+    u : ndarray, shape (n_u,)
+    """
+    from bondgraph.simulation.first_order_hold import blocks
+    from bondgraph.simulation.lure import law_slices
+
+    x = equilibrium(compiled, p, u)
+    if not compiled.n_w or not x.size:
+        return x
+    if recorded := compiled.model.recorded:  # where nothing moves, nothing has a rate
+        u = np.where([n in recorded for n in compiled.inputs], 0.0, u)
+    parts, k, n = blocks(compiled, compiled.block(p)), compiled.n_u, x.size
+    by_w = np.vstack([parts.b[:, k:], parts.ds[:, k:]])
+    numbers = p[list(compiled.law_parameters)]
+    acting = [
+        (j, port, numbers[q])
+        for j, (port, _, q) in enumerate(law_slices(compiled))
+        if by_w[:, j].any() and not port.law.counts_time
+    ]
+    noise = _noise(parts.a, parts.cs, x)
+
+    def arguments(s: Array) -> Array:
+        return np.where(np.abs(s) <= noise, 0.0, s)
+
+    s = parts.cs @ x + parts.ds[:, :k] @ u
+    kept = memory or {}
+    if not any(_value(port, j, arguments(s), q, kept) for j, port, q in acting):
+        return x
+    # a row that neither a state nor a law which states move decides is an integral: it never rests
+    held = parts.a.any(axis=1) | parts.b[:, k:][:, _moved(parts.cs, parts.ds[:, k:])].any(axis=1)
+    rows = np.append(held, np.ones(s.size, bool))
+    linear = np.block([[parts.a, np.zeros((n, s.size))], [parts.cs, -np.eye(s.size)]])[rows]
+    constant = np.concatenate([parts.b[:, :k] @ u, parts.ds[:, :k] @ u])[rows]
+    slopes = {j: _slopes(port, q.size) for j, port, q in acting}
+
+    def deviations(s: Array) -> tuple[Array, Array]:
+        w, by = np.zeros(s.size), np.zeros((s.size, s.size))
+        for j, port, q in acting:
+            m, moved = _memory(port, j, arguments(s), kept)
+            found, by_s, by_m = (a.full() for a in slopes[j](arguments(s)[j], m, q))
+            w[j] = found[0, 0]
+            by[j] = (by_m @ moved)[0]
+            by[j, j] += by_s[0, 0]
+        return w, by
+
+    v = _solved(linear, constant, by_w[rows], np.concatenate([x, s]), deviations)
+    if v is not None:
+        return v[:n]
+    if np.abs(linear @ np.concatenate([x, s]) + constant).max() <= STILL * np.abs(constant).max():
+        warnings.warn(
+            f"{compiled.model.name}: no rest with its laws is found under these inputs "
+            f"({', '.join(port.element for _, port, _ in acting)}); it starts from that of the "
+            "linear part; give x0 as numbers, or let it settle",
+            stacklevel=4,
+        )
+    return x
+
+
+def _solved(
+    linear: Array, constant: Array, by_w: Array, v: Array, deviations: Deviations
+) -> Array | None:
+    """Return the root of ``linear v + constant + by_w w(v)``; None if it is not found.
+
+    Where laws leave nothing that could carry the inputs (within a gap), the slope of the linear
+    part leads on.
+    """
+    n_w = by_w.shape[1]
+    n = v.size - n_w
+    for _ in range(STEPS):
+        w, slope = deviations(v[n:])
+        r, j = linear @ v + constant + by_w @ w, linear.copy()
+        j[:, n:] += by_w @ slope
+        if not (np.isfinite(r).all() and np.isfinite(j).all()):
+            return None
+        (step,), (rows,), (columns,) = least_correction(r[None], j[None])
+        if np.abs((r - j @ step) / rows).max() > 0.5 * np.abs(r / rows).max():
+            (step,), (rows,), (columns,) = least_correction(r[None], linear[None])
+        v = v - step
+        scale = np.abs(v * columns).max() + 1e-150
+        arrived = np.abs(step * columns).max() <= SOLVED * scale
+        if arrived:
+            return v if np.abs(r / rows).max() <= STILL * max(scale, 1e-3) else None
+    return None
+
+
+def _noise(a: Array, cs: Array, x: Array) -> Array:
+    """Return how far rounding of the states moves the arguments of the laws, shape (n_w,)."""
+    rows = np.abs(a).max(axis=1, keepdims=True)
+    columns = np.abs(a / np.where(rows > 0.0, rows, 1.0)).max(axis=0)
+    columns[columns == 0.0] = 1.0
+    return np.asarray(STILL * np.abs(cs) @ (np.abs(x * columns).max() / columns))
+
+
+def _moved(cs: Array, dsw: Array) -> Array:
+    """Return which laws have arguments that states move, shape (n_w,)."""
+    moved = cs.any(axis=1)
+    for _ in range(moved.size):
+        moved = moved | dsw[:, moved].any(axis=1)
+    return np.asarray(moved)
+
+
+def _memory(
+    port: LawUse, j: int, s: Array, kept: Mapping[str, Sequence[float]]
+) -> tuple[Array, Array]:
+    """Return the memory of a law at rest, and its derivatives by all arguments, (n_m, n_w)."""
+    law, by = port.law, np.zeros((port.law.n_memory, s.size))
+    if port.element in kept:
+        return np.array(law.checked_memory(kept[port.element])), by
+    m = np.array(law.initial_memory(float(s[j])), float)
+    if m.size:
+        by[:, j] = law.memory_sensitivity(float(s[j]))
+    if law.watched:  # its gauge, the next of the laws, follows it
+        m[-2:], by[-2:], by[-2:, j + 1] = s[j + 1], 0.0, 1.0
+    return m, by
+
+
+def _value(port: LawUse, j: int, s: Array, q: Array, kept: Mapping[str, Sequence[float]]) -> float:
+    """Return the deviation of a law at rest."""
+    m, _ = _memory(port, j, s, kept)
+    numbers = (*map(float, q), 0.0) if port.law.timed else tuple(map(float, q))
+    with np.errstate(all="ignore"):
+        return float(port.law.deviation(NUMPY, float(s[j]), tuple(map(float, m)), numbers))
+
+
+def _slopes(port: LawUse, n_q: int) -> ca.Function:
+    """Return ``(s, m, q) -> w, dw/ds, dw/dm`` of a law, no time after its memory."""
+    s, m = ca.SX.sym("s"), ca.SX.sym("m", port.law.n_memory)
+    q = ca.SX.sym("q", n_q)
+    arguments = (*split(q), 0.0) if port.law.timed else split(q)
+    w = ca.SX(port.law.deviation(CASADI, s, split(m), arguments))
+    return ca.Function("law", [s, m, q], [w, *(ca.densify(ca.jacobian(w, a)) for a in (s, m))])
