@@ -18,7 +18,6 @@ import bondsight
 from actuators.models import opening
 from actuators.models.catalogue import MODELS
 from bondgraph.signals.files import any_file
-from bondsight.cli import studio
 from bondsight.cli.main import _parser, main
 from identification.diagnosis import diagnose as whole
 
@@ -55,23 +54,6 @@ def test_every_option_says_what_it_is() -> None:
 def test_help_names_every_kind_of_file_that_is_read() -> None:
     said = verbs()["diagnose"].format_help()
     assert [kinds for kinds in any_file._READERS if not any(k in said for k in kinds)] == []
-
-
-@pytest.mark.parametrize(("given", "seed"), [([], 3), (["--seed", "0"], 0), (["--seed", "5"], 5)])
-def test_a_seed_that_is_given_counts_before_that_of_the_verdict(
-    given: list[str], seed: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    asked: list[int] = []
-
-    def told(options: argparse.Namespace) -> tuple[int, None]:
-        asked.append(options.seed)
-        return 0, None
-
-    monkeypatch.setattr(studio, "recordings_of", lambda folder: (["a.csv"], 3))
-    monkeypatch.setattr(studio, "diagnose_files", told)
-    assert main(["studio", str(tmp_path), "--model", "resonator", *given]) == 0
-    assert main(["studio", "a.csv", "--model", "resonator"]) == 0
-    assert asked == [seed, 0]
 
 
 def test_the_version_is_said(capsys: pytest.CaptureFixture[str]) -> None:
