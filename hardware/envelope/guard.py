@@ -32,9 +32,10 @@ class GuardedOutput:
     ----------
     raw : RawOutput
         Handed over for good: nobody else may keep it. It may be `Fed`, and may have attributes
-        ``converter`` (`Converter`) and ``rest`` (V after its power-up; 0). If it walks by itself
-        at power-up it has methods ``keep_within(envelope)`` and, where players share the device,
-        ``moved(volts)``, which is told where it stands.
+        ``converter`` (`Converter`), ``rest`` (V after its power-up; 0) and ``cold`` (V after it
+        was off and on; 0). If it walks by itself at power-up it has methods
+        ``keep_within(envelope)`` and, where players share the device, ``moved(volts)``, which is
+        told where it stands.
     envelope : Envelope
     clock : Clock, optional
         Time of the program; the computer's by default.

@@ -47,6 +47,7 @@ class OutputLine:
         self.envelope = envelope
         self.clock = clock
         self.rest = float(getattr(raw, "rest", 0.0))
+        self.cold = float(getattr(raw, "cold", 0.0))
         self.low, self.high = envelope.v_min, envelope.v_max
         if converter is not None:
             self.low, self.high = max(self.low, converter.v_min), min(self.high, converter.v_max)

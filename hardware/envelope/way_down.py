@@ -104,9 +104,10 @@ def _find(line: OutputLine) -> str:
     """Learn where an unknown output stands; return what has to be said about it.
 
     A read-back near the last commands is believed. One far from them is believed only if it was
-    proven, lies where the device rests after a restart, and the link was what failed. Any other
-    one is not, and some devices have none: the way down then begins at the last command. Only
-    where none is known, or it cannot be given again, the device is powered up anew.
+    proven, lies where the device stands after a restart (`rest` if its watchdog parked it, `cold`
+    if it lost its supply), and the link was what failed. Any other one is not, and some devices
+    have none: the way down then begins at the last command. Only where none is known, or it
+    cannot be given again, the device is powered up anew.
     """
     try:
         reading = line.raw.read()
@@ -130,7 +131,8 @@ def _find(line: OutputLine) -> str:
         _stands(line, reading)
         return "found by its read-back"
     commanded = 0.5 * (span[0] + span[1])
-    if line.proven and line.restarted and abs(reading - line.rest) <= allowed:
+    anew = any(abs(reading - v) <= allowed for v in (line.rest, line.cold))
+    if line.proven and line.restarted and anew:
         _stands(line, reading)
         return (
             f"its read-back was {reading:g} V where {commanded:g} V were commanded: taken for a "

@@ -85,6 +85,11 @@ class AnalogueAmplifier:
         """False: neither the amplifier nor the card notices a dead program."""
         return False
 
+    @property
+    def cold(self) -> float:
+        """What it gives while the card gives nothing (V), for the guard."""
+        return self._amplifier.offset
+
     def keep_within(self, envelope: Envelope) -> None:
         """Take the limits and the pace of the guard for the way to 0 V at power-up.
 

@@ -158,6 +158,35 @@ def test_a_device_that_was_off_and_on_is_not_driven_up_again() -> None:
     assert "restart" in str(b.output.status)
 
 
+class Resting(RawDevice):
+    """Goes on to 20 V at the end of its power-up, as a controller with another safe value."""
+
+    rest = 20.0
+
+    def power_up(self) -> None:
+        super().power_up()
+        self.device.command(self.rest, "walk")
+
+
+@pytest.mark.parametrize("found", [0.0, 20.0], ids=["off and on", "parked by itself"])
+def test_a_device_that_rests_elsewhere_is_not_driven_up_again_either(found: float) -> None:
+    clock = TrueTime()
+    device = Device(clock)
+    limits = Envelope(-20.0, 100.0, 1e4, gentle=500.0, safe=20.0)
+    output = GuardedOutput(Resting(device), limits, clock)
+    output.power_up()
+    output.ramp(80.0)
+    device.power_cycle()
+    device.volts = found
+    with pytest.raises(HardwareError):
+        output.set(81.0)
+    begin = len(device.steps)
+    output.stop()
+    assert max(s[2] for s in device.steps[begin:]) == 20.0
+    assert unsafe(device, -20.0, 100.0, 10.0) == []
+    assert "restart" in str(output.status)
+
+
 def test_the_safe_value_is_written_whatever_is_known() -> None:
     b = bench()
     b.device.volts = 3.0
