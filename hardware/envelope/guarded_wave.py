@@ -152,15 +152,11 @@ class GuardedWave:
         with line.lock:
             if prepared is not self._prepared or line.loaded is not prepared:
                 raise LimitViolation("play: another waveform was prepared since; call play() again")
+            judged = line.epoch
             require_ready(line, "play")
             line.settle()
             self._judge_start(prepared)
-            epoch = line.new_epoch()
-            self._playing = prepared
-            self._samples = 0
-            self._inside = False
-            line.dwelling.moved(float(prepared.volts[0]), line.clock.now())
-            line.halt = self._halted
+            epoch = line.whole(lambda: self._begun(prepared, judged))
         error: BaseException | None = None
         source: Iterator[WaveProgress] | None = None
         try:
@@ -181,10 +177,31 @@ class GuardedWave:
                 self._rescue(error)
             _close(source)
 
+    def _begun(self, prepared: _Prepared, judged: int) -> int:
+        """Note that it plays from now on; return its number."""
+        line = self._output._line
+        epoch = line.new_epoch()
+        if epoch != judged + 1:
+            raise HardwareError("play: another command came in between; nothing was put out")
+        self._playing = prepared
+        self._samples = 0
+        self._inside = False
+        self._player = 0
+        line.dwelling.moved(float(prepared.volts[0]), line.clock.now())
+        line.halt = self._halted
+        return epoch
+
     def _next(
         self, source: Iterator[WaveProgress], prepared: _Prepared, epoch: int
     ) -> WaveProgress | None:
         """Return the next report; None at the end."""
+        written = self._output._line.whole(lambda: self._stepped(source, prepared, epoch))
+        self._require_reign(epoch)
+        return written
+
+    def _stepped(
+        self, source: Iterator[WaveProgress], prepared: _Prepared, epoch: int
+    ) -> WaveProgress | None:
         line = self._output._line
         with line.lock:
             self._require_reign(epoch)
@@ -195,7 +212,7 @@ class GuardedWave:
             # stays set if an interrupt ends the transfer: the last report is not the last sample
             self._inside = True
             self._idle.clear()
-        written = line.whole(lambda: self._advanced(source))
+        written = self._advanced(source)
         with line.lock:
             self._require_reign(epoch)
             if written is None:
@@ -229,11 +246,15 @@ class GuardedWave:
             above = dwell.level > envelope.safe
             beyond = prepared.volts > dwell.level if above else prepared.volts < dwell.level
             trailing.append(None if beyond.all() else trail(beyond) / prepared.rate)
-        with line.lock:
+
+        def noted() -> None:
             self._require_reign(epoch)
             line.halt = None
             line.dwelling.after_wave(trailing, line.clock.now())
             line.reached(float(prepared.volts[-1]), "end of a waveform")
+
+        with line.lock:
+            line.whole(noted)
 
     def _halted(self) -> tuple[float, float] | None:
         """Abort; return where the output stands and where it may be (V), None if unknown."""
@@ -245,6 +266,9 @@ class GuardedWave:
             if not heard:
                 return None
         prepared, line = self._playing, self._output._line
+        if not self._player:
+            # nobody has asked for a sample yet, and what is told is that of the last waveform
+            return line.present, line.present
         count = getattr(self._raw, "position", None)
         if prepared is None or not isinstance(count, int) or not 0 <= count <= prepared.volts.size:
             return None

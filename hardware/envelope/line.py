@@ -98,9 +98,11 @@ class OutputLine:
     def take_charge(self) -> int:
         """Begin the way down: end what plays, overrule everybody; return the number."""
         with self.lock:
-            self.charge = self.new_epoch()
+            self.new_epoch()
             self.end_wave()
-            return self.epoch
+            # behind a stop that was put off until then
+            epoch = self.charge = self.new_epoch()
+            return epoch
 
     def clear(self, *, proven: bool, proof: str) -> None:
         """Allow commands after a power-up."""
@@ -345,6 +347,9 @@ class OutputLine:
 
     def end_wave(self) -> None:
         """Stop the waveform that plays, if one does."""
+        self.whole(self._end_wave)
+
+    def _end_wave(self) -> None:
         if self.halt is None:
             return
         around = self.halt()

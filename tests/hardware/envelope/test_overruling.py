@@ -206,6 +206,55 @@ def test_a_stop_within_a_write_is_not_undone_by_it(way: str, ends: str) -> None:
     assert unsafe(b.device, -20.0, 100.0, 10.0) == []
 
 
+@pytest.mark.parametrize("ends", ["stop", "abort"])
+def test_a_stop_within_an_abort_is_not_undone_by_it(ends: str) -> None:
+    class Pressed(TellingPlayer):
+        pressed = False
+
+        def abort(self) -> None:
+            super().abort()
+            if not self.pressed:
+                self.pressed = True
+                b.output.stop()
+
+    b = bench()
+    wave = GuardedWave(b.output, Pressed(b.device))
+    wave.prepare(RISE, 1e3)
+    playing = wave.play()
+    while next(playing).samples < 160:
+        pass
+    (b.output.stop if ends == "stop" else wave.abort)()
+    assert b.output.present == b.device.volts == 0.0
+    assert b.output.state is OutputState.PARKED
+    assert unsafe(b.device, -20.0, 100.0, 10.0) == []
+
+
+@pytest.mark.parametrize("reading", range(2, 15))
+def test_a_stop_beside_a_step_of_a_waveform_leaves_no_false_voltage(reading: int) -> None:
+    """As of a signal handler; the first reading is of play(), which begins behind such a stop."""
+    b = bench()
+    wave = GuardedWave(b.output, TellingPlayer(b.device))
+    wave.prepare(RISE, 1e3)
+    list(wave.play())
+    b.output.stop()
+    now, left = b.clock.now, [reading]
+
+    def struck() -> float:
+        left[0] -= 1
+        if not left[0]:
+            b.output.stop()
+        return now()
+
+    b.clock.now = struck  # type: ignore[method-assign]
+    with suppress(HardwareError):
+        list(wave.play())
+    assert left[0] <= 0
+    assert b.output.present == b.device.volts == 0.0
+    with suppress(HardwareError):
+        b.output.set(81.0)
+    assert unsafe(b.device, -20.0, 100.0, 10.0) == []
+
+
 @pytest.mark.parametrize("command", ["set", "ramp", "power_up", "prepare"])
 def test_nothing_but_a_stop_is_taken_within_a_write(command: str) -> None:
     b = bench()
