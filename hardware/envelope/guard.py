@@ -168,7 +168,7 @@ class GuardedOutput:
         LimitViolation
             Outside the envelope, or the output is unknown; nothing was sent.
         HardwareError
-            Of the device; the output is unknown then.
+            Of the device (the output is unknown then), or another command came in between.
         """
         self._jump(finite_number(volts, "set"), "set")
 
@@ -183,7 +183,7 @@ class GuardedOutput:
         LimitViolation
             No finite number, the output is unknown, or a dwell is exceeded; nothing was sent.
         HardwareError
-            Of the device; the output is unknown then.
+            Of the device (the output is unknown then), or another command came in between.
         """
         return self._jump(finite_number(volts, "loop"), "loop")
 
@@ -298,6 +298,7 @@ class GuardedOutput:
         line, envelope = self._line, self._line.envelope
         require_open(line, what)
         with line.lock:
+            judged = line.epoch
             require_ready(line, what)
             if what == "loop":
                 target = nearest(envelope, line.present, number, self.limits)
@@ -306,14 +307,14 @@ class GuardedOutput:
             now = line.clock.now()
             held = line.dwelling.held(now) if envelope.dwell else ()
             check_set(envelope, line.present, target, converter=self._converter, held=held)
-            epoch = line.epoch
-            line.settle()
+            line.settle(judged)
             line.wait_for_turn(now)
-            if epoch != line.epoch:
+            epoch = line.new_epoch()
+            # of a signal handler: this thread has the lock
+            if epoch == judged + 1 and line.write(target, what, epoch):
+                line.beat()
+            if line.epoch != judged + 1:
                 raise HardwareError(f"{what}({target:g}): another command came in between")
-            line.new_epoch()
-            line.write(target, what)
-            line.beat()
             return target
 
     def _cut(self, number: float) -> float:

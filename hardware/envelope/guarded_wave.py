@@ -154,7 +154,7 @@ class GuardedWave:
                 raise LimitViolation("play: another waveform was prepared since; call play() again")
             judged = line.epoch
             require_ready(line, "play")
-            line.settle()
+            line.settle(judged)
             self._judge_start(prepared)
             epoch = line.whole(lambda: self._begun(prepared, judged))
         error: BaseException | None = None

@@ -144,23 +144,34 @@ class OutputLine:
         fed = self.heart.timeout is not None
         return self.heart.bitten(self.clock.now()) if fed else self.raw.has_watchdog
 
-    def write(self, volts: float, what: str) -> None:
-        """Send one voltage (V).
+    def write(self, volts: float, what: str, epoch: int) -> bool:
+        """Send one voltage (V) unless a command after that of `epoch` has overruled it.
+
+        Returns
+        -------
+        bool
+            False if it is overruled: nothing was sent, or the other one came within it.
 
         Raises
         ------
         LimitViolation
             The last barrier: not within the limits, NaN, or the device is closed.
         """
+        if epoch != self.epoch:
+            return False
         if self.released:
             raise LimitViolation(f"{what}: the output is closed; open the device anew")
         if not self.low - self.envelope.slack <= volts <= self.high + self.envelope.slack:
             raise LimitViolation(
                 f"{what}: {volts!r} V lies outside {self.low:g} .. {self.high:g} V; not sent"
             )
-        self.whole(lambda: self._send(min(max(volts, self.low), self.high), what))
+        self.whole(lambda: self._send(min(max(volts, self.low), self.high), what, epoch))
+        return epoch == self.epoch
 
-    def _send(self, volts: float, what: str) -> None:
+    def _send(self, volts: float, what: str, epoch: int) -> None:
+        # once more: a signal handler may have come on the way here
+        if epoch != self.epoch:
+            return
         before = self.present, self.span, self.state, self.interrupted
         around = (*(self.span or (self.present,)), volts)
         try:
@@ -240,10 +251,10 @@ class OutputLine:
         self.state = OutputState.PARKED if parked else OutputState.DRIVEN
         self.reason = what
 
-    def settle(self) -> None:
+    def settle(self, epoch: int) -> None:
         """Send the last voltage again if an interrupt left open whether it had arrived."""
         if self.interrupted:
-            self.write(self.present, "repeat")
+            self.write(self.present, "repeat", epoch)
             self.clock.sleep(self.envelope.update_period)
 
     def wait_for_turn(self, now: float) -> None:
@@ -296,9 +307,9 @@ class OutputLine:
         With `always` it is written even where the output is taken to stand there.
         """
         with self.lock:
+            self.settle(epoch)
             if epoch != self.epoch:
                 return False
-            self.settle()
             start = self.present
         period = self.envelope.update_period
         span = target - start
@@ -308,17 +319,22 @@ class OutputLine:
         for k in range(1, count + 1):
             self.clock.sleep(max(abs(span) / count / speed, period))
             with self.lock:
+                if self.write(target if k == count else start + span * (k / count), what, epoch):
+                    self.beat()
                 if epoch != self.epoch:
                     return False
-                self.write(target if k == count else start + span * (k / count), what)
-                self.beat()
         return True
 
-    def power_up(self) -> None:
-        """Let the device come up and compare what it tells with where it should be."""
-        self.whole(self._come_up)
+    def power_up(self, epoch: int) -> None:
+        """Let the device come up and compare what it tells with where it should be.
 
-    def _come_up(self) -> None:
+        Nothing happens if a command after that of `epoch` has overruled it.
+        """
+        self.whole(lambda: self._come_up(epoch))
+
+    def _come_up(self, epoch: int) -> None:
+        if epoch != self.epoch:
+            return
         self.touched = True
         self.forget_quietly("power-up did not end")
         self.span = None

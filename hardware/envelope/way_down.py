@@ -116,14 +116,14 @@ def _find(line: OutputLine) -> str:
     if reading is None or math.isnan(reading):
         if line.span is not None and not line.may_rest() and _stays(line, line.span):
             return "taken for the last command, it cannot be read back"
-        line.power_up()
+        line.power_up(line.epoch)
         return ""
     allowed = PLAUSIBLE * (line.envelope.v_max - line.envelope.v_min)
     span = line.span
     if span is None:
         margin = 0.5 * line.envelope.largest_step(line.low, line.high)
         if not line.proven or not line.low - margin <= reading <= line.high + margin:
-            line.power_up()
+            line.power_up(line.epoch)
             return ""
         _stands(line, reading)
         return "found by its read-back"
@@ -155,7 +155,7 @@ def _stays(line: OutputLine, span: tuple[float, float]) -> bool:
     line.reached(0.5 * (span[0] + span[1]), "taken for the last command")
     line.interrupted = True
     try:
-        line.settle()
+        line.settle(line.epoch)
     except Exception:
         return False
     return True

@@ -37,7 +37,7 @@ def power_up(line: OutputLine, step: float, noise: float) -> None:
         line.end_wave()
         line.revoke("power_up() has not ended")
         line.doubt = ""
-        line.power_up()
+        line.power_up(epoch)
     if not line.walk(safe, line.envelope.ramp_rate, epoch, "powered up"):
         raise HardwareError("power_up: ended on its way by another command")
     prove(line, step, noise, epoch)

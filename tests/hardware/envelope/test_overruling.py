@@ -4,16 +4,20 @@ from __future__ import annotations
 
 import copy
 import pickle
+import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 from itertools import pairwise
+from pathlib import Path
+from types import FrameType
 from typing import Any
 
 import numpy as np
 import pytest
 
+import hardware.envelope
 from hardware.contracts import WaveProgress
 from hardware.envelope import Envelope, GuardedOutput, GuardedWave, OutputState
 from hardware.errors import HardwareError, LimitViolation, LinkLost
@@ -28,6 +32,7 @@ from tests.hardware.envelope.device import (
 from tests.hardware.envelope.test_guard import LIMITS, Bench, bench
 from tests.patience import HANGS
 
+GUARD = str(Path(hardware.envelope.__file__).parent)
 RISE = np.linspace(0.0, 100.0, 200)
 
 
@@ -194,9 +199,10 @@ def test_a_stop_within_a_write_is_not_undone_by_it(way: str, ends: str) -> None:
     wave.prepare(RISE, 1e3)
     near = {"down": lambda v: v < 40.0, "power up": lambda v: v == 0.0}
     within(b, getattr(b.output, ends), near.get(way, lambda v: v > 60.0))
-    # a jump and a way down end as usual, whatever takes longer is told that it was overruled
+    # a way down ends as usual, everything else is told that it was overruled
     with suppress(HardwareError):
         commands[way]()
+        assert way in ("down", "power up")
     assert b.device.volts == 0.0
     assert b.raw.closed == (ends == "close")
     if ends == "stop":
@@ -204,6 +210,64 @@ def test_a_stop_within_a_write_is_not_undone_by_it(way: str, ends: str) -> None:
         assert b.output.present == 0.0
         b.output.set(1.0)
     assert unsafe(b.device, -20.0, 100.0, 10.0) == []
+
+
+@pytest.mark.parametrize("command", ["ramp", "set", "approach"])
+def test_a_command_that_a_stop_overrules_in_its_last_step_says_so(command: str) -> None:
+    b = bench()
+    b.output.ramp(50.0)
+    within(b, b.output.stop, lambda v: v == 55.0)
+    with pytest.raises(HardwareError, match="another command"):
+        getattr(b.output, command)(55.0)
+    assert b.output.present == b.device.volts == 0.0
+    assert b.output.state is OutputState.PARKED
+
+
+def lines_of(command: Callable[[], object], act: Callable[[], object], at: int) -> bool:
+    """Act before the n-th line that the guard runs within a command; False if it has fewer."""
+    count = 0
+
+    def look(frame: FrameType, event: str, _: object) -> Any:
+        nonlocal count
+        if GUARD not in frame.f_code.co_filename:
+            return None
+        count += event == "line"
+        if event == "line" and count == at:
+            act()
+        return look
+
+    before = sys.gettrace()
+    sys.settrace(look)
+    try:
+        command()
+    finally:
+        sys.settrace(before)
+    return count >= at
+
+
+@pytest.mark.parametrize("way", ["set", "ramp", "stop", "power_up", "play"])
+def test_a_stop_at_any_line_leaves_neither_a_jump_nor_a_false_voltage(way: str) -> None:
+    """Exhaustive: before every line of the guard, where a signal handler may come."""
+    at, inside = 0, True
+    while inside:
+        at += 1
+        b = bench(LIMITS, probe=0)
+        wave = GuardedWave(b.output, TellingPlayer(b.device))
+        wave.prepare(np.array([8.0, 16.0, 24.0]), 100.0)
+        b.output.ramp(4.0)
+        commands: dict[str, Callable[[], object]] = {
+            "set": lambda: b.output.set(12.0),
+            "ramp": lambda: b.output.ramp(6.0),
+            "play": lambda: list(wave.play()),
+        }
+        command = commands.get(way, b.output.power_up if way == "power_up" else b.output.stop)
+        with suppress(HardwareError):
+            inside = lines_of(command, b.output.stop, at)
+        assert b.output.present in (None, b.device.volts), f"at line {at}"
+        b.output.stop()
+        assert b.output.present == b.device.volts == 0.0
+        assert unsafe(b.device, -20.0, 100.0, 10.0) == [], f"at line {at}"
+    assert at > 20
 
 
 @pytest.mark.parametrize("ends", ["stop", "abort"])
