@@ -167,25 +167,27 @@ def test_a_stop_within_a_stop() -> None:
     b.output.set(1.0)
 
 
-def within(b: Bench, command: Callable[[], object], reached: Callable[[float], bool]) -> None:
+def within(
+    b: Bench, command: Callable[[], object], reached: Callable[[float], bool], cause: str = ""
+) -> None:
     """Give a command just before the device moves to a voltage, as a signal handler may."""
     move, left = b.device.move, [True]
 
-    def moved(volts: float, cause: str) -> None:
-        if left and reached(volts):
+    def moved(volts: float, why: str) -> None:
+        if left and reached(volts) and cause in ("", why):
             left.pop()
             command()
-        move(volts, cause)
+        move(volts, why)
 
     b.device.move = moved  # type: ignore[method-assign]
 
 
-@pytest.mark.parametrize("way", ["up", "down", "set", "wave", "power up"])
+@pytest.mark.parametrize("way", ["up", "down", "set", "wave"])
 @pytest.mark.parametrize("ends", ["stop", "close"])
 def test_a_stop_within_a_write_is_not_undone_by_it(way: str, ends: str) -> None:
     b = bench()
     wave = GuardedWave(b.output, TellingPlayer(b.device))
-    if way in ("down", "power up"):
+    if way == "down":
         b.output.ramp(80.0)
     elif way == "set":
         b.output.ramp(55.0)
@@ -194,15 +196,13 @@ def test_a_stop_within_a_write_is_not_undone_by_it(way: str, ends: str) -> None:
         "down": b.output.stop,
         "set": lambda: b.output.set(61.0),
         "wave": lambda: list(wave.play()),
-        "power up": b.output.power_up,
     }
     wave.prepare(RISE, 1e3)
-    near = {"down": lambda v: v < 40.0, "power up": lambda v: v == 0.0}
-    within(b, getattr(b.output, ends), near.get(way, lambda v: v > 60.0))
+    within(b, getattr(b.output, ends), lambda v: v < 40.0 if way == "down" else v > 60.0)
     # a way down ends as usual, everything else is told that it was overruled
     with suppress(HardwareError):
         commands[way]()
-        assert way in ("down", "power up")
+        assert way == "down"
     assert b.device.volts == 0.0
     assert b.raw.closed == (ends == "close")
     if ends == "stop":
@@ -317,6 +317,26 @@ def test_a_stop_beside_a_step_of_a_waveform_leaves_no_false_voltage(reading: int
     with suppress(HardwareError):
         b.output.set(81.0)
     assert unsafe(b.device, -20.0, 100.0, 10.0) == []
+
+
+@pytest.mark.parametrize("ends", ["stop", "close"])
+def test_a_stop_within_a_power_up_ends_it(ends: str) -> None:
+    b = bench()
+    b.output.ramp(80.0)
+    within(b, getattr(b.output, ends), lambda v: v == 0.0, "power-up")
+    with pytest.raises(HardwareError, match="power_up: ended on its way by another command"):
+        b.output.power_up()
+    assert b.device.volts == 0.0
+    assert b.causes()[-2:] == ["power-up", "write"]
+    assert b.raw.closed == (ends == "close")
+    assert unsafe(b.device, -20.0, 100.0, 10.0) == []
+    if ends == "stop":
+        assert b.output.state is OutputState.PARKED
+        assert b.output.present == 0.0
+        with pytest.raises(LimitViolation, match=r"power_up\(\) has not ended"):
+            b.output.set(1.0)
+        b.output.power_up()
+        b.output.set(1.0)
 
 
 @pytest.mark.parametrize("command", ["set", "ramp", "power_up", "prepare"])
