@@ -219,7 +219,8 @@ class GuardedOutput:
         is known. An unknown output is looked for by its read-back, else powered up anew; one that
         contradicts the last command is not believed, and `status` says so. Before the first
         `power_up` and after `close` there is nothing to park. In a signal handler that has come
-        within a write or a step of a waveform it returns at once, and that one parks at its end.
+        while this thread talks with the device (a write, a question, a step of a waveform) it
+        returns at once, and that talk parks at its end.
 
         Raises
         ------

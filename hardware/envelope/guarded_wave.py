@@ -324,6 +324,9 @@ class GuardedWave:
             check_wave(envelope, prepared.volts, prepared.rate, held=held)
 
     def _load(self, prepared: _Prepared) -> None:
+        self._output._line.whole(lambda: self._loaded(prepared))
+
+    def _loaded(self, prepared: _Prepared) -> None:
         line = self._output._line
         line.loaded = None
         try:

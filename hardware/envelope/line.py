@@ -293,11 +293,7 @@ class OutputLine:
         """Feed the watchdog if it is due."""
         if self.heart.timeout is None:
             return
-        try:
-            self.heart.beat(self.clock.now())
-        except Exception as error:
-            self.lose(error, "feeding the watchdog")
-            raise
+        self.asked(lambda: self.heart.beat(self.clock.now()), "feeding the watchdog")
 
     def walk(
         self, target: float, speed: float, epoch: int, what: str, *, always: bool = False
@@ -383,11 +379,19 @@ class OutputLine:
     def read(self, what: str) -> float | None:
         """Return what the device tells (V)."""
         with self.lock:
+            return self.asked(self.raw.read, what)
+
+    def asked(self, question: Callable[[], T], what: str) -> T:
+        """Talk with the device, whole; where that fails the voltage is unknown."""
+
+        def told() -> T:
             try:
-                return self.raw.read()
+                return question()
             except Exception as error:
                 self.lose(error, what)
                 raise
+
+        return self.whole(told)
 
     def release(self) -> None:
         """Let go of the device, once."""

@@ -75,7 +75,8 @@ def _go_down(line: OutputLine, epoch: int) -> bool:
                 return False
             line.judge_silence()
             if line.state is OutputState.UNKNOWN:
-                why = "; ".join(filter(None, ("stop", _find(line))))
+                found = line.whole(lambda: _find(line, epoch))
+                why = "; ".join(filter(None, ("stop", found)))
         done = line.walk(safe, line.envelope.ramp_rate, epoch, why, always=True)
         with line.lock:
             if done:
@@ -100,7 +101,7 @@ def _await(line: OutputLine, parks: int) -> int | None:
         line.clock.sleep(line.envelope.update_period)
 
 
-def _find(line: OutputLine) -> str:
+def _find(line: OutputLine, epoch: int) -> str:
     """Learn where an unknown output stands; return what has to be said about it.
 
     A read-back near the last commands is believed. One far from them is believed only if it was
@@ -109,6 +110,8 @@ def _find(line: OutputLine) -> str:
     have none: the way down then begins at the last command. Only where none is known, or it
     cannot be given again, the device is powered up anew.
     """
+    if epoch != line.epoch:
+        return ""
     try:
         reading = line.raw.read()
     except Exception:
@@ -116,14 +119,14 @@ def _find(line: OutputLine) -> str:
     if reading is None or math.isnan(reading):
         if line.span is not None and not line.may_rest() and _stays(line, line.span):
             return "taken for the last command, it cannot be read back"
-        line.power_up(line.epoch)
+        line.power_up(epoch)
         return ""
     allowed = PLAUSIBLE * (line.envelope.v_max - line.envelope.v_min)
     span = line.span
     if span is None:
         margin = 0.5 * line.envelope.largest_step(line.low, line.high)
         if not line.proven or not line.low - margin <= reading <= line.high + margin:
-            line.power_up(line.epoch)
+            line.power_up(epoch)
             return ""
         _stands(line, reading)
         return "found by its read-back"

@@ -212,6 +212,44 @@ def test_a_stop_within_a_write_is_not_undone_by_it(way: str, ends: str) -> None:
     assert unsafe(b.device, -20.0, 100.0, 10.0) == []
 
 
+@pytest.mark.parametrize("talk", ["read", "feed", "load", "unknown"])
+def test_a_stop_within_a_talk_with_the_device_comes_behind_it(talk: str) -> None:
+    """Else its commands and answers would mix with those of the talk under way."""
+    b = bench(watchdog=0.3 if talk == "feed" else 0.0)
+    player = TellingPlayer(b.device)
+    wave = GuardedWave(b.output, player)
+    b.output.ramp(50.0)
+    if talk == "unknown":
+        b.device.budget = 3
+        with pytest.raises(LinkLost):
+            b.output.set(55.0)
+    elif talk == "feed":
+        b.clock.sleep(0.2)
+    commands: dict[str, tuple[Any, str, Callable[[], object]]] = {
+        "read": (b.raw, "read", b.output.read),
+        "feed": (b.raw, "feed_watchdog", b.output.tend),
+        "load": (player, "load", lambda: wave.prepare(RISE, 1e3)),
+        "unknown": (b.raw, "read", b.output.stop),
+    }
+    place, name, command = commands[talk]
+    usual, left, during = getattr(place, name), [True], list[int]()
+
+    def struck(*arguments: Any) -> Any:
+        if left:
+            left.pop()
+            begin = len(b.device.steps)
+            b.output.stop()
+            during.append(len(b.device.steps) - begin)
+        return usual(*arguments)
+
+    setattr(place, name, struck)
+    command()
+    assert during == [0]
+    assert b.output.present == b.device.volts == 0.0
+    assert b.output.state is OutputState.PARKED
+    assert unsafe(b.device, -20.0, 100.0, 10.0) == []
+
+
 @pytest.mark.parametrize("command", ["ramp", "set", "approach"])
 def test_a_command_that_a_stop_overrules_in_its_last_step_says_so(command: str) -> None:
     b = bench()
@@ -245,7 +283,7 @@ def lines_of(command: Callable[[], object], act: Callable[[], object], at: int) 
     return count >= at
 
 
-@pytest.mark.parametrize("way", ["set", "ramp", "stop", "power_up", "play"])
+@pytest.mark.parametrize("way", ["set", "ramp", "stop", "stop of unknown", "power_up", "play"])
 def test_a_stop_at_any_line_leaves_neither_a_jump_nor_a_false_voltage(way: str) -> None:
     """Exhaustive: before every line of the guard, where a signal handler may come."""
     at, inside = 0, True
@@ -255,6 +293,10 @@ def test_a_stop_at_any_line_leaves_neither_a_jump_nor_a_false_voltage(way: str) 
         wave = GuardedWave(b.output, TellingPlayer(b.device))
         wave.prepare(np.array([8.0, 16.0, 24.0]), 100.0)
         b.output.ramp(4.0)
+        if way == "stop of unknown":
+            b.device.budget = 3
+            with pytest.raises(LinkLost):
+                b.output.set(12.0)
         commands: dict[str, Callable[[], object]] = {
             "set": lambda: b.output.set(12.0),
             "ramp": lambda: b.output.ramp(6.0),
