@@ -60,7 +60,8 @@ class GuardedWave:
     """
 
     __slots__ = (
-        "_idle", "_inside", "_output", "_player", "_playing", "_prepared", "_raw", "_samples",
+        "_count", "_idle", "_inside", "_output", "_player", "_playing", "_prepared", "_raw",
+        "_samples", "_since",
     )  # fmt: skip
 
     def __init__(self, output: GuardedOutput, raw: RawWave) -> None:
@@ -70,6 +71,7 @@ class GuardedWave:
         self._prepared: _Prepared | None = None
         self._playing: _Prepared | None = None
         self._samples = 0
+        self._count, self._since = 0, 0.0
         self._inside = False
         self._player = 0
         self._idle = threading.Event()
@@ -187,7 +189,10 @@ class GuardedWave:
         self._samples = 0
         self._inside = False
         self._player = 0
-        line.dwelling.moved(float(prepared.volts[0]), line.clock.now())
+        now = line.clock.now()
+        self._count, self._since = 0, now if line.last is None else line.last
+        line.dwelling.moved(float(prepared.volts[0]), now)
+        line.standing = self._standing
         line.halt = self._halted
         return epoch
 
@@ -218,6 +223,7 @@ class GuardedWave:
             if written is None:
                 return None
             self._samples = written.samples
+            self._counted(written.samples, line.clock.now())
             if written.samples > 0:
                 k = min(written.samples, prepared.volts.size) - 1
                 line.reached(float(prepared.volts[k]), "playing a waveform")
@@ -276,6 +282,24 @@ class GuardedWave:
         here = float(prepared.volts[count - 1]) if count else line.present
         after = min(count, prepared.volts.size - 1)
         return here, float(prepared.volts[after]) if self._inside else here
+
+    def _counted(self, count: int, now: float) -> None:
+        if count > self._count:
+            self._count, self._since = count, now
+
+    def _standing(self, now: float) -> tuple[float, float] | None:
+        """Voltage put out last (V) and for how long (s); None if the player cannot tell.
+
+        It is asked itself: one that goes on while nobody iterates is further than its last report.
+        """
+        prepared = self._playing
+        told = getattr(self._raw, "position", 0) if self._player else 0
+        if prepared is None or not isinstance(told, int):
+            return None
+        self._counted(min(told, prepared.volts.size), now)
+        k = self._count - 1
+        volts = self._output._line.present if k < 0 else float(prepared.volts[k])
+        return volts, now - self._since
 
     def _rescue(self, error: BaseException) -> None:
         """Ramp down after `error`, which goes on; a failure of the ramp becomes its note."""

@@ -88,6 +88,7 @@ class OutputLine:
         self.dwelling = Dwelling(envelope)
         self.heart = Heartbeat(raw)
         self.halt: Callable[[], tuple[float, float] | None] | None = None
+        self.standing: Callable[[float], tuple[float, float] | None] | None = None
         self.faults: list[str] = []
 
     def new_epoch(self) -> int:
@@ -287,7 +288,8 @@ class OutputLine:
         now = self.clock.now()
         if self.halt is None:
             return self.dwelling.exceeded(now)
-        return self.dwelling.stalled(self.present, 0.0 if self.last is None else now - self.last)
+        standing = None if self.standing is None else self.standing(now)
+        return None if standing is None else self.dwelling.stalled(*standing)
 
     def beat(self) -> None:
         """Feed the watchdog if it is due."""

@@ -15,8 +15,10 @@ class RawWave(Protocol):
 
     Give it an attribute ``position``, how many samples were really put out, valid after `abort`.
     Without it a waveform that is broken off leaves the output unknown: it is looked for by its
-    read-back or, if the device has none, powered up anew. One that may run faster than asked to
-    catch up after a stall says how much in an attribute ``haste`` (1.1: a tenth).
+    read-back or, if the device has none, powered up anew. One that goes on while nobody iterates
+    tells it at any time, or None if it cannot: a waveform that stands still beyond the level of a
+    dwell is ended. One that may run faster than asked to catch up after a stall says how much in
+    an attribute ``haste`` (1.1: a tenth).
     """
 
     def load(self, volts: Array, rate: float) -> None:

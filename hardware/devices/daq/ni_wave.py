@@ -101,12 +101,16 @@ class NiWave:
 
     @property
     def position(self) -> int | None:
-        """Samples of the last waveform that were put out, valid after `abort`.
+        """Samples of the last waveform that were put out, while it plays and after `abort`.
 
         None after a waveform was broken off and the driver no longer tells how far it was once the
         card had stopped: what it told before is too little by what was put out until then.
         """
-        return self._position
+        task, least = self._task, self._position
+        if task is None or least is None:
+            return least
+        told = _generated(task)
+        return least if told is None else max(least, min(told, self._total))
 
     def load(self, volts: NDArray[np.float64], rate: float) -> None:
         """Check a waveform (V at the actuator, ``(n,)``) and keep it; the card is not touched."""

@@ -11,7 +11,7 @@ import pytest
 from hardware.contracts import Flag, WaveOut, WaveProgress
 from hardware.envelope import Converter, Dwell, Envelope, GuardedWave, OutputState, RawWave, parked
 from hardware.errors import LimitViolation, LinkLost, ProtocolFault
-from tests.hardware.envelope.device import RawPlayer, TellingPlayer, unsafe
+from tests.hardware.envelope.device import RawPlayer, TellingPlayer, TrueTime, unsafe
 from tests.hardware.envelope.test_guard import LIMITS, Bench, bench
 
 RATE = 1e3
@@ -302,6 +302,65 @@ def test_dwell_holds_while_a_waveform_stalls(found_by: str) -> None:
     b.clock.sleep(10.0)
     b.output.tend()
     assert list(playing)[-1].samples == 200
+
+
+class Alone:
+    """Plays on the device's own clock; `heard` is how many samples it says that it has put out."""
+
+    def __init__(self, clock: TrueTime, stands: int) -> None:
+        self.clock, self.stands, self.begin = clock, stands, 0.0
+
+    def load(self, volts: np.ndarray, rate: float) -> None:
+        self.total, self.rate = volts.size, rate
+
+    def put_out(self) -> int:
+        return min(int((self.clock.now() - self.begin) * self.rate) + 1, self.total, self.stands)
+
+    def play(self) -> Iterator[WaveProgress]:
+        self.begin = self.clock.now()
+        while (count := self.put_out()) < self.total:
+            self.clock.sleep(0.02)
+            yield WaveProgress(count, self.total)
+        yield WaveProgress(self.total, self.total)
+
+    def abort(self) -> None:
+        self.stands = self.put_out()
+
+
+class Telling(Alone):
+    @property
+    def position(self) -> int:
+        return self.put_out()
+
+
+class Mute(Alone):
+    position = None
+
+
+@pytest.mark.parametrize("kind", [Telling, Mute])
+def test_a_player_that_goes_on_by_itself_does_not_stall(kind: type[Alone]) -> None:
+    b = bench(Envelope(-20.0, 100.0, 1e4, gentle=500.0, dwell=[Dwell(60.0, 0.2)]))
+    wave = GuardedWave(b.output, kind(b.clock, 10**6))
+    wave.prepare(np.tile(WAVE, 10), RATE)
+    playing = wave.play()
+    while next(playing).samples < 40:
+        pass
+    assert b.output.present > 60.0
+    b.clock.sleep(0.25)
+    b.output.tend()
+    assert list(playing)[-1].samples == 1000
+
+
+def test_a_player_that_stops_going_on_by_itself_stalls() -> None:
+    b = bench(Envelope(-20.0, 100.0, 1e4, gentle=500.0, dwell=[Dwell(60.0, 0.2)]))
+    wave = GuardedWave(b.output, Telling(b.clock, 150))
+    wave.prepare(np.tile(WAVE, 10), RATE)
+    playing = wave.play()
+    with pytest.raises(LimitViolation, match="beyond 60 V"):
+        # its reports go on, but tell of nothing new
+        for _ in range(50):
+            next(playing)
+    assert b.output.state is OutputState.PARKED
 
 
 def test_the_converter_limits_waveforms() -> None:

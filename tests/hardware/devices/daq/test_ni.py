@@ -111,6 +111,8 @@ def test_abort_tells_how_far_the_card_has_got(bench: Bench) -> None:
     playing = wave.play()
     next(playing)
     bench.sleep(0.1)
+    # also while nobody iterates
+    assert position(wave) == 121
     wave.abort()
     assert wave.position == 121
     assert bench.outputs["Dev1/ao0"] == pytest.approx(5.0 * 120 / 999)
