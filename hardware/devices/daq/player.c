@@ -91,7 +91,7 @@ static void lines_at(Playback *p, int64_t k)
 
 void play(Playback *p)
 {
-    double start = now() + p->lead, last = start - 1e9, cost = 0.0;
+    double start = now() + p->lead, last = start - 1e9, usual = 0.0;
     int32_t state = DONE;
     for (int64_t k = 0; k < p->total; k++) {
         double due = start + (double)k * p->period, soonest = last + p->closest;
@@ -103,10 +103,10 @@ void play(Playback *p)
         if (p->monitors)
             (void)*p->start;
         *p->output = p->codes[k];
-        /* a stall may have come in between; what every write takes is the same for the next */
-        double took = now() - t;
-        last = t + took - (cost < took ? cost : took);
-        cost = k && cost < took ? cost : took;
+        /* a stall may have come in between; what a write usually takes is the same for the next */
+        double took = now() - t, stall = took > 2.0 * usual ? took - 2.0 * usual : 0.0;
+        last = t + stall;
+        usual = usual > 0.0 ? took - stall : took;
         lines_at(p, k);
         p->instants[k] = t;
         p->lateness[k] = t - due;

@@ -37,7 +37,7 @@ class Schedule:
         self._closest = period / haste
         self._start = 0.0
         self._last = float("-inf")
-        self._cost: float | None = None
+        self._usual = 0.0
 
     @property
     def start(self) -> float:
@@ -48,7 +48,7 @@ class Schedule:
         """Plan sample 0 for `lead` seconds from now."""
         self._start = self._clock.now() + lead
         self._last = float("-inf")
-        self._cost = None
+        self._usual = 0.0
 
     def slack(self, k: int) -> float:
         """Time (s) until sample `k` is due; negative behind it."""
@@ -64,12 +64,14 @@ class Schedule:
     def written(self) -> None:
         """Note that the sample waited for last was written: a stall may have come in between.
 
-        What every write takes does not count, it is the same from one to the next.
+        What a write usually takes does not count, it is about the same from one to the next; only
+        what is beyond twice that does. The usual is what the one before took without its stall.
         """
-        now = self._clock.now()
-        took, cost = max(now - self._last, 0.0), self._cost
-        self._last = now - min(cost or 0.0, took)
-        self._cost = took if cost is None else min(cost, took)
+        took = max(self._clock.now() - self._last, 0.0)
+        stall = max(took - 2.0 * self._usual, 0.0)
+        self._last += stall
+        # the first tells what is usual
+        self._usual = took - stall or took
 
     def _until(self, instant: float) -> float:
         now = self._clock.now()

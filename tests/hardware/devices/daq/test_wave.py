@@ -151,6 +151,44 @@ def test_a_stall_between_the_clock_and_the_write_brings_no_burst(
     assert at[-1] - at[0] == pytest.approx(0.199 - (0.0105 if stalled == 0 else 0.0), abs=1e-6)
 
 
+class Costly:
+    """A clock that passes only while somebody waits or writes."""
+
+    time = 0.0
+
+    def now(self) -> float:
+        return self.time
+
+    def sleep(self, seconds: float) -> None:
+        self.time += seconds
+
+
+@pytest.mark.parametrize("odd", [10e-6, 70e-6, 5e-3])
+def test_one_odd_write_does_not_slow_the_schedule_down(odd: float) -> None:
+    clock = Costly()
+    schedule = Schedule(clock, 200e-6, 1.1)
+    schedule.begin(0.0)
+    late = []
+    for k in range(600):
+        late.append(schedule.wait(k)[0])
+        clock.time += odd if k == 100 else 40e-6
+        schedule.written()
+    assert late[-1] == pytest.approx(0.0, abs=1e-9)
+
+
+def test_two_stalls_in_a_row_bring_no_burst_either() -> None:
+    clock = Costly()
+    schedule = Schedule(clock, 200e-6, 1.1)
+    schedule.begin(0.0)
+    ends = []
+    for k in range(20):
+        schedule.wait(k)
+        clock.time += 5e-3 if k in (10, 11) else 1e-6
+        schedule.written()
+        ends.append(clock.time)
+    assert np.diff(ends).min() >= 200e-6 / 1.1 - 5e-6
+
+
 def test_a_slow_waveform_still_reports_every_20_ms() -> None:
     rig, front, wave = player()
     wave.load(np.array([0.0, 1.0, 2.0, 3.0]), 2.0)
