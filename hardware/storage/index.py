@@ -141,7 +141,7 @@ class Index:
         if number in self.widths or number > MAX_STREAMS:
             return
         units = {f"channel_{k + 1}": "1" for k in range(width)}
-        self._enter(number, StreamLayout(f"stream_{number}", units))
+        self._enter(number, StreamLayout(f"stream_{number}", units, named=False))
         self._nameless.append(number)
 
     def _enter(self, number: int, layout: StreamLayout) -> None:

@@ -22,6 +22,7 @@ from hardware.storage.pieces import Piece, joined, pieces
 from hardware.storage.plain_fields import made_from
 from hardware.storage.provenance import ClockAlignment, Provenance, StreamOrigin
 from hardware.storage.reading import JournalFile, open_journal
+from hardware.storage.stream import StreamData
 from hardware.storage.syncing import sync_folder
 
 MAX_PIECES = 100
@@ -110,8 +111,7 @@ def recovered(
     data = {s: journal.read(s) for s in journal.streams}
     known = {s: origins[s].nominal_rate for s in data if s in origins}
     warnings = _warnings(journal, [s for s in data if s not in known])
-    # what has instants of its own was read now and then: its numbers are not those of the output
-    paced = {s: d for s, d in data.items() if s == OUTPUT or INSTANT not in d.channels}
+    paced = {s: d for s, d in data.items() if _is_paced(s, d)}
     pace = {known.get(s) for s in paced}
     one_clock = alignment.method == "shared clock" and len(pace) == 1 and None not in pace
     found: list[tuple[str, Piece]] = []
@@ -153,6 +153,14 @@ def recovered(
         )
         out.append((end, with_provenance(_recording(journal, end, piece, provenance), provenance)))
     return tuple(out)
+
+
+def _is_paced(stream: str, data: StreamData) -> bool:
+    """Whether its numbers are those of the output.
+
+    What has instants of its own was read now and then, and of what has lost its names nobody knows.
+    """
+    return stream == OUTPUT or (data.layout.named and INSTANT not in data.channels)
 
 
 def _recording(journal: JournalFile, end: str, piece: Piece, origin: Provenance) -> Recording:

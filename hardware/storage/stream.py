@@ -39,10 +39,13 @@ class StreamLayout:
         Its name.
     units : mapping of str to str
         Unit of every channel.
+    named : bool
+        False if its record is lost, and these are stand-ins.
     """
 
     name: str
     units: Mapping[str, str]
+    named: bool = True
 
     def __post_init__(self) -> None:
         """Freeze."""

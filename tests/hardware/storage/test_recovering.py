@@ -124,6 +124,24 @@ def test_a_force_gauge_is_not_joined_with_the_output_by_its_numbers(tmp_path: Pa
     np.testing.assert_allclose(gauge["F"], gauge["instant"])
 
 
+def test_a_stream_without_a_name_is_neither_joined_nor_parts_the_others(tmp_path: Path) -> None:
+    streams = [StreamOrigin(s, Identity(), 16000.0) for s in ("output", "interferometer", "gauge")]
+    header = journal_header("run", streams, alignment=ClockAlignment("shared clock", 1.0))
+    n = 40
+    at = np.arange(n) / 16000.0
+    force = Chunk("gauge", 0, {"F": at[::4], "instant": at[::4]}, {"F": "N", "instant": "s"})
+    path = broken_off(tmp_path / "a.journal", [volts(0, n), clocked(n=n), force], header)
+    data = bytearray(path.read_bytes())
+    # within the record that names the gauge
+    data[data.index(b'"name":"gauge"') + 9] ^= 1
+    path.write_bytes(data)
+    found = dict(recovered(open_journal(path, beyond=True)))
+    assert {k: (r.n, sorted(r.channels)) for k, r in found.items()} == {"": (n, ["V", "x"])}
+    assert any("stream_2: left out, its rate is not known" in w for w in found[""].notes)
+    found = dict(recovered(open_journal(path, beyond=True), {"stream_2": 16000.0}))
+    assert {k: r.n for k, r in found.items()} == {"": n, "-stream_2": n // 4}
+
+
 def test_nothing_is_joined_over_a_gap(tmp_path: Path) -> None:
     bad = np.arange(4.0)
     bad[2] = np.nan
