@@ -55,8 +55,10 @@ def check_name(name: str, where: str) -> None:
         raise UnusableInput(f"{where}: channel name {name!r} means the time base; choose another")
 
 
-def check_finite(values: FloatArray, what: str, place: Callable[[int], str]) -> None:
-    """Refuse NaN and infinity; `place` says where sample i stands."""
+def check_finite(
+    values: FloatArray, what: str, place: Callable[[int], str], *, fills: bool = False
+) -> None:
+    """Refuse NaN and infinity; `place` says where sample i stands, `fills` if --fill applies."""
     good = np.isfinite(values)
     bad = np.flatnonzero(~good)
     if not bad.size:
@@ -85,7 +87,7 @@ def check_finite(values: FloatArray, what: str, place: Callable[[int], str]) -> 
             f"keep (--rows {rows}) the longest part without any, {first_kept} to {last_kept}"
         )
     most = int((stops - starts).max())
-    if most <= SHORT and good[0] and good[-1] and np.isnan(values[bad]).all():
+    if fills and most <= SHORT and good[0] and good[-1] and np.isnan(values[bad]).all():
         remedies.append(f"draw straight lines across (--fill {most})")
     raise UnusableInput(
         f"{what}: {bad.size} of {values.size} values are NaN, infinite or empty, the first in "

@@ -21,17 +21,13 @@ def filled(table: ColumnTable, most: int) -> ColumnTable:
     gaps, infinite values and gaps at an end stay: they are refused like all others.
     """
     clock = table.plan.time[0] if table.plan.time else None
-    if clock is not None:
-        stamps = table.columns[clock]
-        if not (np.isfinite(stamps).all() and (np.diff(stamps) > 0).all()):
-            return table
+    if clock is not None and _rises(table.columns[clock]):
         table = _with_rows(table, clock, most)
-    aside = (clock, table.plan.rate)
     columns = dict(table.columns)
     counts: dict[str, int] = {}
     first: list[int] = []
     for header, values in table.columns.items():
-        if header in aside or not np.isnan(values).any():
+        if not (is_filled(table, header) and np.isnan(values).any()):
             continue
         at = table.columns[clock] if clock is not None else np.arange(values.size, dtype=float)
         columns[header] = _bridged(at, values, most)
@@ -48,6 +44,14 @@ def filled(table: ColumnTable, most: int) -> ColumnTable:
     return replace(table, columns=columns, notes=(*table.notes, note))
 
 
+def is_filled(table: ColumnTable, header: str) -> bool:
+    """Whether values of a column are filled in: of a channel, on a time that can be trusted."""
+    clock = table.plan.time[0] if table.plan.time else None
+    if header in (clock, table.plan.rate):
+        return False
+    return clock is None or _rises(table.columns[clock])
+
+
 def rows_left_out(stamps: FloatArray) -> tuple[NDArray[np.int64], bool]:
     """Return how many rows are left out behind each but the last, and whether all others fit."""
     steps = np.diff(stamps)
@@ -56,6 +60,10 @@ def rows_left_out(stamps: FloatArray) -> tuple[NDArray[np.int64], bool]:
     near = np.abs(steps - count * typical) < MILD * typical
     left_out = np.where(near & (count > 1), count - 1, 0)
     return left_out.astype(np.int64), bool((near & (count > 0)).all())
+
+
+def _rises(stamps: FloatArray) -> bool:
+    return bool(np.isfinite(stamps).all() and (np.diff(stamps) > 0).all())
 
 
 def _with_rows(table: ColumnTable, clock: str, most: int) -> ColumnTable:

@@ -9,7 +9,7 @@ import numpy as np
 
 from bondgraph.signals.files.checks import SHORT, check_finite
 from bondgraph.signals.files.columns import ColumnTable
-from bondgraph.signals.files.filling import MILD, filled, rows_left_out
+from bondgraph.signals.files.filling import MILD, filled, is_filled, rows_left_out
 from bondgraph.support.arrays import FloatArray
 from bondgraph.support.errors import UnusableInput
 
@@ -40,7 +40,8 @@ def make_even(
     table = filled(table, int(fill)) if fill else table
     plan, notes = table.plan, list(table.notes)
     for header, values in table.columns.items():
-        check_finite(values, f"{where}, column {header!r}", table.place)
+        fills = is_filled(table, header)
+        check_finite(values, f"{where}, column {header!r}", table.place, fills=fills)
     channels = {k: unit.to_si(table.columns[h]) for k, (h, unit) in plan.channels.items()}
     units = {k: unit.si for k, (_, unit) in plan.channels.items()}
     notes += [f"channel {k!r}: {u.note}" for k, (_, u) in plan.channels.items() if u.note]

@@ -135,6 +135,23 @@ def test_ends_and_longer_gaps_are_not_filled(bad: tuple[int, ...], tmp_path: Pat
     assert "--fill" not in str(refused.value)
 
 
+@pytest.mark.parametrize("column", ["t_s", "fs_hz", "both"])
+def test_filling_is_not_offered_where_it_does_not_help(column: str) -> None:
+    t, x = 0.1 * np.arange(12), np.arange(12.0)
+    base = np.full(12, 10.0) if column == "fs_hz" else t
+    base[7] = np.nan
+    if column == "both":
+        x[4] = np.nan
+    arrays = {"x[m]": x, "fs_hz" if column == "fs_hz" else "t_s": base}
+    for fill in (0, 1):
+        with pytest.raises(UnusableInput, match="NaN, infinite or empty") as refused:
+            Recording.from_arrays("r", arrays, fill=fill)
+        assert "--fill" not in str(refused.value)
+    with pytest.raises(UnusableInput, match="NaN, infinite or empty") as refused:
+        Recording("r", 0.1 * np.arange(3), {"x": [1.0, np.nan, 2.0]}, {"x": "m"})
+    assert "--fill" not in str(refused.value)
+
+
 MODEL = """
 from bondgraph import BondGraph, Dq, I, One, Se
 
