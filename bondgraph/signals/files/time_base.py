@@ -11,7 +11,7 @@ from bondgraph.signals.files.checks import SHORT, check_finite
 from bondgraph.signals.files.columns import ColumnTable
 from bondgraph.signals.files.filling import MILD, filled, is_filled, rows_left_out
 from bondgraph.support.arrays import FloatArray
-from bondgraph.support.errors import UnusableInput
+from bondgraph.support.errors import UnusableInput, real_number
 
 _EVEN = 0.01
 _FINEST = 10.0
@@ -35,9 +35,10 @@ def make_even(
 
     Up to `fill` missing samples in a row are filled in before.
     """
-    if isinstance(fill, bool) or int(fill) != fill or fill < 0:
+    most = real_number(f"{where}: fill", fill)
+    if most < 0.0 or most != int(most):
         raise UnusableInput(f"{where}: fill = {fill!r}; give how many missing samples in a row")
-    table = filled(table, int(fill)) if fill else table
+    table = filled(table, int(most)) if most else table
     plan, notes = table.plan, list(table.notes)
     for header, values in table.columns.items():
         fills = is_filled(table, header)

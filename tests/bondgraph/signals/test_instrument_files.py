@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -133,6 +134,12 @@ def test_ends_and_longer_gaps_are_not_filled(bad: tuple[int, ...], tmp_path: Pat
     with pytest.raises(UnusableInput, match="NaN, infinite or empty") as refused:
         Recording.read(table(tmp_path, t, x), fill=2)
     assert "--fill" not in str(refused.value)
+
+
+@pytest.mark.parametrize("fill", [None, "a", np.nan, np.inf, True, -1, 1.5, [1]])
+def test_a_fill_that_is_no_number_of_samples_is_refused(fill: Any) -> None:
+    with pytest.raises(UnusableInput, match="fill = "):
+        Recording.from_arrays("r", {"t_s": [0.0, 0.1], "x[m]": [1.0, 2.0]}, fill=fill)
 
 
 @pytest.mark.parametrize("column", ["t_s", "fs_hz", "both"])
