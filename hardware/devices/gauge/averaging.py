@@ -20,6 +20,10 @@ FAR = 3.5
 NEAR = 9
 """Readings of which the median is taken, the middle one among them."""
 FEWEST = 5
+ROUNDING = 1e-12
+"""Share of a reading below which a distance is none."""
+SAME = 1e-6
+"""Share by which two distances of one size may differ."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,7 +35,8 @@ class Averaged:
     volts : float
         V.
     mean, uncertainty : float
-        Of the readings kept; the standard error counts neighbours that hold together as fewer.
+        Of the readings kept; the standard error counts neighbours that hold together as fewer. Of
+        equal ones it is that of their step, 0 if that is not known.
     kept, excluded : int
     """
 
@@ -42,8 +47,17 @@ class Averaged:
     excluded: int
 
 
-def averaged(values: FloatArray, volts: float = float("nan")) -> Averaged:
+def averaged(values: FloatArray, volts: float = float("nan"), step: float = 0.0) -> Averaged:
     """Return the mean of a plateau (n,) without its outliers.
+
+    Parameters
+    ----------
+    values : ndarray
+        (n,), readings.
+    volts : float
+        V.
+    step : float
+        Step in which readings come, in their unit; 0 if only they themselves may tell.
 
     Raises
     ------
@@ -59,14 +73,13 @@ def averaged(values: FloatArray, volts: float = float("nan")) -> Averaged:
     x = x[np.isfinite(x)]
     if x.size < FEWEST:
         raise UnusableInput(f"averaging: {x.size} readings; give at least {FEWEST} at each voltage")
-    kept = x[~outlying(x)]
-    return Averaged(
-        volts, float(kept.mean()), _standard_error(kept), int(kept.size), int(x.size - kept.size)
-    )
+    kept = x[~outlying(x, step)]
+    error = _standard_error(kept) if np.ptp(kept) else step / float(np.sqrt(12.0))
+    return Averaged(volts, float(kept.mean()), error, int(kept.size), int(x.size - kept.size))
 
 
-def outlying(x: FloatArray) -> NDArray[np.bool_]:
-    """Return which of finite readings (n,) are outliers.
+def outlying(x: FloatArray, step: float = 0.0) -> NDArray[np.bool_]:
+    """Return which of finite readings (n,), that come in steps of `step`, are outliers.
 
     Examples
     --------
@@ -78,13 +91,14 @@ def outlying(x: FloatArray) -> NDArray[np.bool_]:
     wide = np.pad(x, reach, mode="reflect")
     shifted = [wide[k : k + x.size] for k in range(2 * reach + 1)]
     pairs = [0.5 * (shifted[k] + shifted[-1 - k]) for k in range(reach)]
-    return _far(x, np.median(shifted, axis=0)) & _far(x, np.median(pairs, axis=0))
+    least = max(_step(x), step)
+    return _far(x, np.median(shifted, axis=0), least) & _far(x, np.median(pairs, axis=0), least)
 
 
-def _far(x: FloatArray, expected: FloatArray) -> NDArray[np.bool_]:
+def _far(x: FloatArray, expected: FloatArray, step: float) -> NDArray[np.bool_]:
     off = np.abs(x - expected)
     # readings in whole steps may all agree: one step is never far
-    spread = max(1.4826 * float(np.median(off)), _step(x))
+    spread = max(1.4826 * float(np.median(off)), step)
     return np.asarray(off > FAR * spread)
 
 
@@ -99,8 +113,21 @@ def _step(x: FloatArray) -> float:
     return float(np.diff(values).min())
 
 
+def _common_step(parts: list[FloatArray]) -> float:
+    """Return the least distance from their medians that two readings share, 0 if none do.
+
+    A distance that came once is no proof of a step, on however many plateaus.
+    """
+    if not parts:
+        return 0.0
+    off = np.sort(np.abs(np.concatenate([x - np.median(x) for x in parts])))
+    off = off[off > ROUNDING * max(float(np.abs(x).max()) for x in parts)]
+    shared = np.flatnonzero(np.diff(off) <= SAME * off[1:])
+    return float(off[shared[0]]) if shared.size else 0.0
+
+
 def plateaus(volts: FloatArray, values: FloatArray, skip: int) -> tuple[Averaged, ...]:
-    """Average every stretch of constant voltage.
+    """Average every stretch of constant voltage; all together tell the step of the readings.
 
     Parameters
     ----------
@@ -121,7 +148,9 @@ def plateaus(volts: FloatArray, values: FloatArray, skip: int) -> tuple[Averaged
         raise UnusableInput(
             f"averaging: the voltage never stands for {skip + FEWEST} samples; hold it longer"
         )
-    return tuple(averaged(values[p], float(volts[p[0]])) for p in long)
+    read = [values[p][np.isfinite(values[p])] for p in long]
+    step = _common_step([x for x in read if x.size])
+    return tuple(averaged(x, float(volts[p[0]]), step) for x, p in zip(read, long, strict=True))
 
 
 def _standard_error(x: FloatArray) -> float:

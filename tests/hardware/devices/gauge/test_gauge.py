@@ -142,6 +142,23 @@ def test_an_outlier_among_equal_readings_is_left_out() -> None:
     assert averaged(between).excluded == 0
 
 
+def test_a_reading_one_step_off_is_no_outlier_where_the_other_plateaus_know_the_step() -> None:
+    volts = np.repeat([0.0, 1.0, 2.0, 3.0], 10)
+    force = np.repeat([1.0, 2.0, 3.0, 5.0], 10)
+    force[[3, 14]] += [0.001, -0.001]
+    force[25] = 4.0
+    found = plateaus(volts, force, skip=0)
+    assert [a.excluded for a in found] == [0, 0, 1, 0]
+    assert found[0].uncertainty == pytest.approx(1e-4)
+    # all equal to within a step
+    assert found[3].uncertainty == pytest.approx(0.001 / np.sqrt(12.0))
+    assert averaged(np.array([1.0] * 8 + [1.001]), step=0.001).excluded == 0
+    # a spike on each of two plateaus proves no step
+    spiked = np.repeat([1.0, 2.0], 10)
+    spiked[[4, 14]] += [3.0, 5.0]
+    assert [a.excluded for a in plateaus(volts[:20], spiked, skip=0)] == [1, 1]
+
+
 def test_every_stretch_of_voltage_has_its_mean() -> None:
     volts = np.repeat([0.0, 3.0, 5.0], [30, 4, 30])
     found = plateaus(volts, 0.1 * volts, skip=5)
@@ -149,5 +166,7 @@ def test_every_stretch_of_voltage_has_its_mean() -> None:
     assert found[1].mean == pytest.approx(0.5)
     with pytest.raises(UnusableInput, match="hold it longer"):
         plateaus(np.arange(50.0), np.arange(50.0), 5)
+    with pytest.raises(UnusableInput, match="0 readings"):
+        plateaus(volts, np.nan * volts, 5)
     with pytest.raises(UnusableInput, match="4 readings"):
         averaged(np.ones(4))
