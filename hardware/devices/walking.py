@@ -7,6 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Self, final
 
+from bondgraph.support.errors import UnusableInput
 from hardware.contracts import Clock
 from hardware.envelope.limits import Envelope
 from hardware.errors import ProtocolFault
@@ -24,13 +25,18 @@ class WalkToRest:
     Parameters
     ----------
     rate : float
-        V/s.
+        V/s, above 0.
     step : float, optional
         Largest change of one write (V); that of a hundredth of a second if not given.
     pause : float
         Shortest time between two writes (s).
     lowest, highest : float
         Nothing outside is written (V).
+
+    Raises
+    ------
+    UnusableInput
+        The rate is none: with it the walk would be a jump, or never end.
     """
 
     rate: float
@@ -38,6 +44,11 @@ class WalkToRest:
     pause: float = 0.0
     lowest: float = -math.inf
     highest: float = math.inf
+
+    def __post_init__(self) -> None:
+        """Check the rate."""
+        if not self.rate > 0.0:
+            raise UnusableInput(f"way to rest: gentle = {self.rate!r} V/s; give more than 0")
 
     @classmethod
     def within(cls, envelope: Envelope, rate: float = math.inf) -> Self:

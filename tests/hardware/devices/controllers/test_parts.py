@@ -2,14 +2,23 @@
 
 from __future__ import annotations
 
+import math
 import sys
 
 import numpy as np
 import pytest
 
 from bondgraph.support.errors import UnusableInput
-from hardware.devices.controllers import GatewayTransport, GcsSetup, GcsTalk, device_error
+from hardware.devices.controllers import (
+    NV200,
+    AsciiController,
+    GatewayTransport,
+    GcsSetup,
+    GcsTalk,
+    device_error,
+)
 from hardware.devices.controllers.gcs_errors import MEANINGS
+from hardware.devices.transport import TcpTransport
 from hardware.devices.walking import WalkToRest, walk
 from hardware.errors import DriverMissing, LimitViolation, LinkLost, Overrun, ProtocolFault
 from hardware.simulators.control.client import LocalClock
@@ -27,6 +36,14 @@ def test_walk(present: float) -> None:
     assert rig.volts == 0.0
     assert rig.extremes.largest_step <= max(1.0 + 1e-9, abs(present))
     assert rig.now == pytest.approx(abs(present) / 100.0, abs=0.011)
+
+
+@pytest.mark.parametrize("rate", [0.0, -100.0, math.nan])
+def test_a_walk_that_would_be_a_jump_is_refused(rate: float) -> None:
+    with pytest.raises(UnusableInput, match="gentle = "):
+        WalkToRest(rate)
+    with pytest.raises(UnusableInput, match="gentle = "):
+        AsciiController(NV200, TcpTransport("localhost", 1), gentle=rate)
 
 
 def test_walk_from_nowhere_sets_the_target_only() -> None:
