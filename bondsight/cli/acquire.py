@@ -84,7 +84,10 @@ def add_acquire_command(verbs: Any) -> None:
         "search, then the page",
     )  # fmt: skip
     add_map(p)
-    p.add_argument("--json", action="store_true", help="print the verdict as JSON")
+    p.add_argument(
+        "--json", action="store_true",
+        help="print the verdict as JSON; with --studio one line for each take",
+    )  # fmt: skip
     add_jobs(p)
     p.add_argument(
         "--recover", type=Path, default=None, metavar="JOURNAL",
@@ -196,7 +199,7 @@ def _recorded_and_diagnosed(
         recordings=[str(path)], model=options.diagnose, maps=maps, out=options.out,
         json=options.json, jobs=options.jobs, seed=options.seed or 0, without=(),
         effects=None, noise=(), process_noise=(),
-        hold=_held(graph, maps),
+        hold=_held(graph, maps), lines=live is not None,
     )  # fmt: skip
     from bondsight.cli.studio import stoppable
 

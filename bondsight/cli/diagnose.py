@@ -85,7 +85,7 @@ def diagnose_files(
     Parameters
     ----------
     options : Namespace
-        As parsed.
+        As parsed; with `lines` the JSON is one line, as one of several documents.
     graph : BondGraph, optional
         In place of the model the options name.
     watch : callable, optional
@@ -104,7 +104,8 @@ def diagnose_files(
     path = write_verdict(result, options.out)
     report = write_report(characterised(result), options.out)
     if options.json:
-        print(json.dumps(verdict(result), indent=2, allow_nan=False))
+        indent = None if getattr(options, "lines", False) else 2
+        print(json.dumps(verdict(result), indent=indent, allow_nan=False), flush=True)
     else:
         print(in_words(result))
         print(f"verdict: {path}\nreport:  {report}")

@@ -14,16 +14,20 @@ from urllib.request import Request, urlopen
 import numpy as np
 import pytest
 
+from actuators.models import opening
 from bondgraph import BondGraph, C, Dq, I, One, R, Se
 from bondgraph.signals.recording import Recording
 from bondgraph.simulation.simulate import simulate
 from bondgraph.support.errors import UnusableInput
+from bondsight.cli import acquire, diagnose
 from bondsight.cli.acquire_studio import POINTS, RunningAlong, recorded_on_and_on
 from bondsight.cli.main import main
 from bondsight.cli.output import Stopped
 from bondsight.cli.studio import stoppable
 from hardware.contracts import Chunk
 from hardware.recorder import TakePlan
+from identification.diagnosis import diagnose as search
+from identification.diagnosis import studio, verdict
 from identification.diagnosis.studio.live import LiveStudio
 from tests.patience import HANGS
 
@@ -200,3 +204,26 @@ def test_an_interrupt_is_no_stop_of_the_page(tmp_path: Path) -> None:
     live: Any = SimpleNamespace(address="", stopped=False, finish=lambda *_: None, wait=lambda: 0)
     with pytest.raises(Stopped, match="Ctrl-C"):
         recorded_on_and_on(argparse.Namespace(name="take", out=tmp_path, json=False), live, take)
+
+
+def test_the_verdicts_of_several_takes_are_one_line_each(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    wave = Recording("take", np.arange(4.0), {"V": np.arange(4.0)}, {"V": "V"})
+    file = wave.save(tmp_path / "take.npz")
+    monkeypatch.setattr(opening, "load_model", lambda _: actuator())
+    monkeypatch.setattr(acquire, "_record", lambda *_: file)
+    monkeypatch.setattr(diagnose, "_found", lambda *_: SimpleNamespace(notes=()))
+    for place, name in (
+        (verdict, "write_verdict"), (studio, "write_report"), (search, "characterised"),
+    ):  # fmt: skip
+        monkeypatch.setattr(place, name, lambda *_: tmp_path)
+    monkeypatch.setattr(verdict, "verdict", lambda _: {"verdict": ["a", "b"]})
+    options = argparse.Namespace(
+        diagnose="model.py", maps=[], out=tmp_path, json=True, jobs=1, seed=0
+    )
+    with LiveStudio() as live:
+        for _ in range(2):
+            acquire._recorded_and_diagnosed(options, None, live)
+    lines = capfd.readouterr().out.splitlines()
+    assert [json.loads(line) for line in lines] == [{"verdict": ["a", "b"]}] * 2
