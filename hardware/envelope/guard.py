@@ -216,10 +216,12 @@ class GuardedOutput:
         """Park: end what is playing and ramp to the safe value, from wherever the output is.
 
         Commands are refused until it has ended, and at its end the safe value is written whatever
-        is known. An unknown output is looked for by its read-back, else powered up anew; one that
-        contradicts the last command is not believed, and `status` says so. Before the first
-        `power_up` and after `close` there is nothing to park. In a signal handler that has come
-        while this thread talks with the device (a write, a question, a step of a waveform) it
+        is known. An unknown output is looked for by its read-back, which is believed near the last
+        command and, if proven, where a restart leaves the device. Else the last command is given
+        again, the way down begins there, and `status` says so; the device is powered up anew only
+        where no command is known, a watchdog may have acted, or it cannot be given. Before the
+        first `power_up` and after `close` there is nothing to park. In a signal handler that has
+        come while this thread talks with the device (a write, a question, a step of a waveform) it
         returns at once, and that talk parks at its end.
 
         Raises
