@@ -4,6 +4,7 @@ from hardware.contracts.acquisition import Acquisition as Acquisition
 from hardware.contracts.acquisition import Air as Air
 from hardware.contracts.acquisition import Identity as Identity
 from hardware.contracts.acquisition import Tried as Tried
+from hardware.contracts.chunk import INSTANT as INSTANT
 from hardware.contracts.chunk import Chunk as Chunk
 from hardware.contracts.chunk import Flag as Flag
 from hardware.contracts.clock import Clock as Clock

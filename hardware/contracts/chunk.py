@@ -12,6 +12,9 @@ from numpy.typing import NDArray
 
 from bondgraph.support.errors import UnusableInput
 
+INSTANT = "instant"
+"""Channel that holds the time of every sample by the clock of the program (s)."""
+
 
 class Flag(IntFlag):
     """What is known against a sample; zero is good. The numbers are stored: never reuse one."""

@@ -9,12 +9,12 @@ from typing import Self, final
 
 from bondgraph.support.errors import UnusableInput
 from hardware.contracts import Clock
-from hardware.envelope.limits import Envelope
+from hardware.envelope.limits import PLAUSIBLE, Envelope
+from hardware.envelope.steps import in_steps
 from hardware.errors import ProtocolFault
 
-_PERIOD = 0.01
-_PLAUSIBLE = 0.05
-"""Share of the range by which a reading may lie outside of it: noise and offset of a monitor."""
+TICK = 0.01
+"""Longest time between two steps (s)."""
 
 
 @final
@@ -54,8 +54,7 @@ class WalkToRest:
     def within(cls, envelope: Envelope, rate: float = math.inf) -> Self:
         """Return the way that an envelope allows, no faster than `rate` (V/s)."""
         e = envelope
-        # half of what a single command may do, as for every other ramp
-        step = 0.5 * e.largest_step(e.v_min, e.v_max)
+        step = e.ramp_step(e.v_min, e.v_max)
         return cls(min(rate, e.ramp_rate), step, e.update_period, e.v_min, e.v_max)
 
     def held(self, volts: float) -> float:
@@ -64,7 +63,7 @@ class WalkToRest:
 
     def allows(self, volts: float) -> bool:
         """Whether a voltage (V) may be taken for one within the limits."""
-        margin = _PLAUSIBLE * (self.highest - self.lowest)
+        margin = PLAUSIBLE * (self.highest - self.lowest)
         return self.lowest - margin <= volts <= self.highest + margin
 
     def require(self, volts: float, what: str) -> None:
@@ -109,9 +108,7 @@ def walk(
     if present is None:
         write(way.held(target))
         return
-    span = target - present
-    step = min(way.rate * max(_PERIOD, way.pause), way.step)
-    count = max(math.ceil(abs(span) / step), 1)
-    for k in range(1, count + 1):
-        clock.sleep(max(abs(span) / count / way.rate, way.pause))
-        write(way.held(present + span * (k / count) if k < count else target))
+    pause, steps = in_steps(present, target, way.rate, way.step, TICK, way.pause)
+    for volts in steps:
+        clock.sleep(pause)
+        write(way.held(volts))

@@ -13,6 +13,8 @@ from hardware.envelope.plain_numbers import engineering
 
 ROUNDING = 1e-9
 """Share of the range by which a command may miss a limit: what arithmetic leaves of 0 V."""
+PLAUSIBLE = 0.05
+"""Share of the range by which a reading may be off: noise and offset of a monitor."""
 
 
 @final
@@ -218,6 +220,13 @@ class Envelope:
     def largest_step(self, before: float, after: float) -> float:
         """Return the largest jump (V) of a single command between two voltages (V)."""
         return self.fastest(before, after) * self.update_period
+
+    def ramp_step(self, before: float, after: float) -> float:
+        """Return the largest step (V) of a ramp between two voltages (V).
+
+        Half of what a single command may do: room for a read-back that is a little off.
+        """
+        return 0.5 * self.largest_step(before, after)
 
     def ramp_time(self, before: float, after: float) -> float:
         """Return how long a gentle ramp takes (s)."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import threading
 from collections.abc import Callable
 from typing import TypeVar, final
@@ -10,17 +9,16 @@ from typing import TypeVar, final
 from bondgraph.support.errors import UnusableInput
 from hardware.contracts import Clock, RawOutput
 from hardware.envelope.dwelling import Dwelling
-from hardware.envelope.limits import Converter, Dwell, Envelope
+from hardware.envelope.limits import PLAUSIBLE, Converter, Dwell, Envelope
 from hardware.envelope.plain_numbers import engineering
 from hardware.envelope.state import OutputState
+from hardware.envelope.steps import in_steps
 from hardware.envelope.watchdog import Heartbeat
 from hardware.errors import HardwareError, LimitViolation, ProtocolFault
 
 T = TypeVar("T")
 TICK = 2e-3
 """Longest time between two steps of a ramp (s)."""
-PLAUSIBLE = 0.05
-"""Share of the range by which a read-back may differ from what was set."""
 
 
 @final
@@ -48,6 +46,7 @@ class OutputLine:
         self.clock = clock
         self.rest = float(getattr(raw, "rest", 0.0))
         self.cold = float(getattr(raw, "cold", 0.0))
+        self.plausible = PLAUSIBLE * (envelope.v_max - envelope.v_min)
         self.low, self.high = envelope.v_min, envelope.v_max
         if converter is not None:
             self.low, self.high = max(self.low, converter.v_min), min(self.high, converter.v_max)
@@ -309,15 +308,16 @@ class OutputLine:
             if epoch != self.epoch:
                 return False
             start = self.present
-        period = self.envelope.update_period
-        span = target - start
-        # half of what a single command may do: room for a read-back that is a little off
-        step = min(speed * max(TICK, period), 0.5 * self.envelope.fastest(start, target) * period)
-        count = max(math.ceil(abs(span) / step), 1) if span or always else 0
-        for k in range(1, count + 1):
-            self.clock.sleep(max(abs(span) / count / speed, period))
+        if start == target and not always:
+            return True
+        e = self.envelope
+        pause, steps = in_steps(
+            start, target, speed, e.ramp_step(start, target), TICK, e.update_period
+        )
+        for volts in steps:
+            self.clock.sleep(pause)
             with self.lock:
-                if self.write(target if k == count else start + span * (k / count), what, epoch):
+                if self.write(volts, what, epoch):
                     self.beat()
                 if epoch != self.epoch:
                     return False
@@ -343,8 +343,7 @@ class OutputLine:
         except Exception as error:
             self.lose(error, "power-up")
             raise
-        allowed = PLAUSIBLE * (self.envelope.v_max - self.envelope.v_min)
-        if reading is not None and not abs(reading - self.rest) <= allowed:
+        if reading is not None and not abs(reading - self.rest) <= self.plausible:
             self.forget(f"after power-up it reads {reading:g} V instead of {self.rest:g} V")
             raise ProtocolFault(
                 f"power_up: the device reads {reading:g} V instead of {self.rest:g} V; check gain, "

@@ -5,12 +5,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from hardware.envelope.limits import Envelope
+from hardware.envelope.limits import PLAUSIBLE, Envelope
 from hardware.envelope.runs import lead, longest, trail
 from hardware.errors import LimitViolation
 
-SHARE = 0.05
-"""Share of the range by which a reading may miss its command."""
 SAMPLES = 8
 """So many readings in a row may miss more than that."""
 LOWEST, HIGHEST = 0.8, 1.25
@@ -67,7 +65,7 @@ def check_monitor(
     if wanted.size == 0:
         return before
     low, high = _reach(wanted, lag)
-    allowed = SHARE * (envelope.v_max - envelope.v_min) + envelope.slack + slack
+    allowed = PLAUSIBLE * (envelope.v_max - envelope.v_min) + envelope.slack + slack
     wrong: NDArray[np.bool_] = (told > high + allowed) | (told < low - allowed)
     first, count = longest(wrong)
     carried = before + lead(wrong)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from hardware.envelope.line import PLAUSIBLE, OutputLine
+from hardware.envelope.line import OutputLine
 from hardware.envelope.state import OutputState
 from hardware.errors import ProtocolFault
 
@@ -121,7 +121,7 @@ def _find(line: OutputLine, epoch: int) -> str:
             return "taken for the last command, it cannot be read back"
         line.power_up(epoch)
         return ""
-    allowed = PLAUSIBLE * (line.envelope.v_max - line.envelope.v_min)
+    allowed = line.plausible
     span = line.span
     if span is None:
         margin = 0.5 * line.envelope.largest_step(line.low, line.high)

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bondgraph.support.errors import UnusableInput
-from hardware.contracts import Chunk, Clock, Flag
+from hardware.contracts import INSTANT, Chunk, Clock, Flag
 from hardware.live.state import RECENT, ChannelState, LiveState, StreamState
 
 
@@ -157,7 +157,7 @@ class _Stream:
         channels = tuple(
             ChannelState(k, self._units[k], *self._ends[k], self._recent.get(k, np.zeros(0)))
             for k in self._units
-            if k != "instant"
+            if k != INSTANT
         )
         flags = {_flag(k): int(self._flags[k]) for k in range(16) if self._flags[k]}
         return StreamState(

@@ -17,9 +17,9 @@ from bondgraph.signals.recording import Recording
 from bondgraph.signals.units import parse_unit
 from bondgraph.support.arrays import FloatArray as Array
 from bondgraph.support.errors import UnusableInput
-from hardware.contracts import Flag
+from hardware.contracts import INSTANT, Flag
 from hardware.optics import Ellipse
-from hardware.recorder.beside import INSTANT, beside
+from hardware.recorder.beside import beside
 from hardware.recorder.correcting import HeldCommand, corrected
 from hardware.recorder.marking import of_flags, of_losses, slip, with_jitter_judged
 from hardware.recorder.plan import TakePlan

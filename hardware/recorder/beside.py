@@ -5,10 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from bondgraph.support.arrays import FloatArray
+from hardware.contracts import INSTANT
 from hardware.devices.gauge.averaging import FAR, FEWEST, outlying
 from hardware.storage import StreamData
-
-INSTANT = "instant"
 
 
 def beside(stream: StreamData, instants: FloatArray) -> tuple[dict[str, FloatArray], str]:

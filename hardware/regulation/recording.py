@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from bondgraph.signals.recording import Recording
-from hardware.contracts import Flag
+from hardware.contracts import INSTANT, Flag
 from hardware.recorder.assembling import Assembled, recording_of, without_gaps
 from hardware.recorder.keeping import end_of, ended
 from hardware.recorder.marking import of_flags, of_losses
@@ -30,8 +30,6 @@ from hardware.storage import (
     new_files,
     open_journal,
 )
-
-NOT_STORED = "instant"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -125,8 +123,8 @@ def _assembled(
     told = {LOOP: data.flags & ~np.uint16(Flag.CLAMPED | Flag.LATE)}
     made = Assembled(
         data.numbers / plan.rate,
-        {k: v for k, v in data.channels.items() if k != NOT_STORED},
-        {k: u for k, u in data.layout.units.items() if k != NOT_STORED}, flags,
+        {k: v for k, v in data.channels.items() if k != INSTANT},
+        {k: u for k, u in data.layout.units.items() if k != INSTANT}, flags,
         _clocks(origins[1].nominal_rate),
         (*timing.sentences, *of_losses(data), *of_flags(told)), origins,
     )  # fmt: skip

@@ -16,7 +16,7 @@ from bondgraph.signals.recording import Recording
 from bondgraph.signals.recording_file import sha256_of
 from bondgraph.signals.units import parse_unit
 from bondgraph.support.errors import BondsightError, UnusableInput
-from hardware.contracts import Air, Identity
+from hardware.contracts import INSTANT, Air, Identity
 from hardware.storage.finishing import with_provenance
 from hardware.storage.pieces import Piece, joined, pieces
 from hardware.storage.plain_fields import made_from
@@ -27,8 +27,6 @@ from hardware.storage.syncing import sync_folder
 
 MAX_PIECES = 100
 OUTPUT = "output"
-INSTANT = "instant"
-"""Channel of a stream that was not clocked by the output: when every sample was read (s)."""
 
 
 def recover(

@@ -155,7 +155,7 @@ def test_filling_is_not_offered_where_it_does_not_help(column: str) -> None:
             Recording.from_arrays("r", arrays, fill=fill)
         assert "--fill" not in str(refused.value)
     with pytest.raises(UnusableInput, match="NaN, infinite or empty") as refused:
-        Recording("r", 0.1 * np.arange(3), {"x": [1.0, np.nan, 2.0]}, {"x": "m"})
+        Recording("r", np.arange(3.0), {"x": np.array([1.0, np.nan, 2.0])}, {"x": "m"})
     assert "--fill" not in str(refused.value)
 
 

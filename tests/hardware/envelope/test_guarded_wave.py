@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from itertools import islice
 
 import numpy as np
 import pytest
@@ -345,7 +346,7 @@ def test_a_player_that_goes_on_by_itself_does_not_stall(kind: type[Alone]) -> No
     playing = wave.play()
     while next(playing).samples < 40:
         pass
-    assert b.output.present > 60.0
+    assert (b.output.present or 0.0) > 60.0
     b.clock.sleep(0.25)
     b.output.tend()
     assert list(playing)[-1].samples == 1000
@@ -355,11 +356,9 @@ def test_a_player_that_stops_going_on_by_itself_stalls() -> None:
     b = bench(Envelope(-20.0, 100.0, 1e4, gentle=500.0, dwell=[Dwell(60.0, 0.2)]))
     wave = GuardedWave(b.output, Telling(b.clock, 150))
     wave.prepare(np.tile(WAVE, 10), RATE)
-    playing = wave.play()
+    # its reports go on, but tell of nothing new
     with pytest.raises(LimitViolation, match="beyond 60 V"):
-        # its reports go on, but tell of nothing new
-        for _ in range(50):
-            next(playing)
+        list(islice(wave.play(), 50))
     assert b.output.state is OutputState.PARKED
 
 

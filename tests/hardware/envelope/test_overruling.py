@@ -9,7 +9,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import suppress
-from itertools import pairwise
+from itertools import count, pairwise
 from pathlib import Path
 from types import FrameType
 from typing import Any
@@ -168,16 +168,16 @@ def test_a_stop_within_a_stop() -> None:
 
 
 def within(
-    b: Bench, command: Callable[[], object], reached: Callable[[float], bool], cause: str = ""
+    b: Bench, command: Callable[[], object], reached: Callable[[float], bool], why: str = ""
 ) -> None:
     """Give a command just before the device moves to a voltage, as a signal handler may."""
     move, left = b.device.move, [True]
 
-    def moved(volts: float, why: str) -> None:
-        if left and reached(volts) and cause in ("", why):
+    def moved(volts: float, cause: str) -> None:
+        if left and reached(volts) and why in ("", cause):
             left.pop()
             command()
-        move(volts, why)
+        move(volts, cause)
 
     b.device.move = moved  # type: ignore[method-assign]
 
@@ -263,14 +263,14 @@ def test_a_command_that_a_stop_overrules_in_its_last_step_says_so(command: str) 
 
 def lines_of(command: Callable[[], object], act: Callable[[], object], at: int) -> bool:
     """Act before the n-th line that the guard runs within a command; False if it has fewer."""
-    count = 0
+    seen = 0
 
     def look(frame: FrameType, event: str, _: object) -> Any:
-        nonlocal count
+        nonlocal seen
         if GUARD not in frame.f_code.co_filename:
             return None
-        count += event == "line"
-        if event == "line" and count == at:
+        seen += event == "line"
+        if event == "line" and seen == at:
             act()
         return look
 
@@ -280,36 +280,38 @@ def lines_of(command: Callable[[], object], act: Callable[[], object], at: int) 
         command()
     finally:
         sys.settrace(before)
-    return count >= at
+    return seen >= at
+
+
+def struck_at(way: str, at: int) -> bool:
+    """Stop at a line of a command; False if it has fewer."""
+    b, inside = bench(LIMITS, probe=0), True
+    wave = GuardedWave(b.output, TellingPlayer(b.device))
+    wave.prepare(np.array([8.0, 16.0, 24.0]), 100.0)
+    b.output.ramp(4.0)
+    if way == "stop of unknown":
+        b.device.budget = 3
+        with pytest.raises(LinkLost):
+            b.output.set(12.0)
+    commands: dict[str, Callable[[], object]] = {
+        "set": lambda: b.output.set(12.0),
+        "ramp": lambda: b.output.ramp(6.0),
+        "play": lambda: list(wave.play()),
+        "power_up": b.output.power_up,
+    }
+    with suppress(HardwareError):
+        inside = lines_of(commands.get(way, b.output.stop), b.output.stop, at)
+    assert b.output.present in (None, b.device.volts), f"at line {at}"
+    b.output.stop()
+    assert b.output.present == b.device.volts == 0.0
+    assert unsafe(b.device, -20.0, 100.0, 10.0) == [], f"at line {at}"
+    return inside
 
 
 @pytest.mark.parametrize("way", ["set", "ramp", "stop", "stop of unknown", "power_up", "play"])
 def test_a_stop_at_any_line_leaves_neither_a_jump_nor_a_false_voltage(way: str) -> None:
     """Exhaustive: before every line of the guard, where a signal handler may come."""
-    at, inside = 0, True
-    while inside:
-        at += 1
-        b = bench(LIMITS, probe=0)
-        wave = GuardedWave(b.output, TellingPlayer(b.device))
-        wave.prepare(np.array([8.0, 16.0, 24.0]), 100.0)
-        b.output.ramp(4.0)
-        if way == "stop of unknown":
-            b.device.budget = 3
-            with pytest.raises(LinkLost):
-                b.output.set(12.0)
-        commands: dict[str, Callable[[], object]] = {
-            "set": lambda: b.output.set(12.0),
-            "ramp": lambda: b.output.ramp(6.0),
-            "play": lambda: list(wave.play()),
-        }
-        command = commands.get(way, b.output.power_up if way == "power_up" else b.output.stop)
-        with suppress(HardwareError):
-            inside = lines_of(command, b.output.stop, at)
-        assert b.output.present in (None, b.device.volts), f"at line {at}"
-        b.output.stop()
-        assert b.output.present == b.device.volts == 0.0
-        assert unsafe(b.device, -20.0, 100.0, 10.0) == [], f"at line {at}"
-    assert at > 20
+    assert next(at for at in count(1) if not struck_at(way, at)) > 20
 
 
 @pytest.mark.parametrize("ends", ["stop", "abort"])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import sys
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -20,12 +21,14 @@ from hardware.devices.controllers import (
 from hardware.devices.controllers.gcs_errors import MEANINGS
 from hardware.devices.transport import TcpTransport
 from hardware.devices.walking import WalkToRest, walk
+from hardware.envelope import Envelope, GuardedOutput
 from hardware.errors import DriverMissing, LimitViolation, LinkLost, Overrun, ProtocolFault
 from hardware.simulators.control.client import LocalClock
 from hardware.simulators.controllers.gcs_device import GcsDevice
 from hardware.simulators.controllers.gcs_model import GcsModel
 from hardware.simulators.rig import DeviceClock, Rig
 from tests.hardware.devices.controllers.bench import Spring, bench
+from tests.hardware.envelope.device import Device, RawDevice, TrueTime
 
 
 @pytest.mark.parametrize("present", [35.0, -7.0, 0.3, 0.0])
@@ -44,6 +47,28 @@ def test_a_walk_that_would_be_a_jump_is_refused(rate: float) -> None:
         WalkToRest(rate)
     with pytest.raises(UnusableInput, match="gentle = "):
         AsciiController(NV200, TcpTransport("localhost", 1), gentle=rate)
+
+
+@pytest.mark.parametrize(("rate", "period"), [(300.0, 1e-3), (1e4, 1e-3), (50.0, 0.05)])
+def test_a_walk_to_rest_is_no_bolder_than_a_ramp(rate: float, period: float) -> None:
+    limits = Envelope(-20.0, 100.0, 1e4, gentle=rate, update_period=period)
+    largest = 0.5 * limits.largest_step(-20.0, 100.0)
+    clock = TrueTime()
+    device = Device(clock)
+    output = GuardedOutput(RawDevice(device), limits, clock)
+    output.power_up()
+    output.ramp(80.0)
+    device.steps.clear()
+    output.ramp(0.0)
+    ramped = len(device.steps)
+    device.move(80.0, "found there")
+    walk(lambda v: device.move(v, "walk"), 80.0, 0.0, WalkToRest.within(limits), clock)
+    walked = device.steps[ramped + 1 :]
+    for steps in (device.steps[:ramped], walked):
+        assert max(abs(b - a) for _, a, b, _ in steps) <= largest * (1.0 + 1e-9)
+        waits = [b[0] - a[0] for a, b in pairwise(steps)]
+        assert min(waits) >= period * (1.0 - 1e-9)
+        assert steps[-1][2] == 0.0
 
 
 def test_walk_from_nowhere_sets_the_target_only() -> None:
