@@ -18,7 +18,7 @@ _PLAUSIBLE = 0.05
 
 @final
 @dataclass(frozen=True, slots=True)
-class Descent:
+class WalkToRest:
     """How an output walks to rest at power-up.
 
     Parameters
@@ -77,7 +77,7 @@ def walk(
     write: Callable[[float], None],
     present: float | None,
     target: float,
-    way: Descent,
+    way: WalkToRest,
     clock: Clock,
 ) -> None:
     """Write voltages from `present` to `target` (V) in small steps.
@@ -90,7 +90,7 @@ def walk(
         Where the output is; where that is not known, only `target` is written.
     target : float
         Where it is to go (V).
-    way : Descent
+    way : WalkToRest
         Limits and pace.
     clock : Clock
         Time of the program.

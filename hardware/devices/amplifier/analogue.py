@@ -9,7 +9,7 @@ from bondgraph.support.errors import UnusableInput
 from hardware.contracts import Clock, Identity, WallClock
 from hardware.devices.amplifier.channel import AnalogueChannel, AnalogueInputs
 from hardware.devices.amplifier.data import Amplifier
-from hardware.devices.walking import Descent, walk
+from hardware.devices.walking import WalkToRest, walk
 from hardware.envelope.limits import Converter, Envelope
 from hardware.errors import HardwareError, LimitViolation, TimedOut
 
@@ -61,7 +61,7 @@ class AnalogueAmplifier:
         # what the converter cannot give is refused like what the actuator cannot stand
         a = replace(amplifier, lowest=min(lowest, 0.0), highest=max(highest, 0.0))
         self._amplifier = a
-        self._way = Descent(gentle, lowest=a.lowest, highest=a.highest)
+        self._way = WalkToRest(gentle, lowest=a.lowest, highest=a.highest)
 
     @property
     def amplifier(self) -> Amplifier:
@@ -93,7 +93,7 @@ class AnalogueAmplifier:
         UnusableInput
             Its offset alone is more than the actuator may have.
         """
-        way, offset = Descent.within(envelope), self._amplifier.offset
+        way, offset = WalkToRest.within(envelope), self._amplifier.offset
         if not way.allows(offset):
             raise UnusableInput(
                 f"{self._amplifier.name}: its offset puts {offset:g} V on the actuator while the "

@@ -10,7 +10,7 @@ from typing import final
 from hardware.contracts import Clock, Identity, Transport, WallClock
 from hardware.devices.controllers.ascii_dialect import AsciiDialect
 from hardware.devices.transport import back_in_step
-from hardware.devices.walking import Descent, walk
+from hardware.devices.walking import WalkToRest, walk
 from hardware.envelope.limits import Envelope
 from hardware.errors import HardwareError, LimitViolation, LinkLost, ProtocolFault, TimedOut
 
@@ -64,7 +64,7 @@ class AsciiController:
         self._patience = 3.0 * timeout if patience is None else patience
         self._safe = safe
         self._gentle = gentle
-        self._way = Descent(gentle)
+        self._way = WalkToRest(gentle)
         self.has_watchdog = watchdog
         self._identity: tuple[str, ...] = ()
         self._lock = threading.RLock()
@@ -95,7 +95,7 @@ class AsciiController:
 
     def keep_within(self, envelope: Envelope) -> None:
         """Take the limits of the guard for the way to safe at power-up."""
-        self._way = Descent.within(envelope, self._gentle)
+        self._way = WalkToRest.within(envelope, self._gentle)
 
     def power_up(self) -> None:
         """Connect where the link is not alive, take remote open-loop control, walk to safe.

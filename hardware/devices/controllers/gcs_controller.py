@@ -15,7 +15,7 @@ from hardware.contracts import Clock, Identity, WallClock
 from hardware.devices.controllers.gcs_errors import UNKNOWN, forgiven
 from hardware.devices.controllers.gcs_setup import GcsSetup
 from hardware.devices.controllers.gcs_talk import GcsTalk
-from hardware.devices.walking import Descent, walk
+from hardware.devices.walking import WalkToRest, walk
 from hardware.envelope.limits import Envelope
 from hardware.errors import HardwareError, LimitViolation, LinkLost, ProtocolFault, TimedOut
 
@@ -53,7 +53,7 @@ class GcsController:
         self.setup = GcsSetup() if setup is None else setup
         self.clock: Clock = WallClock() if clock is None else clock
         self._identity: Identity | None = None
-        self._way = Descent(self.setup.gentle)
+        self._way = WalkToRest(self.setup.gentle)
 
     @property
     def identity(self) -> Identity:
@@ -81,7 +81,7 @@ class GcsController:
 
     def keep_within(self, envelope: Envelope) -> None:
         """Take the limits of the guard for the way to safe at power-up."""
-        self._way = Descent.within(envelope, self.setup.gentle)
+        self._way = WalkToRest.within(envelope, self.setup.gentle)
 
     def power_up(self) -> None:
         """Connect where the link is not alive, stop the generator, open the loop, walk to safe.

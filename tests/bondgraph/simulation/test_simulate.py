@@ -25,7 +25,16 @@ from bondgraph import (
     simulate,
 )
 from bondgraph.hysteresis import MaxwellResistiveCapacitor, play_record
-from bondgraph.laws import Backlash, Coulomb, Hysteretic, Law, Polynomial, StopSum, TableLaw
+from bondgraph.laws import (
+    Backlash,
+    Bilinear,
+    Coulomb,
+    Hysteretic,
+    Law,
+    Polynomial,
+    StopSum,
+    TableLaw,
+)
 from bondgraph.simulation.exact_run import relative_change, run_record
 from bondgraph.simulation.lure import compile_model
 from tests.spring import spring
@@ -226,6 +235,14 @@ def test_rest_holds_with_its_laws(law: Law | None, values: dict[str, float], res
     assert run["v"] == pytest.approx(np.zeros(200), abs=1e-9)
     assert np.ptp(run["x"]) < 1e-9
     assert run["x"][0] == pytest.approx(rest, rel=1e-9)
+
+
+def test_a_preloaded_spring_rests_beside_dry_friction() -> None:
+    """The linear part rests at zero, so that it says nothing of what is rounding."""
+    t, law = 1e-2 * np.arange(100), Bilinear(50.0, knee=-1e-2)
+    run = simulate(spring(1.0, 5.0, 100.0, law, Coulomb(0.5), speed="v"), t, {"F": np.zeros(100)})
+    assert run["x"][0] == pytest.approx(-0.5 / 150.0, rel=1e-6)
+    assert run["v"] == pytest.approx(np.zeros(100), abs=1e-9)
 
 
 def test_no_rest_with_its_laws_is_said() -> None:

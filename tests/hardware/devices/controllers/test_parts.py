@@ -10,7 +10,7 @@ import pytest
 from bondgraph.support.errors import UnusableInput
 from hardware.devices.controllers import GatewayTransport, GcsSetup, GcsTalk, device_error
 from hardware.devices.controllers.gcs_errors import MEANINGS
-from hardware.devices.walking import Descent, walk
+from hardware.devices.walking import WalkToRest, walk
 from hardware.errors import DriverMissing, LimitViolation, LinkLost, Overrun, ProtocolFault
 from hardware.simulators.control.client import LocalClock
 from hardware.simulators.controllers.gcs_device import GcsDevice
@@ -23,7 +23,7 @@ from tests.hardware.devices.controllers.bench import Spring, bench
 def test_walk(present: float) -> None:
     rig = Rig(Spring())
     rig.drive(present)
-    walk(rig.drive, present, 0.0, Descent(100.0), LocalClock(rig))
+    walk(rig.drive, present, 0.0, WalkToRest(100.0), LocalClock(rig))
     assert rig.volts == 0.0
     assert rig.extremes.largest_step <= max(1.0 + 1e-9, abs(present))
     assert rig.now == pytest.approx(abs(present) / 100.0, abs=0.011)
@@ -31,7 +31,7 @@ def test_walk(present: float) -> None:
 
 def test_walk_from_nowhere_sets_the_target_only() -> None:
     sent: list[float] = []
-    walk(sent.append, None, 5.0, Descent(100.0), LocalClock(Rig(Spring())))
+    walk(sent.append, None, 5.0, WalkToRest(100.0), LocalClock(Rig(Spring())))
     assert sent == [5.0]
 
 
