@@ -46,6 +46,7 @@ def test_a_relation_that_leaves_hundreds_of_times_the_noise_places_nothing() -> 
     assert placed(60.0) == ("k",)
 
 
+@pytest.mark.long
 def test_the_place_that_relations_leave_is_told_with_its_reason(monkeypatch: Any) -> None:
     place = ("k",)
 
