@@ -239,7 +239,7 @@ class _Run:
         first = inputs_of(mode.compiled, now, np.zeros(1))
         x, memory = rested(model, p, first, self.grid[1] - self.grid[0], None, None)
         if not start:  # where states are given, laws are relaxed at these
-            self.memory |= memory or {}
+            self.memory |= {n: tuple(m) for n, m in (memory or {}).items()}
         for name, value in (start or {}).items():
             if name not in mode.states:
                 raise unknown_name("state", name, f"mode {mode.text}", mode.states)

@@ -52,7 +52,7 @@ def measured(noise: float = 0.0) -> Recording:
 
 
 def test_windows_do_not_cut_the_spline_of_the_base() -> None:
-    """The base has moved on its way where a window begins; its speed there is no end of a spline."""
+    """Where a window begins the base is on its way: its speed there is not that at an end."""
     t = np.arange(60) / FS
     split = Split(slice(0, 60), slice(60, 60), "all")
     b = {"b": 0.01 * np.sin(40 * t) * t}

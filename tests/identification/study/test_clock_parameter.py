@@ -218,9 +218,13 @@ def test_clocks_reach_over_the_edges_of_windows_and_are_refused_on_them() -> Non
     declared = Study(plant(), record, window=200)
     beside = Study(plant(None), record, window=200, nuisances=Nuisances(clock=2e-4))
     for study, words in ((declared, "clock_x"), (beside, "a clock of each sensor")):
-        with pytest.raises(UnusableInput, match=rf"^window = 200: {words}.* reaches over the edges"):
+        with pytest.raises(
+            UnusableInput, match=rf"^window = 200: {words}.* reaches over the edges"
+        ):
             estimate(study)
-        with pytest.raises(UnusableInput, match=rf"^window = 200: {words}.* reaches over the edges"):
+        with pytest.raises(
+            UnusableInput, match=rf"^window = 200: {words}.* reaches over the edges"
+        ):
             diagnose(study)
 
 
