@@ -70,7 +70,9 @@ def law_rest(
         for j, (port, _, q) in enumerate(law_slices(compiled))
         if by_w[:, j].any() and not port.law.counts_time
     ]
-    functions = {j: _function(Shape(port.law.structure, q.size, port.law)) for j, port, q in acting}
+    functions = {
+        j: _function(_Shape(port.law.structure, q.size, port.law)) for j, port, q in acting
+    }
     rounding = _rounding(parts.a, parts.cs)
 
     def arguments(v: Array) -> Array:
@@ -178,7 +180,7 @@ def _memory(
 
 
 @dataclass(frozen=True)
-class Shape:
+class _Shape:
     """A law up to its numbers."""
 
     structure: Hashable
@@ -187,7 +189,7 @@ class Shape:
 
 
 @lru_cache(maxsize=64)
-def _function(shape: Shape) -> ca.Function:
+def _function(shape: _Shape) -> ca.Function:
     """Return ``(s, m, q) -> w, dw/ds, dw/dm`` of a law, no time after its memory.
 
     Numbers that a fit has found need not be those that a law may be declared with.

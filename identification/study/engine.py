@@ -19,7 +19,7 @@ from bondgraph.simulation.first_order_hold import Blocks, blocks, continuous
 from bondgraph.simulation.law_rest import law_rest
 from bondgraph.simulation.lure import Compiled, exact_form
 from bondgraph.simulation.radau.native import PreparedGeneral, prepare_general, run_general
-from bondgraph.simulation.radau.start import evaluated, rest
+from bondgraph.simulation.radau.start import evaluated, relaxed_rest
 from bondgraph.simulation.radau.start import inputs_of as general_inputs
 from bondgraph.simulation.start import fine_inputs, inputs_of, own_input
 from bondgraph.support.arrays import Array, ComplexArray
@@ -295,8 +295,9 @@ class GeneralEngine(Engine):
         return general_inputs(self.program, commands, time, breaks)
 
     def at_rest(self, p: Array, u: Array) -> Array:
-        """Equilibrium of the whole model."""
-        return np.asarray(rest(self.program, u, p)[0])
+        """Equilibrium of the whole model, laws with memory relaxed."""
+        memory, kept = self.program.start_memory(None)
+        return relaxed_rest(self.program, u, p, memory, kept, quiet=True)[0]
 
     def rest(self, p: Array, u: Array) -> Array:
         """Equilibrium of the whole model; where there is none, its start."""

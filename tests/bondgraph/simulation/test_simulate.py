@@ -29,8 +29,10 @@ from bondgraph.laws import (
     Backlash,
     Bilinear,
     Coulomb,
+    DahlFriction,
     Hysteretic,
     Law,
+    Onset,
     Polynomial,
     StopSum,
     TableLaw,
@@ -298,6 +300,25 @@ def test_a_run_goes_on_from_the_memory_and_state_of_another() -> None:
         simulate(g, t, {"F": force}, memory={"kk": (0.0, 0.0, 0.0)})
     with pytest.raises(UnusableInput, match="has 3 memory states"):
         simulate(g, t, {"F": force}, memory={"k": (0.0,)})
+
+
+def test_the_memory_of_one_law_leaves_the_others_at_rest() -> None:
+    """Without it the stops would push on the way to the memory that friction begins with."""
+    g = spring(1.0, 5.0, 100.0, StopSum((0.01,)), DahlFriction(0.5, 1e-3), speed="v")
+    t, given = 0.01 * np.arange(3), {"h_1_k": 200.0}
+    one, both = (
+        simulate(g, t, {"F": np.ones(3)}, given, memory={"k": (-0.02,), **rest})["v"]
+        for rest in ({}, {"d": (0.0, 0.0)})
+    )
+    np.testing.assert_allclose(one, both, rtol=1e-9, atol=1e-12)
+
+
+def test_time_begins_with_a_record_that_begins_with_a_step() -> None:
+    g = spring(1.0, 5.0, 100.0, Onset(0.05, 0.01, 0.01), speed="v")
+    t, given = 0.01 * np.arange(11), {"h_k": 50.0}
+    force = {"F": np.ones(t.size)}
+    wanted = simulate(g, t, force, given, memory={"k": (0.0,)})["v"]
+    np.testing.assert_allclose(simulate(g, t, force, given)["v"], wanted, rtol=1e-9, atol=1e-12)
 
 
 def test_rest_under_a_flow_that_only_charges() -> None:
