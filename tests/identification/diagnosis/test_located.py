@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+import pytest
 
 from bondgraph.signals.recording import Recording
 from identification.diagnosis.diagnose import diagnose
