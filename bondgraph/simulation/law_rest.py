@@ -6,8 +6,7 @@ Sizes: n_x states, n_u inputs, n_w laws, n_m memory states of a law.
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Hashable, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping, Sequence
 from functools import lru_cache
 from typing import TYPE_CHECKING, TypeAlias
 
@@ -15,7 +14,8 @@ import casadi as ca
 import numpy as np
 
 from bondgraph.equations.relation import LawUse
-from bondgraph.laws.law import Law, split
+from bondgraph.laws.law import split
+from bondgraph.laws.up_to_numbers import UpToNumbers
 from bondgraph.simulation.radau.start import SOLVED, least_correction
 from bondgraph.simulation.start import equilibrium
 from bondgraph.support.arrays import Array
@@ -70,9 +70,7 @@ def law_rest(
         for j, (port, _, q) in enumerate(law_slices(compiled))
         if by_w[:, j].any() and not port.law.counts_time
     ]
-    functions = {
-        j: _function(_Shape(port.law.structure, q.size, port.law)) for j, port, q in acting
-    }
+    functions = {j: _function(UpToNumbers.of(port.law, q.size)) for j, port, q in acting}
     rounding = _rounding(parts.a, parts.cs)
 
     def arguments(v: Array) -> Array:
@@ -179,23 +177,14 @@ def _memory(
     return m, by
 
 
-@dataclass(frozen=True)
-class _Shape:
-    """A law up to its numbers."""
-
-    structure: Hashable
-    numbers: int
-    example: Law = field(compare=False)
-
-
 @lru_cache(maxsize=64)
-def _function(shape: _Shape) -> ca.Function:
+def _function(kind: UpToNumbers) -> ca.Function:
     """Return ``(s, m, q) -> w, dw/ds, dw/dm`` of a law, no time after its memory.
 
     Numbers that a fit has found need not be those that a law may be declared with.
     """
-    law, s = shape.example, ca.SX.sym("s")
-    m, q = ca.SX.sym("m", law.n_memory), ca.SX.sym("q", shape.numbers)
+    law, s = kind.example, ca.SX.sym("s")
+    m, q = ca.SX.sym("m", law.n_memory), ca.SX.sym("q", kind.count)
     arguments = (*split(q), 0.0) if law.timed else split(q)
     w = ca.SX(law.deviation(CASADI, s, split(m), arguments))
     return ca.Function("law", [s, m, q], [w, *(ca.densify(ca.jacobian(w, a)) for a in (s, m))])
