@@ -21,6 +21,7 @@ from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import C, CField, Element, I, IField, R
 from bondgraph.graph.parameter import symbol
 from bondgraph.hysteresis import Operator
+from bondgraph.hysteresis.errors import BadParameter
 from bondgraph.laws import Hysteretic, Sliding, StopSum
 from bondgraph.laws.law import Law, split
 from bondgraph.support.errors import BondsightError, GraphError
@@ -119,9 +120,13 @@ def _number(run: SignalPath, expression: Any) -> Any:
 def _loss(law: Law, p: Sequence[float]) -> Loss | None:
     if isinstance(law, StopSum):
         return _stop_loss(law, p) if law.sign == 1.0 and not law.rated else None
-    if isinstance(law, Hysteretic) and law.operator.passive_port == "output":
-        return _operator_loss(law.operator_at(p))
-    return None
+    if not isinstance(law, Hysteretic):
+        return None
+    try:
+        operator = law.operator_at(p)
+    except BadParameter:  # a fit may go where none is declared: nothing is known of energy there
+        return None
+    return _operator_loss(operator) if operator.passive_port == "output" else None
 
 
 def _operator_loss(operator: Operator) -> Loss:

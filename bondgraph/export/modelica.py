@@ -41,7 +41,8 @@ def modelica(program: Program, *, memory_step: float = 1e-3) -> str:
     Returns
     -------
     str
-        One model after the functions it calls, ASCII, without dependence on any library. Names are
+        One model after the functions it calls, ASCII, without dependence on any library. Time is
+        that of the tool: a model that reads it says so, and counts from a start at 0. Names are
         those of the program; one that Modelica reserves gets an underscore at its end, and its
         declaration says so.
 
@@ -84,6 +85,7 @@ class _Writer:
     own: dict[tuple[str, str], str] = field(default_factory=dict)
 
     title: str = ""
+    reads_time: bool = False
 
     def text(self) -> str:
         p = self.program
@@ -109,6 +111,8 @@ class _Writer:
         yield f"model {title}"
         note = "Generated from a bond graph" if title == self.program.name else self.program.name
         yield f"  {quoted(note)}"
+        if self.reads_time or self.program.memory:
+            yield "  // Time counts from the start: simulate from startTime = 0."
         yield from (f"  {line};" for line in self.declared)
         yield "equation"
         yield from (f"  {line};" for line in self.equations)
@@ -180,6 +184,7 @@ class _Writer:
             if (kind, name) in self.own and (kind == "parameter" or s == symbol(name)):
                 return self.own[kind, name]
         if s == TIME:
+            self.reads_time = True
             return "time"
         raise BondsightError(f"{self.program.name}: {name} is no name of the program")
 

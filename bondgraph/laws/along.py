@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Sequence
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from bondgraph.laws.law import Law, split
+from bondgraph.laws.up_to_numbers import UpToNumbers
 from bondgraph.support.arrays import FloatArray
 from bondgraph.support.errors import UnusableInput
 from bondgraph.support.ops import CASADI, NUMPY
@@ -67,28 +67,19 @@ def _step_by_step(law: Law, s: FloatArray, dt: float, p: Sequence[float]) -> Flo
     rest = law.initial_memory(float(x[0]))
     first = float(law.deviation(NUMPY, x[0], rest, known))
     begun = np.array(law.advance(NUMPY, x[0], rest, known), float)
-    loops = _loops(_Kind(law.structure, len(p), law))
+    loops = _loops(UpToNumbers.of(law, len(p)))
     return np.concatenate([[first], loops.forwards(x[1:], begun, dt, np.array(p, float))[0]])
 
 
-@dataclass(frozen=True)
-class _Kind:
-    """A law up to its numbers."""
-
-    structure: Hashable
-    n_parameters: int
-    example: Law = field(compare=False)
-
-
 @lru_cache(maxsize=64)
-def _loops(kind: _Kind) -> RecordLoops:
+def _loops(kind: UpToNumbers) -> RecordLoops:
     import casadi as ca  # late: most of the time to import bondgraph
 
     from bondgraph.hysteresis.compiled import loops_of
 
     law = kind.example
     u, h = ca.SX.sym("u"), ca.SX.sym("h")
-    m, p = ca.SX.sym("m", law.n_memory), ca.SX.sym("p", kind.n_parameters)
+    m, p = ca.SX.sym("m", law.n_memory), ca.SX.sym("p", kind.count)
     memory, known = split(m), (*split(p), *([h] if law.timed else []))
     value = ca.densify(ca.SX(law.deviation(CASADI, u, memory, known)))
     after = ca.densify(ca.vertcat(*law.advance(CASADI, u, memory, known)))

@@ -48,19 +48,6 @@ def warped_within(
     return value, slope
 
 
-def warped_on(y: Array, samples: Array) -> tuple[Array, Array]:
-    """As `bondgraph.signals.fractional_delay.warped` of a piece of a longer signal.
-
-    Beyond its ends it goes on as the parabola through its last three samples.
-    """
-    ends = np.ceil([max(samples.max(initial=0), 0), max(-samples.min(initial=0), 0)]).astype(int)
-    before, after = (TAPS + int(e) for e in ends)
-    longer = _continued(np.asarray(y, float), 1, before, after)
-    value, slope = warped(longer, np.pad(samples, (before, after)))
-    inner = slice(before, before + y.shape[0])
-    return value[inner], slope[inner]
-
-
 def at_clock(y: Array, ratio: float) -> Array:
     """Return a signal at the times ``(1 + ratio) n`` of a clock that runs at another rate.
 

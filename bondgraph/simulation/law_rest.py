@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable, Mapping, Sequence
+from functools import lru_cache
 from typing import TYPE_CHECKING, TypeAlias
 
 import casadi as ca
@@ -14,10 +15,11 @@ import numpy as np
 
 from bondgraph.equations.relation import LawUse
 from bondgraph.laws.law import split
+from bondgraph.laws.up_to_numbers import UpToNumbers
 from bondgraph.simulation.radau.start import SOLVED, least_correction
 from bondgraph.simulation.start import equilibrium
 from bondgraph.support.arrays import Array
-from bondgraph.support.ops import CASADI, NUMPY
+from bondgraph.support.ops import CASADI
 
 if TYPE_CHECKING:
     from bondgraph.simulation.lure import Compiled
@@ -27,11 +29,16 @@ STILL = 1e-9
 """Share of what the states would make of an argument below which it is none: what sticks."""
 
 Deviations: TypeAlias = Callable[[Array], tuple[Array, Array]]
-"""``s -> w, dw/ds``, shapes (n_w,) and (n_w, n_w)."""
+"""``(x, s) -> w, dw/ds``, shapes (n_w,) and (n_w, n_w)."""
 
 
 def law_rest(
-    compiled: Compiled, p: Array, u: Array, memory: Mapping[str, Sequence[float]] | None = None
+    compiled: Compiled,
+    p: Array,
+    u: Array,
+    memory: Mapping[str, Sequence[float]] | None = None,
+    *,
+    quiet: bool = False,
 ) -> Array:
     """Return the state at rest under constant inputs, shape (n_x,); integrators stay at zero.
 
@@ -44,6 +51,8 @@ def law_rest(
     ----------
     p : ndarray, shape (n_p,), SI
     u : ndarray, shape (n_u,)
+    quiet : bool
+        Whether not to warn.
     """
     from bondgraph.simulation.first_order_hold import blocks
     from bondgraph.simulation.lure import law_slices
@@ -61,36 +70,45 @@ def law_rest(
         for j, (port, _, q) in enumerate(law_slices(compiled))
         if by_w[:, j].any() and not port.law.counts_time
     ]
-    noise = _noise(parts.a, parts.cs, x)
+    functions = {j: _function(UpToNumbers.of(port.law, q.size)) for j, port, q in acting}
+    rounding = _rounding(parts.a, parts.cs)
 
-    def arguments(s: Array) -> Array:
-        return np.where(np.abs(s) <= noise, 0.0, s)
+    def arguments(v: Array) -> Array:
+        """Arguments of the laws, zero where they are the rounding of the largest state."""
+        largest = np.maximum(np.abs(x), np.abs(v[:n]))
+        return np.where(np.abs(v[n:]) <= rounding(largest), 0.0, v[n:])
 
     s = parts.cs @ x + parts.ds[:, :k] @ u
     kept = memory or {}
-    if not any(_value(port, j, arguments(s), q, kept) for j, port, q in acting):
+
+    def deviation(j: int, port: LawUse, q: Array, s: Array) -> tuple[Array, ...]:
+        m, moved = _memory(port, j, s, kept)
+        return (*(a.full() for a in functions[j](s[j], m, q)), moved)
+
+    begin = np.concatenate([x, s])
+    if not any(deviation(j, port, q, arguments(begin))[0].any() for j, port, q in acting):
         return x
     # a row that neither a state nor a law which states move decides is an integral: it never rests
     held = parts.a.any(axis=1) | parts.b[:, k:][:, _moved(parts.cs, parts.ds[:, k:])].any(axis=1)
     rows = np.append(held, np.ones(s.size, bool))
     linear = np.block([[parts.a, np.zeros((n, s.size))], [parts.cs, -np.eye(s.size)]])[rows]
     constant = np.concatenate([parts.b[:, :k] @ u, parts.ds[:, :k] @ u])[rows]
-    slopes = {j: _slopes(port, q.size) for j, port, q in acting}
 
-    def deviations(s: Array) -> tuple[Array, Array]:
+    def deviations(v: Array) -> tuple[Array, Array]:
+        s = arguments(v)
         w, by = np.zeros(s.size), np.zeros((s.size, s.size))
         for j, port, q in acting:
-            m, moved = _memory(port, j, arguments(s), kept)
-            found, by_s, by_m = (a.full() for a in slopes[j](arguments(s)[j], m, q))
+            found, by_s, by_m, moved = deviation(j, port, q, s)
             w[j] = found[0, 0]
             by[j] = (by_m @ moved)[0]
             by[j, j] += by_s[0, 0]
         return w, by
 
-    v = _solved(linear, constant, by_w[rows], np.concatenate([x, s]), deviations)
+    v = _solved(linear, constant, by_w[rows], begin, deviations)
     if v is not None:
         return v[:n]
-    if np.abs(linear @ np.concatenate([x, s]) + constant).max() <= STILL * np.abs(constant).max():
+    left = np.abs(linear @ begin + constant).max()
+    if not quiet and left <= STILL * np.abs(constant).max():
         warnings.warn(
             f"{compiled.model.name}: no rest with its laws is found under these inputs "
             f"({', '.join(port.element for _, port, _ in acting)}); it starts from that of the "
@@ -111,7 +129,7 @@ def _solved(
     n_w = by_w.shape[1]
     n = v.size - n_w
     for _ in range(STEPS):
-        w, slope = deviations(v[n:])
+        w, slope = deviations(v)
         r, j = linear @ v + constant + by_w @ w, linear.copy()
         j[:, n:] += by_w @ slope
         if not (np.isfinite(r).all() and np.isfinite(j).all()):
@@ -127,12 +145,13 @@ def _solved(
     return None
 
 
-def _noise(a: Array, cs: Array, x: Array) -> Array:
-    """Return how far rounding of the states moves the arguments of the laws, shape (n_w,)."""
+def _rounding(a: Array, cs: Array) -> Callable[[Array], Array]:
+    """Return how far rounding of states so large (n_x,) moves the arguments of laws, (n_w,)."""
     rows = np.abs(a).max(axis=1, keepdims=True)
     columns = np.abs(a / np.where(rows > 0.0, rows, 1.0)).max(axis=0)
     columns[columns == 0.0] = 1.0
-    return np.asarray(STILL * np.abs(cs) @ (np.abs(x * columns).max() / columns))
+    share = STILL * np.abs(cs) @ (1.0 / columns)
+    return lambda largest: np.asarray(share * np.max(largest * columns))
 
 
 def _moved(cs: Array, dsw: Array) -> Array:
@@ -158,18 +177,14 @@ def _memory(
     return m, by
 
 
-def _value(port: LawUse, j: int, s: Array, q: Array, kept: Mapping[str, Sequence[float]]) -> float:
-    """Return the deviation of a law at rest."""
-    m, _ = _memory(port, j, s, kept)
-    numbers = (*map(float, q), 0.0) if port.law.timed else tuple(map(float, q))
-    with np.errstate(all="ignore"):
-        return float(port.law.deviation(NUMPY, float(s[j]), tuple(map(float, m)), numbers))
+@lru_cache(maxsize=64)
+def _function(kind: UpToNumbers) -> ca.Function:
+    """Return ``(s, m, q) -> w, dw/ds, dw/dm`` of a law, no time after its memory.
 
-
-def _slopes(port: LawUse, n_q: int) -> ca.Function:
-    """Return ``(s, m, q) -> w, dw/ds, dw/dm`` of a law, no time after its memory."""
-    s, m = ca.SX.sym("s"), ca.SX.sym("m", port.law.n_memory)
-    q = ca.SX.sym("q", n_q)
-    arguments = (*split(q), 0.0) if port.law.timed else split(q)
-    w = ca.SX(port.law.deviation(CASADI, s, split(m), arguments))
+    Numbers that a fit has found need not be those that a law may be declared with.
+    """
+    law, s = kind.example, ca.SX.sym("s")
+    m, q = ca.SX.sym("m", law.n_memory), ca.SX.sym("q", kind.count)
+    arguments = (*split(q), 0.0) if law.timed else split(q)
+    w = ca.SX(law.deviation(CASADI, s, split(m), arguments))
     return ca.Function("law", [s, m, q], [w, *(ca.densify(ca.jacobian(w, a)) for a in (s, m))])

@@ -150,7 +150,7 @@ def simulate(
     step = float(np.diff(time).mean())
     hold = hold or usual_hold(compiled.model.graph, compiled.model.recorded)
     if x0 is None or isinstance(x0, str):
-        x0, memory = _rested(compiled, p, u, step, x0, memory)
+        x0, memory = rested(compiled, p, u, step, x0, memory)
     start = initial_state(compiled.model.name, x0, known)
     n_sub, run = settle(compiled, p, u, step, start, hold, accuracy, memory=memory, loud=True)
     if not run.settled:
@@ -179,7 +179,7 @@ def _usual_hold_of(graph: BondGraph, integrator: str | None) -> str:
     )
 
 
-def _rested(
+def rested(
     compiled: Compiled, p: Array, u: Array, step: float, x0: str | None, memory: Memories | None
 ) -> tuple[Array, Memories | None]:
     """Return the state and the memory of a rest before the first sample."""
@@ -189,8 +189,10 @@ def _rested(
     x = law_rest(compiled, p, begun, memory)
     if np.array_equal(begun, u[0]):
         return x, memory
-    # laws remember that rest, not what the first input makes of it
-    kept = run_record(compiled, p, np.stack([begun, begun]), step, x).memory
+    # laws remember that rest, not what the first input makes of it; their time begins now
+    kept = run_record(compiled, p, np.stack([begun, begun]), step, x, memory=memory).memory
+    timed = {port.element for port in compiled.laws if port.law.counts_time}
+    kept = {n: (0.0, *m[1:]) if n in timed else m for n, m in kept.items()}
     return x, {**kept, **(memory or {})}
 
 
@@ -217,7 +219,7 @@ def _by_sundials(
             time = even_grid(model.name, time)
             u = inputs_of(compiled, checked_commands(model.name, commands, time), time)
             p, step = compiled.vector(parameters or {}), float(np.diff(time).mean())
-            x0, memory = _rested(compiled, p, u, step, x0, memory)
+            x0, memory = rested(compiled, p, u, step, x0, memory)
         start = initial_state(model.name, x0, known)
         x0 = dict(zip(known, start.tolist(), strict=True))
     return simulate_sundials(

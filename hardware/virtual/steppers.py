@@ -11,8 +11,8 @@ from bondgraph.equations.derivation import equations
 from bondgraph.equations.program import Program
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.simulation.exact_run import prepare, run_record
+from bondgraph.simulation.law_rest import law_rest
 from bondgraph.simulation.lure import Compiled, exact_form, law_slices
-from bondgraph.simulation.start import equilibrium
 from bondgraph.support.arrays import FloatArray as Array
 from bondgraph.support.errors import BondsightError, UnusableInput
 
@@ -88,7 +88,7 @@ class ExactMarch:
         ready = prepare(compiled, p, step, substeps)
         self._march, self._substeps = ready.march, substeps
         self.outputs = tuple(n for n, *_ in compiled.model.readings)
-        x0 = equilibrium(compiled, p, still)
+        x0 = law_rest(compiled, p, still)
         first = run_record(compiled, p, np.stack([still, still]), step, x0, n_sub=substeps)
         memory = [
             first.memory[port.element] for port, *_ in law_slices(compiled) if port.law.n_memory

@@ -22,6 +22,7 @@ from identification.estimation.guessing.matching import Matching, matched
 from identification.estimation.guessing.measured import measured_response
 from identification.estimation.levenberg_marquardt import Descent, minimise
 from identification.estimation.threads import calm
+from identification.study.free_parameters import clocks
 from identification.study.joint import JointPoint, JointProblem
 from identification.study.residual import parameters_at, values_at
 from identification.study.study import Study
@@ -233,8 +234,11 @@ def _through_windows(brief: Study, stack: JointProblem, theta: Array, words: lis
     trains = [whole(s.train) for s in brief.splits]
     span = min(t.stop - (t.start or 0) for t in trains)
     length = max(24, 8 * max(p.engine.n_x for p in stack.problems))
+    # clocks reach over the edges of windows
+    prompt = replace(study.nuisances, clock=0.0)
+    held = {n: study.starts[n] for n in clocks(study.graph) & set(study.free_names)}
     while length < min(span // 3, 1000):
-        windowed = study.changed(window=length)
+        windowed = study.changed(window=length, nuisances=prompt).fixing(held)
         own = windowed.stack()
         found = minimise(own, own.start(), max_iterations=12, tolerance=1e-3)
         if not np.isfinite(found.cost):

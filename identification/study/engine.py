@@ -16,11 +16,12 @@ from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.parameter import Parameter
 from bondgraph.simulation.exact_run import KernelRun, Memories, Prepared, prepare, run_prepared
 from bondgraph.simulation.first_order_hold import Blocks, blocks, continuous
+from bondgraph.simulation.law_rest import law_rest
 from bondgraph.simulation.lure import Compiled, exact_form
 from bondgraph.simulation.radau.native import PreparedGeneral, prepare_general, run_general
-from bondgraph.simulation.radau.start import evaluated, rest
+from bondgraph.simulation.radau.start import evaluated, relaxed_rest
 from bondgraph.simulation.radau.start import inputs_of as general_inputs
-from bondgraph.simulation.start import equilibrium, fine_inputs, inputs_of, own_input
+from bondgraph.simulation.start import fine_inputs, inputs_of, own_input
 from bondgraph.support.arrays import Array, ComplexArray
 from bondgraph.support.errors import BondsightError
 from identification.study.small_signal import SmallSignal, of_program, slopes_of_program
@@ -214,8 +215,8 @@ class ExactEngine(Engine):
         return inputs_of(self.compiled, commands, time, breaks)
 
     def at_rest(self, p: Array, u: Array) -> Array:
-        """Equilibrium of the linear part."""
-        return equilibrium(self.compiled, p, u)
+        """Equilibrium of the whole model, laws and all; of its linear part where there is none."""
+        return law_rest(self.compiled, p, u, quiet=True)
 
     def prepare(
         self, p: Array, step: float, n_sub: int, directions: Sequence[int], states: bool
@@ -294,8 +295,9 @@ class GeneralEngine(Engine):
         return general_inputs(self.program, commands, time, breaks)
 
     def at_rest(self, p: Array, u: Array) -> Array:
-        """Equilibrium of the whole model."""
-        return np.asarray(rest(self.program, u, p)[0])
+        """Equilibrium of the whole model, laws with memory relaxed."""
+        memory, kept = self.program.start_memory(None)
+        return relaxed_rest(self.program, u, p, memory, kept, quiet=True)[0]
 
     def rest(self, p: Array, u: Array) -> Array:
         """Equilibrium of the whole model; where there is none, its start."""

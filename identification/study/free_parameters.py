@@ -81,6 +81,11 @@ def dead_times(graph: BondGraph) -> frozenset[str]:
     return frozenset(late | {s.delay for s in graph.of_type(Sensor) if s.delay})
 
 
+def clocks(graph: BondGraph) -> frozenset[str]:
+    """Names of the parameters that are ratio errors of clocks of the sensors."""
+    return frozenset(s.clock for s in graph.of_type(Sensor) if s.clock)
+
+
 def refuse_clocks(graph: BondGraph, method: str) -> None:
     """Refuse sensors that declare clocks of their own: only free runs read them at their times."""
     if own := [s.name for s in graph.of_type(Sensor) if s.clock]:

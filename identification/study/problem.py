@@ -531,7 +531,7 @@ class Problem:
     @cached_property
     def inputs(self) -> Array:
         """Inputs at the samples, shape (N, n_u)."""
-        return self.engine.inputs(self.data.commands, self.data.time, self.data.breaks)
+        return self.engine.inputs(self.data.commands, self.data.time, self.data.starts)
 
     @cached_property
     def mean_inputs(self) -> Array:

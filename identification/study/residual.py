@@ -19,7 +19,7 @@ import numpy as np
 
 from bondgraph.signals.fractional_delay import delayed, delayed_values, delayed_within, warped
 from bondgraph.signals.split import stretches
-from bondgraph.signals.varying_delay import warped_on, warped_within
+from bondgraph.signals.varying_delay import warped_within
 from bondgraph.simulation.exact_run import KernelRun
 from bondgraph.support.arrays import Array
 from identification.study.engine import Engine
@@ -315,8 +315,7 @@ def read_out(
         samples = np.arange(first, first + run.y.shape[0], dtype=float)[:, None]
         # theta of a clock is its ratio error over the largest one
         late = lags - theta[at.clocks] * problem.clock * samples
-        read = warped if problem.window is None else warped_on
-        y, by_lag, tangent = _clocked(run, n_y, late, read)
+        y, by_lag, tangent = _clocked(run, n_y, late)
         by_clock = -by_lag * samples * problem.clock
     else:
         y, by_lag, tangent = _lagged(run, n_y, lags, derivatives and problem.fits_lags)
@@ -339,13 +338,12 @@ def sensor_columns(problem: Problem, seen: SampledReadings, rows: Array) -> Arra
     return block
 
 
-def _clocked(
-    run: KernelRun, n_y: int, late: Array, read: Callable[[Array, Array], tuple[Array, Array]]
-) -> tuple[Array, Array, Array]:
+def _clocked(run: KernelRun, n_y: int, late: Array) -> tuple[Array, Array, Array]:
     """Read the outputs as sensors with clocks of their own take them, `late` of shape (n, n_y)."""
     y, by_lag, tangent = run.y[:, :n_y].copy(), np.zeros_like(run.y[:, :n_y]), run.dy.copy()
     for c in range(n_y):
-        both, slopes = read(np.concatenate([run.y[:, c, None], run.dy[:, c]], axis=1), late[:, c])
+        read = np.concatenate([run.y[:, c, None], run.dy[:, c]], axis=1)
+        both, slopes = warped(read, late[:, c])
         y[:, c], tangent[:, c], by_lag[:, c] = both[:, 0], both[:, 1:], slopes[:, 0]
     return y, by_lag, tangent[:, :n_y]
 

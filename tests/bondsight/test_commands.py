@@ -20,6 +20,7 @@ from actuators.models.catalogue import MODELS
 from bondgraph.signals.files import any_file
 from bondsight.cli.main import _parser, main
 from identification.diagnosis import diagnose as whole
+from tests.bondsight.carriage_files import GOOD
 
 ROOT = Path(bondsight.__file__).resolve().parents[1]
 ELSEWHERE = {"compensate", "blind", "conformance", "coverage", "published", "real"}
@@ -90,24 +91,10 @@ def test_a_shell_completes_words(tmp_path: Path) -> None:
     assert answer.read_text().split() == ["--model"]
 
 
-OSCILLATOR = """
-from bondgraph import BondGraph, C, Dq, I, One, R, Se
-
-def model():
-    with BondGraph("carriage") as g:
-        v = One("v")
-        Se("F", unit="N") >> v >> I("m", 0.5, unit="kg")
-        v >> R("d", 2.0, unit="N*s/m")
-        v >> C("k", stiffness=200.0, unit="N/m")
-        v >> Dq("x", unit="m")
-    return g
-"""
-
-
 @pytest.fixture
 def carriage(tmp_path: Path) -> list[str]:
     """Words of a diagnosis."""
-    (tmp_path / "carriage.py").write_text(OSCILLATOR)
+    (tmp_path / "carriage.py").write_text(GOOD)
     rows = [f"{0.01 * i:.2f},{np.sin(0.3 * i):.6f},{np.cos(0.3 * i):.6f}" for i in range(60)]
     (tmp_path / "run.csv").write_text("\n".join(["t_s,F[N],x[mm]", *rows]))
     words = ["run.csv", "--model", "carriage.py", "--out", "out"]

@@ -19,18 +19,19 @@ int main(int argc, char **argv)
 {
   const int steps = argc > 1 ? atoi(argv[1]) : 1;
   double x[@_SIZE_X], z[@_SIZE_Z], p[@_SIZE_P], m[@_SIZE_M], y[@_SIZE_Y];
-  double last[@_SIZE_U], next[@_SIZE_U], from[@_SIZE_U], to[@_SIZE_U], t, t_next;
+  double last[@_SIZE_U], next[@_SIZE_U], from[@_SIZE_U], to[@_SIZE_U], t, t_next, begin;
   int i, k, first = 1, status;
   @_start(x, z, p, m);
   if (steps < 1 || !read_row(&t, last)) {
     fprintf(stderr, "give at least one step and one line of time and inputs\n");
     return 2;
   }
+  begin = t; /* the model counts from its start */
   do {
     if (first) {
       /* the memory settles at the first sample before time runs */
-      status = @_outputs(t, x, last, p, m, 0.0, z, y);
-      if (status == @_OK) status = @_advance(t, x, last, p, m, 0.0, z, m);
+      status = @_outputs(0.0, x, last, p, m, 0.0, z, y);
+      if (status == @_OK) status = @_advance(0.0, x, last, p, m, 0.0, z, m);
       first = 0;
     } else {
       const double h = (t_next - t) / steps;
@@ -42,9 +43,10 @@ int main(int argc, char **argv)
           to[i] = last[i] + (next[i] - last[i]) * (k + 1) / steps;
         }
         for (i = 0; i < @_N_MEMORY; i++) before[i] = m[i];
-        status = @_step(t + k * h, h, from, to, p, x, z, m);
+        status = @_step(t - begin + k * h, h, from, to, p, x, z, m);
         /* outputs belong to the memory before the step, h ago */
-        if (status == @_OK) status = @_outputs(t + (k + 1) * h, x, to, p, before, h, z, y);
+        if (status == @_OK)
+          status = @_outputs(t - begin + (k + 1) * h, x, to, p, before, h, z, y);
       }
       t = t_next;
       for (i = 0; i < @_N_INPUTS; i++) last[i] = next[i];

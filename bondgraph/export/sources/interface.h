@@ -1,8 +1,9 @@
 
 /* Every function that solves equations returns @_OK or @_NO_CONVERGENCE and then leaves its
- * results untouched. Time in s, everything in SI units. x, z, u, p, m are arrays in the order of
- * the enumerations below; h is the time since the memory m was advanced, s. z holds a guess for the
- * algebraic unknowns before and the solution after a call; it may be NULL if there are none. */
+ * results untouched. Everything is in SI units; t is the time since the start, s. x, z, u, p, m
+ * are arrays in the order of the enumerations below; h is the time since the memory m was advanced,
+ * s. z holds a guess for the algebraic unknowns before and the solution after a call; it may be
+ * NULL if there are none. */
 enum { @_OK = 0, @_NO_CONVERGENCE = 1 };
 
 /* Fill the values to start from; any pointer may be NULL. */

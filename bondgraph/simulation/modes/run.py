@@ -19,7 +19,7 @@ from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import Source
 from bondgraph.simulation.modes.resolve import mode_of
 from bondgraph.simulation.modes.states import Mode, taken_over
-from bondgraph.simulation.simulate import simulate
+from bondgraph.simulation.simulate import rested, simulate
 from bondgraph.simulation.start import own_input, usual_hold
 from bondgraph.simulation.timing import is_timed, read, sent, without_timing
 from bondgraph.simulation.trajectory import Trajectory
@@ -232,13 +232,14 @@ class _Run:
 
     # -- taking over ------------------------------------------------------------------------
     def _start(self, mode: Mode, begin: float, start: Mapping[str, float] | None) -> Array:
-        from bondgraph.simulation.law_rest import law_rest
-        from bondgraph.simulation.start import begun_with, inputs_of
+        from bondgraph.simulation.start import inputs_of
 
         now = {n: v[:1] for n, v in self.commands.items()}
         model, p = mode.compiled, mode.compiled.vector(self.parameters)
-        first = inputs_of(mode.compiled, now, np.zeros(1))[0]
-        x = law_rest(model, p, begun_with(model.model.name, None, model.inputs, first))
+        first = inputs_of(mode.compiled, now, np.zeros(1))
+        x, memory = rested(model, p, first, self.grid[1] - self.grid[0], None, None)
+        if not start:  # where states are given, laws are relaxed at these
+            self.memory |= {n: tuple(m) for n, m in (memory or {}).items()}
         for name, value in (start or {}).items():
             if name not in mode.states:
                 raise unknown_name("state", name, f"mode {mode.text}", mode.states)

@@ -137,12 +137,18 @@ def rests(
 
 
 def relaxed_rest(
-    program: Program, u: Array, p: Array, memory: Array, kept: NDArray[np.bool_]
+    program: Program,
+    u: Array,
+    p: Array,
+    memory: Array,
+    kept: NDArray[np.bool_],
+    *,
+    quiet: bool = False,
 ) -> tuple[Array, Array, Array]:
     """Return state, algebraic unknowns and memory at rest, laws with memory relaxed there.
 
     Newton's method from the rest with `memory`, whose rows that are `kept` stay. Where it finds
-    none, that rest itself is returned, and a warning says so.
+    none, that rest itself is returned, and a warning says so unless it is to be `quiet`.
 
     Raises
     ------
@@ -170,6 +176,8 @@ def relaxed_rest(
             if np.abs(r[:, 0] / rows).max(initial=0.0) > 1e-9 * max(scale, 1e-3):
                 break
             return v[: x.size], v[x.size :], m
+    if quiet:
+        return x, z, memory
     warnings.warn(
         f"{program.name}: no rest with its laws relaxed is found "
         f"({', '.join(c.element for c in program.laws if c.law.n_memory)}); they start as if they "

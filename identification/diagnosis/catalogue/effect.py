@@ -19,6 +19,7 @@ from bondgraph.support.arrays import Array
 from bondgraph.support.errors import UnusableInput
 from identification.diagnosis.catalogue.site import (
     NOTHING,
+    NOWHERE,
     Grid,
     Site,
     Values,
@@ -292,7 +293,7 @@ class Effect:
         called = dict(zip(free, names, strict=True))
         starts = []
         for values in self.tried(at, law, hint):
-            start = {called.get(n, n): float(v) for n, v in values.items()}
+            start = {called.get(n, n.removeprefix(NOWHERE)): float(v) for n, v in values.items()}
             if self.rebalances and values and isinstance(element, C | R):
                 share = rebalanced(element, at.past, self.added(at, law, values))
                 starts.append({**start, **share})

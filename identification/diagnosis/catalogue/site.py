@@ -18,8 +18,11 @@ from identification.diagnosis.screening.port_history import FittedModel, PortHis
 Grid: TypeAlias = Callable[[PortHistory], Sequence[float]]
 """Values of one shape parameter that are tried along a history."""
 Values: TypeAlias = Mapping[str, float]
-"""Numbers by the name of a parameter, without the element after it: ``{"F_c": 0.3}``."""
+"""Numbers by the name of a parameter, without the element after it: ``{"F_c": 0.3}``; those of the
+element itself as `of_element` says."""
 NOTHING: Values = MappingProxyType({})
+NOWHERE = "*"
+"""What no element can be called."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,13 +54,26 @@ class Site:
 
 
 def own_parameters(law: Law) -> dict[str, Parameter]:
-    """Return the parameters of a law by their names without an element."""
-    return {p.name.removesuffix("_element"): p for p in law.parameters("element")}
+    """Return the parameters of a law by their names without an element.
+
+    One that the law shares with its element is called as `of_element` says.
+    """
+    return {_own_name(p): p for p in law.parameters(NOWHERE)}
 
 
 def numbers(law: Law, values: Values = NOTHING) -> list[float]:
     """Return the parameters of a law in order: `values`, and of the others the start values."""
-    return [values.get(n, p.value) for n, p in own_parameters(law).items()]
+    return [values.get(_own_name(p), p.value) for p in law.parameters(NOWHERE)]
+
+
+def of_element(parameter: str) -> str:
+    """Return the name of an element's parameter among those of a law, which may be the same."""
+    return NOWHERE + parameter
+
+
+def _own_name(p: Parameter) -> str:
+    own = p.name.removesuffix(f"_{NOWHERE}")
+    return of_element(own) if own == p.name else own
 
 
 def over(**grids: Grid) -> Mapping[str, Grid]:

@@ -201,7 +201,7 @@ def _observe_with_sensors(nominal: Fit, watched: dict[str, tuple[str, str]]) -> 
         x0[:, i] = by_name.get(n, 0.0)
     sensors = [s.name for s in graph.of_type(Sensor)]
     trace = np.full((problem.data.n, len(sensors)), np.nan)
-    u = engine.inputs(problem.data.commands, problem.data.time, problem.data.breaks)
+    u = engine.inputs(problem.data.commands, problem.data.time, problem.data.starts)
     for w, start in zip(windows(problem), x0, strict=True):
         fine = engine.fine_inputs(u[w], problem.n_sub, problem.data.hold)
         run = engine.run(ready(problem.data.step(w)), u[w], start, fine)

@@ -89,7 +89,7 @@ class Probes:
     def _base_inputs(self) -> Array:
         data = self.problem.data
         extra = {name: np.zeros(data.n) for name in self._sources}
-        return self.engine.inputs({**data.commands, **extra}, data.time, data.breaks)
+        return self.engine.inputs({**data.commands, **extra}, data.time, data.starts)
 
     @cached_property
     def _sources(self) -> tuple[str, ...]:

@@ -100,7 +100,8 @@ class Asked:
         apart = self.study.nuisances.commands and len(self.study.records) > 1
         cut = (
             f"windows of {self.study.window} samples begin from states of their own, held-out ones "
-            "from states fitted to their samples; sensors have no lags in them"
+            "from states fitted to their samples; sensors have neither lags nor clocks of their "
+            "own in them"
         )
         said = {coloured: self.study.noise == "coloured", constants: apart, cut: bool(self.cuts)}
         taken = tuple(text for text, holds in said.items() if holds)

@@ -248,6 +248,8 @@ def _first_fit(base: Problem) -> Fit:
             starts=values,
             lags=False,
             offsets=False,
+            clock=0.0,  # clocks reach over the edges of windows
+            fixed=(*base.fixed, *base.skews),
             built=base.engine,
         )
         found = fit(brief, max_iterations=8, judged=False)

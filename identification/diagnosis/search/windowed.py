@@ -18,8 +18,9 @@ def through_windows(problem: Problem, iterations: int) -> Problem:
         return problem
     train = int(problem.data.mask("train").sum())
     short = replace(
-        problem, window=max(100, min(500, train // 20)), known_states={}, initial="free"
-    )
+        problem, window=max(100, min(500, train // 20)), known_states={}, initial="free",
+        clock=0.0, fixed=(*problem.fixed, *problem.skews),  # clocks reach over the edges
+    )  # fmt: skip
     first = bool(problem.data.mask("train")[0])  # then nobody asks where held-out windows begin
     begun = fit(short, max_iterations=iterations, judged=not first)
     if begun.status is FitStatus.BROKEN:

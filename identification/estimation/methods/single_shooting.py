@@ -6,7 +6,7 @@ from typing import ClassVar, final
 
 from bondgraph.support.errors import UnusableInput
 from identification.estimation.methods.method import FitTask, Method, MethodSolution
-from identification.study.free_parameters import dead_times
+from identification.study.free_parameters import clocks, dead_times
 from identification.study.study import Study
 
 
@@ -19,13 +19,16 @@ class SingleShooting(Method):
     optimisers: ClassVar[tuple[str, ...]] = ("gauss_newton", "ipopt")
 
     def check(self, study: Study) -> None:
-        """Take every study but windows whose initial states are given."""
+        """Refuse windows with given initial states, or what reaches over their edges."""
         if study.window is not None and study.initial != "free":
             raise UnusableInput(
                 f"window = {study.window} gives every window a free initial state, but initial = "
                 f"{study.initial!r}; leave window out, or initial free"
             )
-        if study.window is not None and (late := sorted(dead_times(study.graph))):
+        late = sorted(dead_times(study.graph) | clocks(study.graph))
+        if study.nuisances.clock:
+            late.append(f"a clock of each sensor (nuisances, {study.nuisances.clock:g})")
+        if study.window is not None and late:
             raise UnusableInput(
                 f"window = {study.window}: {', '.join(late)} reaches over the edges of windows; "
                 "leave window out"

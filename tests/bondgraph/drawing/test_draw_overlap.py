@@ -205,6 +205,7 @@ def test_nothing_hides_a_label_in_the_svg(name: str | int) -> None:
         assert y < q[1] < q[3] < y + h
 
 
+@pytest.mark.sampled(every=4)
 @pytest.mark.parametrize("name", NAMES)
 def test_heading_and_legend_stand_clear(name: str | int) -> None:
     root = ET.fromstring(drawn(name)[2])

@@ -17,6 +17,7 @@ from bondgraph.export.c_code import c_code
 from bondgraph.laws import Hysteretic, Law, QuadraticDrag
 from tests.bondgraph.export.printed_models import (
     GRAPHS,
+    NOW,
     TIME,
     VOLTAGE,
     A,
@@ -144,6 +145,15 @@ def test_loops_of_the_engine_are_solved(law: Law, tmp_path: Path) -> None:
     expected = simulate(graph, time, {"V": drive}, accuracy=1e-6)["i"]
     found = run(build(model, tmp_path), np.column_stack([time, drive]).tolist(), "2")[:, 1]
     assert float(np.abs(found - expected).max()) < 5e-5 * float(np.ptp(expected))
+
+
+def test_time_of_the_model_counts_from_the_first_line(tmp_path: Path) -> None:
+    time = np.linspace(0.0, 1.0, 11)
+    target = build(by_hand(A * NOW), tmp_path)
+    for begin in (0.0, 5.0):
+        found = run(target, np.column_stack([begin + time, 0 * time]).tolist())
+        np.testing.assert_allclose(found[:, 0], begin + time)
+        np.testing.assert_allclose(found[:, 1], time**2 / 2, atol=1e-12)
 
 
 def test_no_solution_is_reported_and_changes_nothing(tmp_path: Path) -> None:

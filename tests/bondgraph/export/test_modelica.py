@@ -307,6 +307,7 @@ def test_algebraic_unknowns_and_input_rates() -> None:
     assert re.search(r"0\.0 = e_R - ", text)
     assert 'Real x(start = 0.25, fixed = true, unit="m");' in text
     assert "Real z(start = 0.1)" in text
+    assert "startTime = 0" in text  # it reads the time, which counts from the start
     assert 'parameter Real a(unit="N.s/m") = 0.3;' in text
     assert_same_numbers(loop())
 

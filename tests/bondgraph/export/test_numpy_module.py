@@ -181,6 +181,8 @@ def test_rates_of_inputs_and_time() -> None:
     np.testing.assert_allclose(found["x"], time**2 / 2 + time, atol=1e-12)
     ramp = module(by_hand(A * NOW)).simulate(time, {"u": 0 * time})
     np.testing.assert_allclose(ramp["x"], time**2 / 2, atol=1e-12)
+    late = module(by_hand(A * NOW)).simulate(5.0 + time, {"u": 0 * time})
+    np.testing.assert_allclose(late["x"], ramp["x"], atol=1e-12)
 
 
 @pytest.mark.parametrize("law", [QuadraticDrag(0.7), Hysteretic(PI)], ids=["drag", "plays"])

@@ -88,6 +88,7 @@ def test_numbers_of_a_recording_are_no_structure() -> None:
     assert SelfHeating(level=3.0).structure == SelfHeating().structure
 
 
+@pytest.mark.sampled(every=2)
 @pytest.mark.parametrize("name", LAWS)
 def test_back_ends_agree(name: str) -> None:
     back_ends_agree(LAWS[name], numbers(LAWS[name]), walk(25))

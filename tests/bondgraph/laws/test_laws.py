@@ -150,11 +150,13 @@ def test_memory_sensitivity(name: str) -> None:
         np.testing.assert_allclose(law.memory_sensitivity(s), central, atol=1e-9)
 
 
+@pytest.mark.sampled(every=2)
 @pytest.mark.parametrize("name", LAWS)
 def test_back_ends_agree(name: str) -> None:
     back_ends_agree(LAWS[name], numbers(LAWS[name]), walk(40))
 
 
+@pytest.mark.sampled(every=2)
 @pytest.mark.parametrize("name", LAWS)
 def test_energy_claim(name: str) -> None:
     """Closed cycles: a store gives all back, a dissipating law never more than it took."""

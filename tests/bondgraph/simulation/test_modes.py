@@ -12,7 +12,7 @@ from bondgraph.graph.drives import Drive
 from bondgraph.graph.elements import X0, X1, MSe, MSf
 from bondgraph.graph.parameter import Parameter
 from bondgraph.hysteresis import PrandtlIshlinskii
-from bondgraph.laws import Hysteretic, Polynomial
+from bondgraph.laws import Hysteretic, Polynomial, SlewLimit
 from bondgraph.simulation.lure import compile_model
 from bondgraph.simulation.modes.resolve import in_mode, mode_of, modes
 from bondgraph.simulation.modes.run import even_runs, simulate_modes
@@ -284,6 +284,27 @@ def test_a_sensor_drifts_once_along_the_record(hold: str) -> None:
     graph = meter(X1, drift=("rise", "slow"))
     plain = simulate(meter(One, drift=("rise", "slow")), t, drive, hold=hold)["q"]
     assert plain[-1] == pytest.approx(0.32, abs=0.01)
-    for at in (0.5, 0.333):
-        made = simulate_modes(graph, t, [(at, {})], drive, hold=hold)["q"]
-        assert made == pytest.approx(plain, abs=0.004), at  # a sample of the drift
+    apart = 0.004  # a sample of the drift, where the switch lies between two
+    made = simulate_modes(graph, t, [(0.333, {})], drive, hold=hold)["q"]
+    assert made == pytest.approx(plain, abs=apart)
+    made = simulate_modes(graph, t, [(0.5, {}), (0.7, {})], drive, hold=hold)["q"]
+    begun = [50, 70] if hold == "hold" else []  # what is held jumps there: the new mode's value
+    assert made[begun] == pytest.approx(0.3 * t[begun] + 0.02 * t[begun] ** 2, abs=1e-9)
+    assert np.delete(made, begun) == pytest.approx(np.delete(plain, begun), abs=1e-9)
+
+
+def test_a_first_mode_begins_where_a_plain_simulation_does() -> None:
+    """A slew limit starts from the command before the record, not from the first one."""
+
+    def limited(junction: Any) -> BondGraph:
+        with BondGraph("limited") as g:
+            loop = junction("loop")
+            Se("V", unit="V", drive=Drive(law=SlewLimit(2.0))) >> loop >> R("R_1", 0.5, unit="ohm")
+            loop >> C("C_1", 1.0, unit="F")
+            loop >> Dq("q")
+        return g
+
+    plain = simulate(limited(One), TIME, STEP)["q"]
+    made = simulate_modes(limited(X1), TIME, [(2.0, {})], STEP)["q"]
+    assert made == pytest.approx(plain, abs=1e-6)
+    assert plain[100] < 0.4  # of 0.86 without a limit

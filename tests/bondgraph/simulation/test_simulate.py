@@ -25,7 +25,18 @@ from bondgraph import (
     simulate,
 )
 from bondgraph.hysteresis import MaxwellResistiveCapacitor, play_record
-from bondgraph.laws import Backlash, Coulomb, Hysteretic, Law, Polynomial, StopSum, TableLaw
+from bondgraph.laws import (
+    Backlash,
+    Bilinear,
+    Coulomb,
+    DahlFriction,
+    Hysteretic,
+    Law,
+    Onset,
+    Polynomial,
+    StopSum,
+    TableLaw,
+)
 from bondgraph.simulation.exact_run import relative_change, run_record
 from bondgraph.simulation.lure import compile_model
 from tests.spring import spring
@@ -228,6 +239,14 @@ def test_rest_holds_with_its_laws(law: Law | None, values: dict[str, float], res
     assert run["x"][0] == pytest.approx(rest, rel=1e-9)
 
 
+def test_a_preloaded_spring_rests_beside_dry_friction() -> None:
+    """The linear part rests at zero, so that it says nothing of what is rounding."""
+    t, law = 1e-2 * np.arange(100), Bilinear(50.0, knee=-1e-2)
+    run = simulate(spring(1.0, 5.0, 100.0, law, Coulomb(0.5), speed="v"), t, {"F": np.zeros(100)})
+    assert run["x"][0] == pytest.approx(-0.5 / 150.0, rel=1e-6)
+    assert run["v"] == pytest.approx(np.zeros(100), abs=1e-9)
+
+
 def test_no_rest_with_its_laws_is_said() -> None:
     """A spring that gives way bears no more than its level."""
     t, law = 1e-2 * np.arange(3), TableLaw((-0.05, 0.05), (-5.0, 5.0), reference=100.0)
@@ -281,6 +300,25 @@ def test_a_run_goes_on_from_the_memory_and_state_of_another() -> None:
         simulate(g, t, {"F": force}, memory={"kk": (0.0, 0.0, 0.0)})
     with pytest.raises(UnusableInput, match="has 3 memory states"):
         simulate(g, t, {"F": force}, memory={"k": (0.0,)})
+
+
+def test_the_memory_of_one_law_leaves_the_others_at_rest() -> None:
+    """Without it the stops would push on the way to the memory that friction begins with."""
+    g = spring(1.0, 5.0, 100.0, StopSum((0.01,)), DahlFriction(0.5, 1e-3), speed="v")
+    t, given = 0.01 * np.arange(3), {"h_1_k": 200.0}
+    one, both = (
+        simulate(g, t, {"F": np.ones(3)}, given, memory={"k": (-0.02,), **rest})["v"]
+        for rest in ({}, {"d": (0.0, 0.0)})
+    )
+    np.testing.assert_allclose(one, both, rtol=1e-9, atol=1e-12)
+
+
+def test_time_begins_with_a_record_that_begins_with_a_step() -> None:
+    g = spring(1.0, 5.0, 100.0, Onset(0.05, 0.01, 0.01), speed="v")
+    t, given = 0.01 * np.arange(11), {"h_k": 50.0}
+    force = {"F": np.ones(t.size)}
+    wanted = simulate(g, t, force, given, memory={"k": (0.0,)})["v"]
+    np.testing.assert_allclose(simulate(g, t, force, given)["v"], wanted, rtol=1e-9, atol=1e-12)
 
 
 def test_rest_under_a_flow_that_only_charges() -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+import pytest
 
 from bondgraph.signals.recording import Recording
 from identification.diagnosis.diagnose import diagnose
@@ -46,6 +47,7 @@ def test_a_relation_that_leaves_hundreds_of_times_the_noise_places_nothing() -> 
     assert placed(60.0) == ("k",)
 
 
+@pytest.mark.long
 def test_the_place_that_relations_leave_is_told_with_its_reason(monkeypatch: Any) -> None:
     place = ("k",)
 

@@ -7,7 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from identification.diagnosis.catalogue import by_name
+from bondgraph.graph.composing.rewriting import rename
+from bondgraph.graph.elements import Element
+from identification.diagnosis.catalogue import CATALOGUE, by_name
+from identification.diagnosis.catalogue.effect import Effect
+from identification.diagnosis.catalogue.site import numbers, own_parameters
 from identification.diagnosis.evidence.answer import Decision
 from identification.diagnosis.localisation.blind_relations import BlindRelation
 from identification.diagnosis.localisation.places_without_name import (
@@ -18,7 +22,58 @@ from identification.diagnosis.localisation.places_without_name import (
     places_of,
 )
 from identification.diagnosis.localisation.structural_classes import Isolability
-from tests.identification.diagnosis.effect_plants import scene
+from identification.diagnosis.screening.port_history import FittedModel, PortHistory
+from identification.estimation.levenberg_marquardt import FitStatus
+from identification.estimation.single_record import Fit
+from identification.study.problem import Problem
+from identification.study.residual import start_point
+from tests.identification.diagnosis.effect_plants import PLANTS, scene
+
+LAWS = [e for e in CATALOGUE if hasattr(e, "made")]
+
+
+@pytest.mark.parametrize("effect", LAWS, ids=lambda e: e.name)
+def test_an_element_may_be_called_as_a_parameter_of_its_law_is(effect: Effect) -> None:
+    tried = 0
+    for plant in PLANTS:
+        s = at_its_ends(scene(plant))
+        for place in effect.places(s.graph):
+            law = effect.made(effect.site(s, place))
+            wanted = effect.insert(s, place)
+            for name in filter(str.isidentifier, own_parameters(law)):
+                other, element = under_another_name(s, place, name)
+                assert numbers(effect.made(effect.site(other, element))) == numbers(law), name
+                mine = effect.insert(other, element)
+                assert mine.graph.check() == (), name
+                assert len(mine.strengths) == len(wanted.strengths)
+                for a, b in zip(mine.starts, wanted.starts, strict=True):
+                    assert set(a) <= set(mine.graph.parameters)
+                    assert list(a.values()) == list(b.values()), name
+                tried += 1
+    assert tried
+
+
+def at_its_ends(s: FittedModel) -> FittedModel:
+    """Return a scene that knows what its sources and sensors say, too, as a fit left them."""
+    said = dict(zip(s.data.names, s.data.readings.T, strict=True)) | dict(s.data.commands)
+    past = {n: PortHistory(v, v, s.data.dt) for n, v in said.items()}
+    problem = Problem(s.graph, s.data)
+    nominal = Fit(problem, start_point(problem), FitStatus.CONVERGED, 1.0, 0, s.data.readings)
+    return replace(s, past={**s.past, **past}, nominal=nominal)
+
+
+def under_another_name(s: FittedModel, place: Element, name: str) -> tuple[FittedModel, Element]:
+    def called(n: str) -> str:
+        return name if n == place.name else n
+
+    graph = rename(s.graph, place.name, name)
+    data = replace(
+        s.data, names=tuple(map(called, s.data.names)),
+        commands={called(n): v for n, v in s.data.commands.items()},
+    )  # fmt: skip
+    past = {called(n): v for n, v in s.past.items()}
+    nominal = replace(s.nominal, problem=Problem(graph, data))
+    return replace(s, graph=graph, data=data, past=past, nominal=nominal), graph[name]
 
 
 @pytest.mark.parametrize(("change", "holds"), [(-1.2, True), (2.5, True), (8.0, False)])

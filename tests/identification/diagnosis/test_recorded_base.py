@@ -2,14 +2,23 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from bondgraph import BondGraph, C, Da, I, One, R, Sf, Zero
-from bondgraph.signals.recording import Recording
+from bondgraph.signals.recording import Recording, Split
 from identification.diagnosis.diagnose import diagnose
+from identification.diagnosis.screening.observation import traced
+from identification.diagnosis.screening.port_response import probes
 from identification.diagnosis.search.candidates import DiagnosisOptions
 from identification.estimation.estimate import estimate
+from identification.estimation.levenberg_marquardt import FitStatus
+from identification.estimation.single_record import Fit
+from identification.study.problem import Data, Problem
+from identification.study.residual import start_point
 from identification.study.study import Study
+from tests.identification.study.general_plants import general
 from tests.settled import simulate
 
 N, FS, FINE = 1200, 200.0, 8
@@ -40,6 +49,27 @@ def measured(noise: float = 0.0) -> Recording:
     a = a + 1e-3 * a.std() * rng.standard_normal(N)
     b = b + noise * b.std() * rng.standard_normal(N)
     return Recording("run", np.asarray(t[::FINE]), {"b": b, "a": a}, {"b": "m", "a": "m/s^2"})
+
+
+def test_windows_do_not_cut_the_spline_of_the_base() -> None:
+    """Where a window begins the base is on its way: its speed there is not that at an end."""
+    t = np.arange(60) / FS
+    split = Split(slice(0, 60), slice(60, 60), "all")
+    b = {"b": 0.01 * np.sin(40 * t) * t}
+    data = Data("run", t, b, np.sin(30 * t)[:, None], ("a",), np.ones(1), split)
+    graph = shaken("integral")
+    asked = Problem(graph, data, window=20, built=general(graph))
+    posed = replace(asked, data=replace(data, breaks=(20, 40), cuts=(20, 40)), window=None)
+    fits = [
+        Fit(p, start_point(p), FitStatus.CONVERGED, 1.0, 0, data.readings) for p in (asked, posed)
+    ]
+    for seen in (
+        [f.problem.inputs for f in fits],
+        [probes(f)._base_inputs for f in fits],
+        [np.array(traced(f, "k")) for f in fits],
+    ):
+        assert np.isfinite(seen[0]).all()
+        np.testing.assert_allclose(seen[1], seen[0], atol=1e-12 * np.abs(seen[0]).max())
 
 
 def test_nothing_is_missing_where_nothing_is() -> None:

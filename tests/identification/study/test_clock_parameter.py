@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -18,7 +19,10 @@ from bondgraph.signals.fractional_delay import delayed_within
 from bondgraph.signals.recording import Recording, Split
 from bondgraph.signals.varying_delay import warped_within
 from bondgraph.support.errors import UnusableInput
-from identification.estimation import Study, estimate
+from identification.diagnosis.catalogue.time.clock_skew import ClockSkewEffect
+from identification.diagnosis.diagnose import diagnose
+from identification.diagnosis.screening.port_history import FittedModel
+from identification.estimation import Nuisances, Study, estimate
 from identification.estimation.methods import METHODS
 from identification.estimation.single_record import fit
 from identification.study.joint import stack_of
@@ -204,6 +208,32 @@ def test_files_keep_a_clock_and_exports_refuse_it() -> None:
         program(plant())
     lost = plant(None).with_element("x", clock="nowhere")
     assert any("nowhere" in line for line in lost.check())
+
+
+def test_clocks_reach_over_the_edges_of_windows_and_are_refused_on_them() -> None:
+    """Beyond its end a window knows nothing; what it would read there was scored."""
+    t = DT * np.arange(600)
+    columns = {"F[N]": force(t), "x[m]": np.sin(20 * t), "rate[m/s]": np.cos(20 * t)}
+    record = Recording.from_arrays("r", columns, fs=1 / DT)
+    declared = Study(plant(), record, window=200)
+    beside = Study(plant(None), record, window=200, nuisances=Nuisances(clock=2e-4))
+    for study, words in ((declared, "clock_x"), (beside, "a clock of each sensor")):
+        with pytest.raises(
+            UnusableInput, match=rf"^window = 200: {words}.* reaches over the edges"
+        ):
+            estimate(study)
+        with pytest.raises(
+            UnusableInput, match=rf"^window = 200: {words}.* reaches over the edges"
+        ):
+            diagnose(study)
+
+
+def test_a_diagnosis_of_windows_tries_no_clock() -> None:
+    data = recorded(0.0)
+    for cuts, found in (((), ["F", "x", "rate"]), ((700,), [])):
+        cut = replace(data, breaks=cuts, cuts=cuts)
+        scene = FittedModel(plant(None), cut, cast(Any, None), np.zeros((N, 2)), {})
+        assert [e.name for e in ClockSkewEffect().places_in(scene)] == found
 
 
 @pytest.mark.parametrize("method", sorted(METHODS.keys() - {"single_shooting"}))

@@ -12,6 +12,7 @@ from bondgraph.equations.codegen import program_of
 from bondgraph.equations.derivation import equations
 from bondgraph.graph.elements import MTF
 from bondgraph.graph.modulation import displacement
+from bondgraph.laws import StopSum
 from bondgraph.signals.recording import Recording
 from identification.estimation import FitStatus, Study, estimate
 from identification.estimation.levenberg_marquardt import minimise
@@ -21,6 +22,7 @@ from identification.study.joint import JointPoint, JointProblem, stack_of
 from identification.validation import judge
 from tests.identification.estimation.plants import TRUTH, misses, record, spring, study
 from tests.settled import simulate
+from tests.spring import spring as plain_spring
 
 
 def general(graph: BondGraph) -> GeneralEngine:
@@ -53,6 +55,18 @@ def test_engines_agree_on_names_rest_and_inputs() -> None:
     assert rests[0] == pytest.approx(rests[1][order], abs=1e-9)
     with pytest.raises(Exception, match="Did you mean"):
         other.vector({"kk": 1.0})
+
+
+def test_a_law_with_memory_is_relaxed_at_the_rest_of_either_engine() -> None:
+    """A sum of stops that had to come there from zero would carry a part of the force."""
+    graph = plain_spring(law=StopSum((0.005,), height=100.0))
+    exact, other = engine_of(graph), general(graph)
+    u = np.array([2.0])
+    place = [
+        float(e.rest(e.vector({}), u)[[n.startswith("q_") for n in e.state_names]][0])
+        for e in (exact, other)
+    ]
+    assert place == pytest.approx([0.01, 0.01], rel=1e-9)
 
 
 def test_engines_give_the_same_readings_and_derivatives() -> None:

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from bondgraph import BondGraph, C, Dq, I, One, R, Se, simulate
 from bondgraph.graph.parameter import Parameter
 from bondgraph.laws import Polynomial
 from bondgraph.signals.recording import Recording, Split
@@ -315,3 +316,32 @@ def test_the_jump_between_recordings_is_no_noise() -> None:
     assert floor["x"] == pytest.approx(NOISE, rel=0.4)
     # one jump is not taken for noise even where nobody says that there is one
     assert noise_floor(both, split_of(parts), ("x",), ("F",))["x"] == pytest.approx(NOISE, rel=0.4)
+
+
+def test_a_study_rests_where_simulate_does() -> None:
+    """Laws and all: a spring that hardens is not stretched as far, whatever its numbers are."""
+    with BondGraph("stiff") as graph:
+        body = One("body")
+        Se("F", unit="N") >> body >> I("m", 1.0, unit="kg")
+        body >> R("d", 5.0, unit="N*s/m")
+        body >> C("k", stiffness=100.0, unit="N/m", law=Polynomial(half=0.1, orders=(3,)))
+        body >> Dq("x", unit="m")
+    graph = graph.with_values({"a_3_k": 10.0})
+    t, f = np.arange(50) / FS, np.full(50, 10.0)
+    run = simulate(graph, t, {"F": f}, x0="rest")
+    assert np.ptp(run["x"]) < 1e-9
+    assert run["x"][0] < 0.08
+    recording = Recording.from_arrays("held", {"F[N]": f, "x[m]": run["x"]}, fs=FS)
+    split = Split(slice(0, 50), slice(0, 0), "all")
+    problem = Problem(graph, data_for(graph, recording, split, {"x": NOISE}), initial="rest")
+    point = start_point(problem)
+    np.testing.assert_allclose(evaluate(problem, point).y[:, 0], run["x"], rtol=1e-8)
+    for i in range(len(problem.free)):
+        theta, ends = point.theta.copy(), []
+        for s in (1e-4, -1e-4):
+            theta[i] = point.theta[i] + s
+            ends.append(evaluate(problem, replace(point, theta=theta), derivatives=False).residual)
+        wanted = (ends[1] - ends[0]) / 2e-4
+        exact = evaluate(problem, point).jacobian
+        near = 1e-5 * np.abs(exact).max()
+        np.testing.assert_allclose(exact[:, i], wanted, rtol=1e-4, atol=near)

@@ -92,6 +92,7 @@ def test_readings_begin_in_the_turn_of_the_model() -> None:
     assert found.values["k"] == pytest.approx(2.0, rel=1e-3)
 
 
+@pytest.mark.long
 def test_a_diagnosis_judges_the_model_and_not_the_jumps() -> None:
     r = recorded(rotor(0.8, 0.4), 1.0)
     for asked in ((rotor(1.0, 0.3), r), (Study(rotor(1.0, 0.3), r),)):

@@ -13,7 +13,7 @@ from bondgraph.laws import Law, Parametrised, StopSum
 from bondgraph.support.arrays import Array
 from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion
 from identification.diagnosis.catalogue.places import commands, sensors, storages
-from identification.diagnosis.catalogue.site import Site, Values
+from identification.diagnosis.catalogue.site import Site, Values, of_element
 from identification.diagnosis.catalogue.starts import law_units
 from identification.diagnosis.screening.port_history import FittedModel, PortHistory
 
@@ -110,7 +110,8 @@ def _switching(at: Site) -> tuple[Values, ...]:
     level = SWITCHED * past.swing / len(SHARES)
     found = {f"h_{i}": float(level / r) for i, r in enumerate(_thresholds(past), start=1)}
     slope = SOFTER * past.slope
-    return ({**found, own.name: slope if element.stiffness is not None else 1.0 / slope},)
+    slope = slope if element.stiffness is not None else 1.0 / slope
+    return ({**found, of_element(own.name): slope},)
 
 
 def _thresholds(past: PortHistory) -> Array:

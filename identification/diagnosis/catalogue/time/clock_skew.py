@@ -46,6 +46,10 @@ class ClockSkewEffect(Effect):
             return ()
         return (*sources(graph)[:1], *(free if len(free) > 1 else ()))
 
+    def places_in(self, scene: FittedModel) -> tuple[Element, ...]:
+        """Return `places` but on windows: a clock reaches over their edges."""
+        return () if scene.data.cuts else self.places(scene.graph)
+
     def signatures(self, scene: FittedModel, element: Element) -> tuple[Signature, ...]:
         """Return what another rate changes, for several misfits at the end of the record."""
         y, parts = scene.of(element).argument, _parts(scene, element)
