@@ -264,7 +264,8 @@ def relative_change(before: Array, after: Array) -> float:
     """Return the largest root mean square of a change, relative to the range of its column."""
     floor = np.maximum(1e-12 * np.abs(after).max(axis=0, initial=0.0), 1e-150)
     span = np.maximum(np.ptp(after, axis=0), floor)
-    return float(np.sqrt(np.mean(((after - before) / span) ** 2, axis=0)).max(initial=0.0))
+    with np.errstate(over="ignore"):  # of a run that breaks off
+        return float(np.sqrt(np.mean(((after - before) / span) ** 2, axis=0)).max(initial=0.0))
 
 
 def _memories(compiled: Compiled, lay: Any) -> list[tuple[str, slice, Law]]:

@@ -102,7 +102,10 @@ def scene() -> FittedModel:
 
 
 def readings(graph: BondGraph, scene: FittedModel, values: Mapping[str, float]) -> np.ndarray:
-    problem = Problem(graph, scene.data, starts=values, nuisances=False)
+    """Readings of a model from the initial state of the nominal one."""
+    nominal = Problem(scene.graph, scene.data, nuisances=False)
+    begun = dict(zip(nominal.engine.state_names, start_point(nominal).states.T, strict=True))
+    problem = Problem(graph, scene.data, starts=values, known_states=begun, nuisances=False)
     return evaluate(problem, start_point(problem), derivatives=False).y
 
 
