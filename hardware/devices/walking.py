@@ -47,8 +47,10 @@ class WalkToRest:
 
     def __post_init__(self) -> None:
         """Check the rate."""
-        if not self.rate > 0.0:
-            raise UnusableInput(f"way to rest: gentle = {self.rate!r} V/s; give more than 0")
+        if not 0.0 < self.rate < math.inf:
+            raise UnusableInput(
+                f"way to rest: gentle = {self.rate!r} V/s; give a finite rate above 0"
+            )
 
     @classmethod
     def within(cls, envelope: Envelope, rate: float = math.inf) -> Self:

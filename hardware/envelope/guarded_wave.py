@@ -32,6 +32,8 @@ from hardware.errors import HardwareError, LimitViolation, Overrun, ProtocolFaul
 
 PATIENCE = 1.0
 """How long a stop waits for another thread that is inside the player (s, real time)."""
+LATE, SLACK = 1.01, 0.1
+"""Share of its length, and time (s), by which one that tells nothing may come late to its end."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -60,8 +62,8 @@ class GuardedWave:
     """
 
     __slots__ = (
-        "_count", "_idle", "_inside", "_output", "_player", "_playing", "_prepared", "_raw",
-        "_samples", "_since",
+        "_count", "_end", "_idle", "_inside", "_looked", "_output", "_player", "_playing",
+        "_prepared", "_raw", "_samples", "_since",
     )  # fmt: skip
 
     def __init__(self, output: GuardedOutput, raw: RawWave) -> None:
@@ -71,7 +73,7 @@ class GuardedWave:
         self._prepared: _Prepared | None = None
         self._playing: _Prepared | None = None
         self._samples = 0
-        self._count, self._since = 0, 0.0
+        self._count, self._since, self._looked, self._end = 0, 0.0, 0.0, 0.0
         self._inside = False
         self._player = 0
         self._idle = threading.Event()
@@ -191,6 +193,7 @@ class GuardedWave:
         self._player = 0
         now = line.clock.now()
         self._count, self._since = 0, now if line.last is None else line.last
+        self._looked, self._end = now, now + LATE * prepared.volts.size / prepared.rate + SLACK
         line.dwelling.moved(float(prepared.volts[0]), now)
         line.standing = self._standing
         line.halt = self._halted
@@ -223,7 +226,7 @@ class GuardedWave:
             if written is None:
                 return None
             self._samples = written.samples
-            self._counted(written.samples, line.clock.now())
+            self._counted(written.samples, line.clock.now(), prepared.rate)
             if written.samples > 0:
                 k = min(written.samples, prepared.volts.size) - 1
                 line.reached(float(prepared.volts[k]), "playing a waveform")
@@ -256,7 +259,9 @@ class GuardedWave:
         def noted() -> None:
             self._require_reign(epoch)
             line.halt = None
-            line.dwelling.after_wave(trailing, line.clock.now())
+            # it may have come to its end long before somebody asked
+            whole = self._count == prepared.volts.size
+            line.dwelling.after_wave(trailing, self._since if whole else line.clock.now())
             line.reached(float(prepared.volts[-1]), "end of a waveform")
 
         with line.lock:
@@ -283,20 +288,29 @@ class GuardedWave:
         after = min(count, prepared.volts.size - 1)
         return here, float(prepared.volts[after]) if self._inside else here
 
-    def _counted(self, count: int, now: float) -> None:
-        if count > self._count:
-            self._count, self._since = count, now
+    def _counted(self, count: int, now: float, rate: float) -> None:
+        """Note how many samples are out, and since when the last may be: no sooner than at `rate`.
+
+        The next was not out when it was looked for last.
+        """
+        if (n := count - self._count) > 0:
+            soonest = max(self._since + n / rate, self._looked + (n - 1) / rate)
+            self._count, self._since = count, min(now, soonest)
+        self._looked = now
 
     def _standing(self, now: float) -> tuple[float, float] | None:
         """Voltage put out last (V) and for how long (s); None if the player cannot tell.
 
         It is asked itself: one that goes on while nobody iterates is further than its last report.
+        One that tells nothing while it plays stands at its end once its time is over.
         """
         prepared = self._playing
         told = getattr(self._raw, "position", 0) if self._player else 0
-        if prepared is None or not isinstance(told, int):
+        if prepared is None:
             return None
-        self._counted(min(told, prepared.volts.size), now)
+        if not isinstance(told, int):
+            return None if now <= self._end else (float(prepared.volts[-1]), now - self._end)
+        self._counted(min(told, prepared.volts.size), now, prepared.rate)
         k = self._count - 1
         volts = self._output._line.present if k < 0 else float(prepared.volts[k])
         return volts, now - self._since

@@ -12,7 +12,7 @@ from hardware.errors import LimitViolation
 
 
 def require_open(line: OutputLine, what: str) -> None:
-    """Refuse what comes after `close`, while a stop is on its way down, or within a write."""
+    """Refuse what comes after `close`, while a stop is on its way down, or within an action."""
     if line.closed:
         raise LimitViolation(f"{what}: the output is closed; open the device anew")
     if threading.get_ident() in line.inside:

@@ -13,8 +13,9 @@ def park(line: OutputLine) -> None:
     """Park, and return when that is done; commands are refused until then.
 
     A second call, of another thread or of a signal handler, takes over; the first one returns
-    when the output is parked all the same. A signal handler that has come within a write of its
-    own thread returns at once, and the way down begins when that write is over.
+    when the output is parked all the same. A signal handler that has come within anything that
+    its own thread does at the device (a write, a question, a load, a power-up, the end of a
+    waveform) returns at once, and the way down begins when that is over.
 
     Raises
     ------

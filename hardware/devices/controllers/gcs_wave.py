@@ -50,10 +50,10 @@ class GcsWave:
 
     @property
     def position(self) -> int | None:
-        """Samples of the last waveform that were put out, valid after `abort`.
+        """Samples of the last waveform that were put out; 0 before it, all of them after its end.
 
-        None after a waveform was broken off: GCS has no question for the point at which the
-        generator stood still (``WGN?`` counts whole cycles), and the time between a command and
+        None while it plays, and after it was broken off: GCS has no question for the point at which
+        the generator stood still (``WGN?`` counts whole cycles), and the time between a command and
         its effect is unknown. Read the output back then (`GcsController.read`).
         """
         return self._position

@@ -89,9 +89,12 @@ static void lines_at(Playback *p, int64_t k)
     }
 }
 
+/* writes that tell what one takes */
+#define RECENT 16
+
 void play(Playback *p)
 {
-    double start = now() + p->lead, last = start - 1e9, usual = 0.0;
+    double start = now() + p->lead, last = start - 1e9, recent[RECENT];
     int32_t state = DONE;
     for (int64_t k = 0; k < p->total; k++) {
         double due = start + (double)k * p->period, soonest = last + p->closest;
@@ -103,10 +106,13 @@ void play(Playback *p)
         if (p->monitors)
             (void)*p->start;
         *p->output = p->codes[k];
-        /* a stall may have come in between; what a write usually takes is the same for the next */
-        double took = now() - t, stall = took > 2.0 * usual ? took - 2.0 * usual : 0.0;
-        last = t + stall;
-        usual = usual > 0.0 ? took - stall : took;
+        /* a stall may have come in between; what the quickest of the last writes took, the next
+           one takes too */
+        double took = now() - t, least = k > 0 ? took : 0.0; /* the first may be a stall itself */
+        for (int64_t i = 0; i < RECENT && i < k; i++)
+            if (recent[i] < least) least = recent[i];
+        recent[k % RECENT] = took;
+        last = t + took - least;
         lines_at(p, k);
         p->instants[k] = t;
         p->lateness[k] = t - due;

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import time
+from collections import deque
 from typing import final
 
 from hardware.contracts import Clock, WallClock
 
 _SPIN = 200e-6
 _TOLERANCE = 1e-9
+_RECENT = 16
+"""Writes that tell what one takes: the quickest of them is no stall, and is soon forgotten."""
 
 
 @final
@@ -37,7 +40,7 @@ class Schedule:
         self._closest = period / haste
         self._start = 0.0
         self._last = float("-inf")
-        self._usual = 0.0
+        self._took: deque[float] = deque(maxlen=_RECENT)
 
     @property
     def start(self) -> float:
@@ -48,7 +51,7 @@ class Schedule:
         """Plan sample 0 for `lead` seconds from now."""
         self._start = self._clock.now() + lead
         self._last = float("-inf")
-        self._usual = 0.0
+        self._took.clear()
 
     def slack(self, k: int) -> float:
         """Time (s) until sample `k` is due; negative behind it."""
@@ -64,14 +67,12 @@ class Schedule:
     def written(self) -> None:
         """Note that the sample waited for last was written: a stall may have come in between.
 
-        What a write usually takes does not count, it is about the same from one to the next; only
-        what is beyond twice that does. The usual is what the one before took without its stall.
+        What the quickest of the last writes took does not count, it is taken by the next one too.
         """
         took = max(self._clock.now() - self._last, 0.0)
-        stall = max(took - 2.0 * self._usual, 0.0)
-        self._last += stall
-        # the first tells what is usual
-        self._usual = took - stall or took
+        least = min(took, *self._took) if self._took else 0.0  # the first may be a stall itself
+        self._took.append(took)
+        self._last += took - least
 
     def _until(self, instant: float) -> float:
         now = self._clock.now()

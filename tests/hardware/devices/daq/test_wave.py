@@ -336,3 +336,17 @@ def test_loading_during_a_wave_changes_nothing_of_it() -> None:
     assert dac_codes(STACK.input_record(joined(reports, "V"))).tolist() == codes
     assert wave.rate == 10e3
     assert next(wave.play()).total == 1000
+
+
+def test_writes_that_take_longer_and_longer_do_not_come_in_a_burst() -> None:
+    """While it catches up, too."""
+    clock = Costly()
+    schedule = Schedule(clock, 1e-3, 1.1)
+    schedule.begin(0.0)
+    ends = []
+    for k in range(40):
+        schedule.wait(k)
+        clock.time += {10: 5e-3, 14: 0.4e-3, 15: 0.8e-3}.get(k, 0.2e-3)
+        schedule.written()
+        ends.append(clock.time)
+    assert np.diff(ends).min() >= 1e-3 / 1.1 - 1e-9
