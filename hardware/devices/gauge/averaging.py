@@ -22,6 +22,8 @@ NEAR = 9
 FEWEST = 5
 ROUNDING = 1e-12
 """Share of a reading below which a distance is none."""
+PLAIN = 0.1
+"""Share of what is read up to which two equal distances are a step."""
 SAME = 1e-6
 """Share by which two distances of one size may differ."""
 
@@ -114,16 +116,21 @@ def _step(x: FloatArray) -> float:
 
 
 def _common_step(parts: list[FloatArray]) -> float:
-    """Return the least distance from their medians that two readings share, 0 if none do.
+    """Return the least distance from a middle reading that several share, 0 if none do.
 
-    A distance that came once is no proof of a step, on however many plateaus.
+    A distance that came once proves no step, and two do not if it is as large as what is read:
+    two spikes of one size look so. Three do.
     """
     if not parts:
         return 0.0
-    off = np.sort(np.abs(np.concatenate([x - np.median(x) for x in parts])))
-    off = off[off > ROUNDING * max(float(np.abs(x).max()) for x in parts)]
-    shared = np.flatnonzero(np.diff(off) <= SAME * off[1:])
-    return float(off[shared[0]]) if shared.size else 0.0
+    middle = [np.sort(x)[(x.size - 1) // 2] for x in parts]  # between two would be half a step
+    off = np.sort(np.abs(np.concatenate([x - m for x, m in zip(parts, middle, strict=True)])))
+    largest = max(float(np.abs(x).max()) for x in parts)
+    off = off[off > ROUNDING * largest]
+    plain = off[:-1][np.diff(off) <= SAME * off[1:]]
+    plain = plain[plain <= PLAIN * float(np.abs(middle).max())]
+    thrice = off[:-2][off[2:] - off[:-2] <= SAME * off[2:]]
+    return float(min([*plain, *thrice], default=0.0))
 
 
 def plateaus(volts: FloatArray, values: FloatArray, skip: int) -> tuple[Averaged, ...]:

@@ -170,3 +170,19 @@ def test_every_stretch_of_voltage_has_its_mean() -> None:
         plateaus(volts, np.nan * volts, 5)
     with pytest.raises(UnusableInput, match="4 readings"):
         averaged(np.ones(4))
+
+
+def test_two_spikes_of_one_size_prove_no_step() -> None:
+    x = np.repeat([1.0, 2.0], 10)
+    x[[4, 14]] += 3.0
+    found = plateaus(np.repeat([0.0, 1.0], 10), x, 0)
+    assert [a.excluded for a in found] == [1, 1]
+    assert [a.mean for a in found] == [1.0, 2.0]
+
+
+def test_a_middle_between_two_readings_makes_no_half_step() -> None:
+    x = np.concatenate(
+        [[1.0, 1.0, 1.0, 1.1, 1.1, 1.1, 1.1], [1.0, 1.0, 1.0, 1.1, 1.1, 1.1], np.full(6, 2.0)]
+    )
+    volts = np.repeat([0.0, 1.0, 2.0], [7, 6, 6])
+    assert plateaus(volts, x, 0)[2].uncertainty == pytest.approx(0.1 / np.sqrt(12.0))
