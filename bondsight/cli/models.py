@@ -43,7 +43,7 @@ def _text(factory: Callable[..., Any]) -> str:
 
 def _described(name: str, factory: Callable[..., Any]) -> str:
     from bondgraph.graph.sensors import Sensor
-    from identification.study.problem import drives
+    from identification.study.factors import drives
 
     g = factory()
     inputs = [f"{e.name} [{e.unit or '1'}]" for e in drives(g)]

@@ -20,8 +20,8 @@ from identification.estimation.methods.method import MethodSolution
 from identification.estimation.settling import BIAS, Refined, corrected_steps, sizes
 from identification.estimation.sub_steps import FINEST
 from identification.study.calibration import Known
+from identification.study.factors import drives, gain_name, stated_gains
 from identification.study.joint import JointPoint, JointProblem
-from identification.study.problem import drives, gain_name, stated_gains
 from identification.study.residual import ResidualEvaluation, offset_scale, slots, values_at
 from identification.study.study import SettledSetting, Study
 

@@ -19,8 +19,9 @@ from identification.estimation.estimates import Estimate
 from identification.estimation.filtered import Filtered
 from identification.estimation.levenberg_marquardt import FitStatus
 from identification.report.tables import library
+from identification.study.factors import gain_name
 from identification.study.joint import JointPoint, JointProblem, refine_states
-from identification.study.problem import Problem, gain_name
+from identification.study.problem import Problem
 from identification.study.residual import (
     Point,
     evaluate,

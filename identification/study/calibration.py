@@ -10,8 +10,8 @@ from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.parameter import Parameter
 from bondgraph.graph.sensors import Sensor
 from bondgraph.support.errors import UnusableInput, real_number, unknown_name
+from identification.study.factors import drives, gain_name
 from identification.study.priors import LogNormal, Prior
-from identification.study.problem import drives, gain_name
 
 
 @dataclass(frozen=True)

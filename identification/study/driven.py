@@ -12,7 +12,7 @@ from bondgraph.graph.sensors import Sensor
 from bondgraph.signals.recording import Recording
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import UnusableInput
-from identification.study.problem import drives
+from identification.study.factors import drives
 
 SMOOTH = 0.5
 """Rms of the differences of samples over that of their values: 1.4 for white noise."""

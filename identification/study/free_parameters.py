@@ -8,7 +8,7 @@ from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import Valued
 from bondgraph.graph.sensors import Sensor
 from bondgraph.support.errors import UnusableInput, unknown_name
-from identification.study.problem import drives
+from identification.study.factors import drives
 from identification.study.specification import Vary
 
 _VALUES = ("value", "stiffness", "ratio")

@@ -12,7 +12,7 @@ import numpy as np
 
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.composing.binding import external_signals
-from bondgraph.graph.elements import Modulated, Source
+from bondgraph.graph.elements import Source
 from bondgraph.graph.parameter import Parameter
 from bondgraph.graph.sensors import Sensor
 from bondgraph.signals.files.checks import map_option
@@ -23,6 +23,7 @@ from bondgraph.simulation.lure import Compiled, compile_model
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import UnusableInput, unknown_name
 from identification.study.engine import Engine, engine_of
+from identification.study.factors import drives, with_gains
 from identification.study.priors import Prior
 from identification.study.scaled import Free, free_parameter
 
@@ -196,11 +197,6 @@ class Data:
         )
 
 
-def drives(graph: BondGraph) -> tuple[Source, ...]:
-    """Return the sources that a recording commands; modulated ones are driven by the model."""
-    return tuple(s for s in graph.of_type(Source) if not isinstance(s, Modulated))
-
-
 def rivals_for(unit: str, graph: BondGraph, recording: Recording) -> list[str]:
     """Return the channels of the dimension of a unit that no element of the graph is called by."""
     free = [n for n in recording.channels if unit and n not in graph.elements]
@@ -218,36 +214,6 @@ def _left(unit: str, graph: BondGraph, recording: Recording) -> str:
 
 MOST_TOLD = 4
 """Columns whose units are said one by one."""
-
-
-def gain_name(channel: str) -> str:
-    """Return the name of the factor on a channel."""
-    return f"gain_{channel}"
-
-
-def with_gains(graph: BondGraph, gains: Sequence[Parameter]) -> BondGraph:
-    """Return the graph with factors on its readings and commands, named by `gain_name`."""
-    named = {p.name: p for p in gains}
-    for e in (*drives(graph), *graph.of_type(Sensor)):
-        if gain_name(e.name) in named:
-            graph = graph.with_element(e.name, gain=gain_name(e.name))
-    here = [p for n, p in named.items() if n.removeprefix("gain_") in graph.elements]
-    return graph.with_parameters(here) if here else graph
-
-
-def stated_gains(graph: BondGraph) -> dict[str, str]:
-    """Return the numbers in factors of channels that are free within two bounds, by channel.
-
-    How far such a calibration may be off is stated; what lies beyond is a finding.
-    """
-    known, found = graph.parameters, {}
-    for e in (*drives(graph), *graph.of_type(Sensor)):
-        gain = graph.channel_value(e, "gain")
-        numbers = [known[str(s)] for s in gain.free_symbols] if gain is not None else []
-        bounded = [p for p in numbers if not p.fixed and None not in (p.lower, p.upper)]
-        if len(bounded) == 1:
-            found[e.name] = bounded[0].name
-    return found
 
 
 def data_for(

@@ -30,10 +30,11 @@ from identification.study.admission import (
 )
 from identification.study.calibration import gain_prior, gains_of
 from identification.study.engine import Engine
+from identification.study.factors import drives, with_gains
 from identification.study.free_parameters import varied
 from identification.study.joint import JointProblem, stack_of
 from identification.study.noise_floor import noise_floor
-from identification.study.problem import Data, Problem, data_for, drives, with_gains
+from identification.study.problem import Data, Problem, data_for
 from identification.study.process_noise import ProcessNoise, admit_process_noise, diffusion_at
 from identification.study.scaled import free_parameter
 from identification.study.specification import Nuisances, Vary

@@ -18,7 +18,7 @@ import numpy as np
 from identification.diagnosis.catalogue import UNNAMED
 from identification.diagnosis.evidence.answer import Decision, probability
 from identification.diagnosis.evidence.block_score import BlockScore
-from identification.diagnosis.evidence.foretold import REFUTED, foretold
+from identification.diagnosis.evidence.foretold import foretold
 from identification.diagnosis.evidence.hypotheses import Evidence, Hypothesis, Scored, Thresholds
 from identification.diagnosis.evidence.kind_score import KindScore
 from identification.diagnosis.evidence.kinds_told import (
@@ -33,6 +33,13 @@ from identification.diagnosis.evidence.kinds_told import (
     plainest,
 )
 from identification.diagnosis.evidence.shares import ANYTHING, UNUSUAL, explained, law_fit, together
+from identification.diagnosis.evidence.unseen import (
+    agreed,
+    borne_out,
+    of_training,
+    refuted,
+    replicated,
+)
 from identification.diagnosis.localisation.structural_classes import Isolability
 from identification.diagnosis.search.candidates import Candidate
 
@@ -344,8 +351,8 @@ def _named(
         and (s.trial.effect not in nested or chosen.score.behind(s.score) > DOUBT)
     ]  # fmt: skip
     imitated = [s for s in _imitated(chosen, e) if s not in others]
-    refuted = [s for s in others if _refuted(s, chosen, e, t)]
-    others = [s for s in (*others, *imitated, *_beyond(chosen, e)) if s not in refuted]
+    disproved = [s for s in others if refuted(s, chosen, e, t)]
+    others = [s for s in (*others, *imitated, *_beyond(chosen, e)) if s not in disproved]
     here = _here(chosen, e)
     fit = law_fit(chosen, here, e) if here is not None else float("nan")
     best = best_of([chosen, *e.kinds[:1]])
@@ -364,8 +371,8 @@ def _named(
         reasons.append("that it changes in time is sure, not what changes it")
     if imitated:
         reasons.append("a course in time follows whatever shows in few stretches")
-    if refuted:
-        reasons.append("held-out samples refute " + ", ".join(s.trial.label for s in refuted))
+    if disproved:
+        reasons.append("held-out samples refute " + ", ".join(s.trial.label for s in disproved))
     if others:
         reasons.append("as good: " + ", ".join(s.trial.label for s in others))
     if richer:
@@ -392,21 +399,21 @@ def _named(
     places = tuple(dict.fromkeys(told))
     shown: tuple[KindScore, ...] = (here,) if here is not None else ()
     # one that fails there though it is as good here shows that here decides nothing
-    if not all(_replicated(s, e) for s in members):
-        if len(physics) == 1 and all(_borne_out(s, e, t) for s in members):
+    if not all(replicated(s, e) for s in members):
+        if len(physics) == 1 and all(borne_out(s, e, t) for s in members):
             answer = "kind"
             reasons.append(
                 "held-out samples do not contradict it, but it shows too seldom in training for "
                 "its numbers to predict them: record more of it"
             )
-        elif _of_training(members, e, t):
+        elif of_training(members, e, t):
             reason = f"{chosen.trial.label} follows stretches of training alone; {e.before.words}"
             return replace(quiet, reasons=(reason,))
         else:
             answer, physics = "unknown", set()
             reasons.append("the improvement does not show on the held-out part")
             equal = [*members, *(s for s in alike if s.trial in same)]
-            if e.located or not (e.several and _agreed(equal, e)):
+            if e.located or not (e.several and agreed(equal, e)):
                 places = e.located
             else:
                 own = {(s.element, s.trial.insertion.kind) for s in equal}
@@ -488,70 +495,6 @@ def _imitated(chosen: Scored, e: Evidence) -> list[Scored]:
 
 SELDOM = 2.0
 """Standard errors by which stretches agree, all alike, if four of forty tell all there is."""
-
-
-def _refuted(rival: Scored, chosen: Scored, e: Evidence, t: Thresholds) -> bool:
-    """Whether `chosen` predicts samples that no fit has seen, and a rival clearly does not.
-
-    Beside a rest a rival's failure may be as much an accident as the gain is; beside a small one
-    it is sure if the rival predicts worse than the model without it.
-    """
-    worse = rival.trial.test > REFUTED * chosen.trial.test
-    least = t.noise * (SMALL if rival.trial.test > e.nominal else 1.0)
-    sure = chosen.left.most <= least
-    return worse and sure and _replicated(chosen, e) and not _replicated(rival, e)
-
-
-SMALL = 2.0
-"""Times the limit of noise that a rest may have and be small."""
-
-
-def _replicated(chosen: Scored, e: Evidence) -> bool:
-    """Whether samples that no selection has seen gain as well, a part as much at least."""
-    gained = e.trained - chosen.trial.train
-    noise = min(1.0, chosen.trial.train)
-    # the noise of unseen samples is none that could be gained, nor may all of them be called noise
-    there = max(e.nominal - noise, 0.5 * e.nominal)
-    least = 0.5 if e.named else 0.25
-    return e.nominal - chosen.trial.test > least * min(gained, there)
-
-
-def _of_training(members: Sequence[Scored], e: Evidence, t: Thresholds) -> bool:
-    """Whether only courses in time improve what is noise on either part: outliers do that."""
-    quiet = e.before.is_noise(t.noise) and e.trained <= t.noise**2
-    return quiet and all(s.trial.insertion.kind in SHAPELESS for s in members)
-
-
-def _agreed(members: Sequence[Scored], e: Evidence) -> bool:
-    """Whether several recordings train, and every law in question does much in each of them.
-
-    Then something of their kinds acts where they sit, though yet another recording wants other laws
-    of it: one recording alone may mislead all of its stretches. What may follow anything says
-    nothing.
-    """
-    rows = e.plain.out.rows
-    run = np.searchsorted(members[0].trial.fit.problem.data.starts, rows.sample, side="right")
-    count, before = np.bincount(run), np.bincount(run, e.plain.out.residual**2)
-    left = [np.bincount(run, s.score.out.residual**2) for s in members]
-    if np.count_nonzero(count) < 2 or any(s.trial.insertion.kind in ANYTHING for s in members):
-        return False
-    return bool(np.all(np.stack(left) <= MUCH * before))
-
-
-MUCH = 0.5
-"""Part of a recording's misfit that a law leaves at most if it does much there."""
-
-
-def _borne_out(law: Scored, e: Evidence, t: Thresholds) -> bool:
-    """Whether held-out samples are no noise without a law, and do not contradict it.
-
-    What shows in few stretches may leave a number of the law open: then it predicts badly, but can
-    still be true of both parts. Of a mere course in time that says nothing.
-    """
-    if law.trial.insertion.kind in SHAPELESS or e.nominal <= t.noise**2:
-        return False
-    train = law.trial.train
-    return train <= t.noise**2 and law.trial.added <= max(1.0, train)
 
 
 def _answer(chosen: Scored, others: Sequence[Scored], fit: float) -> str:

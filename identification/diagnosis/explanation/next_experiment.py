@@ -25,8 +25,9 @@ from identification.diagnosis.explanation.candidate_inputs import CandidateInput
 from identification.estimation.single_record import Fit
 from identification.estimation.threads import single_threaded
 from identification.study.engine import Engine, engine_of
+from identification.study.factors import drives
 from identification.study.joint import NUISANCE_LAG
-from identification.study.problem import Problem, drives
+from identification.study.problem import Problem
 from identification.study.residual import parameters_at, read_out, slots, weighted, windows
 
 EXTRA = "extra_"

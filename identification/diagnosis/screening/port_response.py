@@ -24,7 +24,8 @@ from identification.diagnosis.screening.latent_input import probed_graph
 from identification.diagnosis.screening.observation import observed
 from identification.estimation.single_record import Fit
 from identification.study.engine import Engine, engine_of
-from identification.study.problem import Problem, drives
+from identification.study.factors import drives
+from identification.study.problem import Problem
 from identification.study.residual import (
     by_step,
     output_delays,

@@ -9,8 +9,8 @@ import numpy as np
 from bondgraph.signals.recording import Split
 from bondgraph.support.arrays import Array
 from identification.estimation.single_record import Fit
+from identification.study.factors import stated_gains
 from identification.study.joint import stack_of
-from identification.study.problem import stated_gains
 from identification.study.residual import ResidualEvaluation, evaluate, windows
 
 

@@ -20,8 +20,9 @@ from identification.estimation.cautions import miscalibrated
 from identification.estimation.methods import METHODS
 from identification.estimation.single_record import Fit
 from identification.study.admission import distinct_names
+from identification.study.factors import drives
 from identification.study.joined import between_samples, picked
-from identification.study.problem import Data, Problem, drives
+from identification.study.problem import Data, Problem
 from identification.study.residual import windows
 from identification.study.scaled import Free
 from identification.study.specification import Nuisances, Vary

@@ -41,7 +41,8 @@ from identification.estimation.sub_steps import (
 )
 from identification.estimation.threads import calm
 from identification.statistics.blocks import block_means
-from identification.study.problem import Data, Problem, stated_gains
+from identification.study.factors import stated_gains
+from identification.study.problem import Data, Problem
 from identification.study.residual import evaluate, start_point
 
 BLOCKS = 40

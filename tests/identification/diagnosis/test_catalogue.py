@@ -19,7 +19,8 @@ from identification.diagnosis.catalogue.places import mechanical_resistors, othe
 from identification.diagnosis.screening.observation import scene
 from identification.diagnosis.screening.port_history import FittedModel, PortHistory
 from identification.estimation.single_record import fit
-from identification.study.problem import Data, Problem, drives
+from identification.study.factors import drives
+from identification.study.problem import Data, Problem
 from tests.proof.trial.vocabulary import FAMILIES
 from tests.settled import simulate
 

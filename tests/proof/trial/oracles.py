@@ -31,7 +31,7 @@ from identification.diagnosis.search.nominal import (
 )
 from identification.estimation.single_record import Fit
 from identification.estimation.threads import calm
-from identification.study.problem import drives
+from identification.study.factors import drives
 from tests.proof.exam.judging import ExamOutcome
 from tests.proof.exam.said import read_each
 from tests.proof.exam.truths import ConcealedEffect, ExamTruth

@@ -81,6 +81,6 @@ class SensorGainEffect(Effect):
 
 def _stated(graph: BondGraph) -> dict[str, str]:
     # the catalogue is listed without loading what fits
-    from identification.study.problem import stated_gains
+    from identification.study.factors import stated_gains
 
     return stated_gains(graph)

@@ -15,7 +15,7 @@ from bondgraph.simulation.lure import Compiled
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import UnusableInput
 from identification.diagnosis.screening.port_response import Probes
-from identification.study.problem import drives
+from identification.study.factors import drives
 from identification.study.residual import parameters_at
 
 
