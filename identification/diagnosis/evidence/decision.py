@@ -196,7 +196,9 @@ def _fits(law: Scored, kinds: Sequence[KindScore], e: Evidence, t: Thresholds) -
     assert best is not None
     own = law.trial.insertion.kind
     if own in SHAPELESS and not law.left.is_noise(t.noise):
-        return False  # a law of time alone has to take the right course
+        # a law of time alone has to take the right course; a value that changes is told by the
+        # motion as well, so that beside a further effect it may lead all laws and forms instead
+        return own == "time" and law is best
 
     # where no form at its own place, or one that looks the same, explains as much, nothing is
     # discounted

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 from identification.diagnosis.catalogue import UNNAMED
 from identification.diagnosis.evidence.answer import RIGHT, Decision
-from identification.diagnosis.evidence.block_score import score
+from identification.diagnosis.evidence.block_score import BlockScore, score
 from identification.diagnosis.evidence.decision import BARE
 from identification.diagnosis.evidence.hypotheses import Thresholds
 from identification.diagnosis.evidence.remaining import remaining
@@ -88,7 +88,7 @@ def steps(
             raise
         stopped = True
     seen, ranked = done.of(base.fit)
-    told = _held_to_noise(_together(decisions, limits), limits)
+    told = _held_to_noise(_together(base.fit, decisions, limits), limits)
     return SelectionStage(told, base, seen, tuple(ranked), done.blind, stopped)
 
 
@@ -218,8 +218,11 @@ def _agree(first: Decision, after: Decision, limits: Thresholds) -> bool:
     return same and remaining(after.chosen.fit).is_noise(limits.noise)
 
 
-def _together(decisions: list[Decision], limits: Thresholds) -> tuple[Decision, ...]:
-    """Name the first effect after all if others explain what it left."""
+def _together(nominal: Fit, decisions: list[Decision], limits: Thresholds) -> tuple[Decision, ...]:
+    """Name the first effect after all if others explain what it left.
+
+    All of them together have to do what one law alone has to: as much as any form that is freer.
+    """
     first, *more = decisions
     if first.kind == "missing_physics" or not more:
         return tuple(decisions)
@@ -229,8 +232,9 @@ def _together(decisions: list[Decision], limits: Thresholds) -> tuple[Decision, 
     last = named[-1].chosen
     assert last is not None
     assert first.chosen is not None
-    left, joint = remaining(last.fit), score(_weighed_as(last.fit, first.chosen.fit))
-    freer = any(joint.behind(k.score) > limits.z for k in first.kinds)
+    left, own = remaining(last.fit), first.chosen.fit
+    plain, joint = (score(_weighed_as(f, own)) for f in (nominal, last.fit))
+    freer = any(_part(joint, plain, k.score) < limits.law for k in first.kinds)
     if first.rivals or freer or not left.is_noise(limits.noise):
         return (first,)
     sure = replace(
@@ -239,6 +243,13 @@ def _together(decisions: list[Decision], limits: Thresholds) -> tuple[Decision, 
         reasons=(*first.reasons, f"together with {last.label} it leaves nothing but noise"),
     )  # fmt: skip
     return (sure, *more)
+
+
+def _part(one: BlockScore, plain: BlockScore, other: BlockScore) -> float:
+    """Part that one hypothesis explains of what another does, or one that does as much."""
+    if one.loss <= other.loss:
+        return 1.0
+    return 1.0 - one.excess(other) / max(plain.excess(other), 1e-12)
 
 
 def _weighed_as(result: Fit, other: Fit) -> Fit:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
 
 import pytest
 
@@ -11,7 +13,8 @@ from identification.diagnosis.evidence.decision import decide
 from identification.diagnosis.evidence.hypotheses import Scored, Thresholds
 from identification.diagnosis.evidence.remaining import Remaining
 from identification.diagnosis.localisation.structural_classes import Isolability
-from identification.diagnosis.search.forward_selection import _held_to_noise
+from identification.diagnosis.search import forward_selection
+from identification.diagnosis.search.forward_selection import _held_to_noise, _together
 from tests.identification.diagnosis.decision_cases import (
     QUIET,
     Case,
@@ -137,3 +140,23 @@ def test_beside_a_rest_that_something_improves_no_name_is_exact(
     assert exact.answer == "exact"
     more = replace(exact, kind=after, chosen=None, remaining=Remaining({"x": rest}, True, 0.0))
     assert _held_to_noise((exact, more), Thresholds())[0].answer == answer
+
+
+@pytest.mark.parametrize(("left", "answer"), [(0.8, "approximate"), (1.05, "kind")])
+def test_effects_together_have_to_explain_as_much_of_a_form_as_one_law_alone(
+    left: float, answer: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """One form of both variables leads surely: it stands for two effects at places alike."""
+    one = Case(4.0).law("nonlinear_stiffness at k", 2.0).kind("surface", "k", 0.1)
+    first = one.decided()
+    assert (first.answer, first.physics) == ("kind", "surface")
+    second = Case(2.0).law("quadratic_drag at b", left).kind("dissipative", "b", left).decided()
+    assert first.chosen is not None
+    assert second.chosen is not None
+    nominal: Any = SimpleNamespace()
+    scores = {id(nominal): scored(4.0, 1), id(second.chosen.fit): scored(left, 2)}
+    monkeypatch.setattr(forward_selection, "_weighed_as", lambda fit, other: fit)
+    monkeypatch.setattr(forward_selection, "score", lambda fit: scores[id(fit)])
+    told = _together(nominal, [first, second], Thresholds())
+    assert told[0].answer == answer
+    assert len(told) == (2 if answer == "approximate" else 1)

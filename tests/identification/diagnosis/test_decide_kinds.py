@@ -285,6 +285,16 @@ def test_a_disturbance_is_named_if_it_leaves_noise(left: float, named: bool) -> 
     assert (d.kind == "missing_physics") is named
 
 
+@pytest.mark.parametrize(("other", "named"), [(5.0, True), (1.7, False)])
+def test_a_value_that_changes_is_named_beside_a_rest_if_it_leads_everything(
+    other: float, named: bool
+) -> None:
+    """Beside a further effect it cannot leave noise."""
+    case = Case(12.0).law("time_varying_parameter at d", 2.0).kind("time", "d", 2.0 + lag(0.1))
+    d = case.kind("slow", "d", other).decided()
+    assert (d.kind == "missing_physics") is named
+
+
 def test_what_shows_in_one_stretch_only_is_no_push_alone() -> None:
     """A push fits whatever happens once; a law of the plant that does nearly as well stays in."""
 
