@@ -81,6 +81,7 @@ class Stribeck(Law):
     starts: ClassVar[tuple[str, ...]] = ("force", "drop", "speed", "unit", "flow_unit")
     name: ClassVar[str] = "stribeck"
     energy: ClassVar[str] = "dissipates"
+    set_valued: ClassVar[bool] = True
     closed: ClassVar[bool] = True
 
     def parameters(self, element: str) -> tuple[Parameter, ...]:

@@ -139,8 +139,7 @@ def _accept(program: Program) -> None:
         if call.law.set_valued:
             raise UnusableInput(
                 f"FMU of {program.name}: the law of {call.element} jumps, and between its two "
-                "values the rates have no solution; use a smooth law, such as LuGre or Stribeck "
-                "with a rounded sign"
+                "values the rates have no solution; use a smooth law, such as LuGre"
             )
 
 

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 from actuators import stack_bond_graph
 from actuators.models.catalogue import MODELS
@@ -24,6 +25,8 @@ from bondgraph import (
     UnusableInput,
     simulate,
 )
+from bondgraph.energy.bond_power import observables
+from bondgraph.energy.ledger import ledger
 from bondgraph.hysteresis import MaxwellResistiveCapacitor, play_record
 from bondgraph.laws import (
     Backlash,
@@ -35,6 +38,7 @@ from bondgraph.laws import (
     Onset,
     Polynomial,
     StopSum,
+    Stribeck,
     TableLaw,
 )
 from bondgraph.simulation.exact_run import relative_change, run_record
@@ -177,6 +181,53 @@ def test_sticking_friction_follows_a_jump_of_the_force() -> None:
     run = simulate(block(), time, {"F": force}, x0=np.zeros(2), hold="hold")
     assert np.abs(run["x"]).max() < 1e-9
     np.testing.assert_allclose(run.laws["mu"][1][time > 0.53], 1.5, rtol=1e-6)
+
+
+def free_block(law: Law) -> BondGraph:
+    with BondGraph("block") as g:
+        body = One("body")
+        Se("F") >> body >> I("m", 1.0)
+        body >> R("mu", 0.0, law=law)
+        body >> Df("v")
+    return g
+
+
+def test_friction_that_falls_with_speed_holds_what_sticks() -> None:
+    """With the whole force, from the start and after a slide; without a fall it is Coulomb's."""
+    t = 1e-3 * np.arange(400)
+    push = np.where(t < 0.2, 0.5, 0.3)
+    slide = np.where(t < 0.3, 2.0 * np.sin(8.0 * np.pi * t), 0.0)
+    slid = {}
+    for law in (Coulomb(0.8), Stribeck(0.8, 0.0, 0.01), Stribeck(0.8, 0.4, 0.01)):
+        graph = free_block(law)
+        held = simulate(graph, t, {"F": push})
+        assert held["v"] == pytest.approx(np.zeros(400), abs=1e-12)
+        before = np.append(push[0], push[:-1])  # held until the sample
+        assert held.laws["mu"][1][1:] == pytest.approx(before[1:], abs=1e-12)
+        made = simulate(graph, t, {"F": slide}, observed=observables(graph))
+        assert np.abs(made["v"]).max() > 0.01
+        assert made["v"][-50:] == pytest.approx(np.zeros(50), abs=1e-12)
+        assert made.laws["mu"][1][-50:] == pytest.approx(np.zeros(50), abs=1e-12)
+        assert ledger(graph, made).closes
+        slid[law] = made["v"]
+    coulomb, level, fallen = slid.values()
+    assert level == pytest.approx(coulomb, abs=1e-12)
+    assert np.abs(fallen - coulomb).max() > 0.01
+
+
+def test_friction_that_falls_with_speed_lets_go_at_its_top() -> None:
+    """A rising force against 1.2 N that fall to 0.8 N, beside an integrator of others."""
+    t = 1e-3 * np.arange(401)
+    run = simulate(
+        free_block(Stribeck(0.8, 0.4, 0.05)), t, {"F": 4.0 * t}, hold="linear", accuracy=1e-5
+    )
+
+    def rate(at: float, v: Any) -> Any:
+        return 4.0 * at - 0.8 - 0.4 * np.exp(-((v / 0.05) ** 2))
+
+    right = solve_ivp(rate, (0.3, 0.4), [0.0], t_eval=t[300:], rtol=1e-10, atol=1e-13).y[0]
+    assert run["v"][:301] == pytest.approx(np.zeros(301), abs=1e-12)
+    assert run["v"][300:] == pytest.approx(right, abs=1e-3 * right[-1])
 
 
 def test_breakaway_starts_at_the_friction_level() -> None:
