@@ -107,9 +107,10 @@ def mapping_of(maps: Sequence[str]) -> dict[str, str]:
     return found
 
 
-def add_seed(p: argparse.ArgumentParser) -> None:
-    """Add ``--seed``."""
-    p.add_argument("--seed", type=nonnegative, default=0, help="of what is drawn (default: 0)")
+def add_seed(p: argparse.ArgumentParser, default: int | None = 0, otherwise: str = "0") -> None:
+    """Add ``--seed``; `otherwise` tells what it is where it is not given."""
+    about = f"of what is drawn (default: {otherwise})"
+    p.add_argument("--seed", type=nonnegative, default=default, help=about)
 
 
 def add_jobs(p: argparse.ArgumentParser) -> None:

@@ -37,6 +37,7 @@ def add_diagnose_command(verbs: Any) -> None:
         "one system are used together",
     )  # fmt: skip
     add_diagnosis_options(p)
+    add_seed(p)
     p.add_argument("--json", action="store_true", help="print the verdict as JSON")
     p.set_defaults(run=lambda options: diagnose_files(options)[0])
 
@@ -71,7 +72,6 @@ def add_diagnosis_options(p: argparse.ArgumentParser) -> None:
         "--time", type=positive_number, default=None, metavar="SECONDS",
         help="end the search after so long and write what was named by then, as Ctrl-C does",
     )  # fmt: skip
-    add_seed(p)
     p.add_argument("--quiet", action="store_true", help="no bar")
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from bondgraph.support.errors import UnusableInput
-from bondsight.cli.arguments import OUT
+from bondsight.cli.arguments import OUT, add_seed
 from bondsight.cli.diagnose import add_diagnosis_options, diagnose_files
 from bondsight.cli.output import words_of
 
@@ -26,14 +26,15 @@ def add_studio_command(verbs: Any) -> None:
     p.add_argument(
         "recordings", nargs="+", metavar="RECORDING",
         help="what `diagnose` takes, or the folder of a verdict: its recording, known by its hash "
-        "in the folder, beside it or here, is diagnosed again, with its seed if none is given",
+        "in the folder, beside it or here, is diagnosed again",
     )  # fmt: skip
     add_diagnosis_options(p)
+    add_seed(p, None, "that of the folder, else 0")
     p.add_argument(
         "--live", action="store_true",
         help="show the steps in a browser of this machine while they are made, then the page",
     )  # fmt: skip
-    p.set_defaults(run=_run, json=False, seed=None)
+    p.set_defaults(run=_run, json=False)
 
 
 def _run(options: argparse.Namespace) -> int:

@@ -26,6 +26,9 @@ Refit = Callable[[float, Any], tuple[float, Any]]
 TARGET = 0.2
 """Share of the threshold that a step should add."""
 
+HILL = 0.02
+"""Share of the threshold by which a point above the next one out is tried again from there."""
+
 
 @dataclass(frozen=True, eq=False)
 class Profile:
@@ -85,7 +88,7 @@ class Profile:
             "open below": f"at most {high:.4g} (95 %); nothing keeps it from below",
             "open above": f"at least {low:.4g} (95 %); nothing keeps it from above",
             "flat": "not determined: the misfit stays the same wherever it is held",
-            "multimodal": f"more than one minimum within {low:.4g} to {high:.4g}",
+            "multimodal": f"more than one minimum {self._within()}",
             "at a bound": f"95 % from {low:.4g} to {high:.4g}, stopped by a bound",
         }[self.shape]
         if self.better is not None:
@@ -94,6 +97,16 @@ class Profile:
                 f"{self.drop:.3g}): start again from there"
             )
         return text if self.status == "complete" else f"{text} ({self.status})"
+
+    def _within(self) -> str:
+        low, high = self.interval
+        opened = (low <= 0.0 if self.log else np.isinf(low), np.isinf(high))
+        return {
+            (False, False): f"within {low:.4g} to {high:.4g}",
+            (True, False): f"up to {high:.4g}; nothing keeps it from below",
+            (False, True): f"from {low:.4g} on; nothing keeps it from above",
+            (True, True): "and no end on either side",
+        }[bool(opened[0]), bool(opened[1])]
 
 
 def threshold_of(
@@ -172,7 +185,7 @@ def profile(
     for sign in (-1.0, 1.0):
         limit = ends[0] if sign < 0 else ends[1]
         walk = _Walk(refit, at, cost, start, sign, float(limit), far, threshold, cancelled)
-        found, side = walk.run(min(max(width, 1e-9), far / 2), most)
+        found, side = walk.there_and_back(min(max(width, 1e-9), far / 2), most)
         if side.end == "closed" and beyond:
             found += walk.probe(found[-1][0], beyond)
         points += found
@@ -215,14 +228,36 @@ class _Walk:
     threshold: float
     cancelled: Callable[[], bool] | None
 
-    def run(self, step: float, most: int) -> tuple[list[tuple[float, float]], Side]:
-        """Return points and how the side ended."""
-        points: list[tuple[float, float]] = []
+    def there_and_back(self, step: float, most: int) -> tuple[list[tuple[float, float]], Side]:
+        """Return points and how the side ended.
+
+        Going out, a refit can stay behind in a valley of the others; where the next point out lies
+        lower, it is tried again from there, so that a hill is one of the profile.
+        """
+        steps, side = self._out(step, most)
+        try:
+            for i in reversed(range(len(steps) - 1)):
+                (x, rise, _), (_, outer, warm) = steps[i], steps[i + 1]
+                if rise - outer <= HILL * self.threshold or self._stopped():
+                    continue
+                total, again = self.refit(x, warm)
+                if total - self.cost < rise:
+                    steps[i] = (x, total - self.cost, again)
+        except KeyboardInterrupt:
+            side = Side("cancelled", side.reached)
+        return [(x, rise) for x, rise, _ in steps], side
+
+    def _stopped(self) -> bool:
+        return self.cancelled is not None and self.cancelled()
+
+    def _out(self, step: float, most: int) -> tuple[list[tuple[float, float, Any]], Side]:
+        """Return points with the warm start that each leaves, and how the side ended."""
+        points: list[tuple[float, float, Any]] = []
         x, rise, warm = self.at, 0.0, self.start
         step *= 0.5
         try:
             for _ in range(most):
-                if self.cancelled is not None and self.cancelled():
+                if self._stopped():
                     return points, Side("cancelled", x)
                 trial, edge = self._next(x, step)
                 if trial == x:
@@ -235,7 +270,7 @@ class _Walk:
                         continue
                     return points, Side("steps", x)
                 added = new - rise
-                points.append((trial, new))
+                points.append((trial, new, next_warm))
                 x, rise, warm = trial, new, next_warm
                 if rise > self.threshold:
                     return points, Side("closed", x)
@@ -262,6 +297,5 @@ class _Walk:
     def _next(self, x: float, step: float) -> tuple[float, str]:
         trial = x + self.sign * step
         end = self.at + self.sign * self.far
-        if (trial - self.limit) * self.sign >= 0:
-            return self.limit, "bound"
-        return (end, "open") if (trial - end) * self.sign >= 0 else (trial, "")
+        last, edge = (end, "open") if (self.limit - end) * self.sign > 0 else (self.limit, "bound")
+        return (last, edge) if (trial - last) * self.sign >= 0 else (trial, "")

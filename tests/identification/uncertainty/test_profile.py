@@ -60,6 +60,38 @@ def test_two_valleys_with_a_low_hill() -> None:
     assert p.shape == "multimodal"
 
 
+def test_a_refit_that_stays_in_a_valley_of_the_others_makes_no_hill() -> None:
+    """Going out they stay behind until it ends; the way back finds the lower one."""
+
+    def refit(x: float, outer: bool) -> tuple[float, bool]:
+        outer = outer or x < -1.5
+        return (0.3 - 0.3 * x if outer else x**2), outer
+
+    p = profile(refit, "k", 1.0, 0.0, False, width=0.1, threshold=threshold_of(), reach=3.0)
+    rise = p.cost[np.log(p.grid) < 0.0]
+    assert np.all(np.diff(rise) < 0.0)
+    assert p.shape == "open below"
+
+
+@pytest.mark.parametrize(
+    ("side", "words"),
+    [(-1.0, "up to 7.099; nothing keeps it from below"), (1.0, "from 0.1409 on; nothing keeps")],
+)
+def test_two_valleys_of_which_one_is_open(side: float, words: str) -> None:
+    def cost(x: float) -> float:
+        there = side * x  # open there, with a valley behind a low hill
+        return 1.0 - np.cos(4 * min(there, np.pi / 2)) if there > 0 else there**2
+
+    p = walk(cost)
+    assert p.shape == "multimodal"
+    assert words in str(p)
+
+
+def test_the_reach_ends_a_walk_before_a_bound_behind_it() -> None:
+    p = walk(lambda x: 0.0 * x, bounds=(np.exp(-1.2), np.inf), reach=1.0)
+    assert (p.shape, p.interval[0]) == ("flat", 0.0)
+
+
 def test_a_valley_behind_a_high_hill_is_found_beyond() -> None:
     def cost(x: float) -> float:
         return min(50 * x**2, 1.0 + 50 * (x - 2.24) ** 2)
