@@ -21,7 +21,13 @@ from bondgraph.simulation.block_recursion import blocked_record
 from bondgraph.simulation.lure import Compiled
 from bondgraph.simulation.lure_closing import ClosedLaws, closed_laws
 from bondgraph.simulation.lure_layout import KernelLayout, layout
-from bondgraph.simulation.lure_march import blocks_of, lanes_of, march_source, native_functions
+from bondgraph.simulation.lure_march import (
+    blocks_of,
+    has_slopes,
+    lanes_of,
+    march_source,
+    native_functions,
+)
 from bondgraph.support.arrays import Array
 from bondgraph.support.native import FLAGS, build, compiler
 
@@ -146,8 +152,9 @@ def _runner(key: _Key) -> Runner:
         return _blocked_runner(lay)
     if compiler() is not None:
         left, taken = without_banks(key.compiled)
-        laws, inner = closed_laws(left, key.n_d > 0), layout(left, key.n_d)
-        flags = _flags(vectorised=bool(taken.banks) and not key.n_d)
+        inner = layout(left, key.n_d)
+        slopes = has_slopes(inner, taken.banks)
+        laws, flags = closed_laws(left, slopes), _flags(slopes)
         library = build(march_source(inner, laws, taken.banks), flags)
         if library is not None:
             run = _native_runner(library, laws, inner, taken.banks)
@@ -155,13 +162,13 @@ def _runner(key: _Key) -> Runner:
     return _machine_runner(step_function(key.compiled, key.n_d), lay)
 
 
-def _flags(vectorised: bool) -> tuple[str, ...]:
-    """Return flags of gcc: rows are vectors already, only plays without derivatives become some.
+def _flags(slopes: bool) -> tuple[str, ...]:
+    """Return flags of gcc: rows are vectors already, which plays without derivatives are not.
 
     Products are rounded before they are added: what sticks stands still to the last bit. Without
-    the expensive optimisations a call of the C library would wait for the registers of the rows.
+    the expensive optimizations a call of the C library would wait for the registers of the rows.
     """
-    level = ("-O3",) if vectorised else ("-O1", "-fexpensive-optimizations")
+    level = ("-O1", "-fexpensive-optimizations") if slopes else ("-O2",)
     return (*level, *(f for f in FLAGS if f != "-O2"), "-ffp-contract=off")
 
 
@@ -229,8 +236,8 @@ def _native_runner(
     native = ctypes.CDLL(str(library)).run_record
     native.restype = None
     pointer = ctypes.POINTER(ctypes.c_double)
-    width, each = 1 + lay.n_d, lanes_of(lay)
-    row = each * blocks_of(lay)
+    width, each, blocks = 1 + lay.n_d, lanes_of(lay, banks), blocks_of(lay, banks)
+    row = each * blocks
     inputs, number = _entries(lay)
     used = native_functions(laws)
     sizes = [
@@ -270,7 +277,8 @@ def _native_runner(
             held = loaded(banks, filled, z[lay.n_z :], row)
             y, seen = np.empty((n, lay.n_y, width)), np.empty((n, 2 * lay.n_w))
             iw, work = (ctypes.c_longlong * sizes[0])(), np.empty(sizes[1])
-            counts = map(ctypes.c_longlong, (begin, n, n_sub, lay.n_y, width, lead))
+            shape = (lay.n_x, lay.n_u, blocks, begin, n, n_sub, lay.n_y, width, lead)
+            counts = map(ctypes.c_longlong, shape)
             arg, res = (pointer * sizes[2])(), (pointer * sizes[3])()
             native(
                 at(u), at(before), *counts, at(live), at(carried), *map(at, given),

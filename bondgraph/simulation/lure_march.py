@@ -6,6 +6,8 @@ that one instruction serves several directions; only the laws are code of their 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from casadi import Function
 
 from bondgraph.simulation.banks import PlacedBank, bank_source
@@ -14,29 +16,34 @@ from bondgraph.simulation.lure_layout import KernelLayout
 from bondgraph.support.native import c_source, vector_length
 
 
-def lanes_of(lay: KernelLayout) -> int:
+def has_slopes(lay: KernelLayout, banks: Sequence[PlacedBank] = ()) -> bool:
+    """Whether a step carries derivatives.
+
+    Without directions it is the step with one lane of them, so that one library serves both; only
+    plays, which are vectors themselves, have a step without.
+    """
+    return lay.n_d > 0 or not banks
+
+
+def lanes_of(lay: KernelLayout, banks: Sequence[PlacedBank] = ()) -> int:
     """Return how many directions one instruction serves."""
-    return vector_length() if lay.n_d else 1
+    return vector_length() if has_slopes(lay, banks) else 1
 
 
-def blocks_of(lay: KernelLayout) -> int:
+def blocks_of(lay: KernelLayout, banks: Sequence[PlacedBank] = ()) -> int:
     """Return in how many blocks of lanes a row is cut."""
-    return -(-(1 + lay.n_d) // lanes_of(lay))
+    return -(-(1 + lay.n_d) // lanes_of(lay, banks))
 
 
 def march_source(lay: KernelLayout, laws: ClosedLaws, banks: tuple[PlacedBank, ...] = ()) -> str:
     """Return C source of ``run_record`` for a model with `lay` and `laws`.
 
-    It is the same for all numbers of outputs, of directions that fill as many blocks, and of plays
-    in a bank: few are compiled.
+    It is the same for all numbers of states, inputs, outputs, directions and plays in a bank: only
+    laws make another one, so that few are compiled.
     """
-    v = lay.n_u + lay.n_w
-    lengths = [r * c for r, c in lay.pieces]
     sizes = {
-        "NX": lay.n_x, "NU": lay.n_u, "NW": lay.n_w, "NM": lay.n_m, "NQ": lay.n_q,
-        "SLOPES": int(lay.n_d > 0), "NB": blocks_of(lay), "LANES": lanes_of(lay), "NV": v,
-        **{n: sum(lengths[:i]) for i, n in enumerate(PIECES)},
-        "NJ": len(laws.rows), "NBANKS": len(banks),
+        "NW": lay.n_w, "NM": lay.n_m, "NQ": lay.n_q, "SLOPES": int(has_slopes(lay, banks)),
+        "LANES": lanes_of(lay, banks), "NJ": len(laws.rows), "NBANKS": len(banks),
     }  # fmt: skip
     head = "".join(f"#define {name} {value}\n" for name, value in sizes.items())
     where = "".join(
@@ -50,7 +57,8 @@ def march_source(lay: KernelLayout, laws: ClosedLaws, banks: tuple[PlacedBank, .
     )  # fmt: skip
     made = c_source(*native_functions(laws)) if lay.n_w else "#define casadi_int long long int\n"
     solving = _solving(laws) if lay.n_w else ""
-    return made + head + where + solving + _ROWS + (bank_source() if banks else "") + _MARCH
+    bank = f"#define NB (b->wide)\n{bank_source()}\n#undef NB\n" if banks else ""
+    return made + head + where + solving + _ROWS + bank + _MARCH
 
 
 def native_functions(laws: ClosedLaws) -> tuple[Function, ...]:
@@ -138,8 +146,6 @@ static void __attribute__((noinline)) solved(const double** arg, double** res, c
 }
 """
 
-PIECES = ("PHI", "G0", "G1", "CS", "DS", "GAIN", "CY")
-
 _ROWS = r"""
 #include <math.h>
 #include <string.h>
@@ -161,17 +167,18 @@ _MARCH = r"""
 #define D(entry) d[(entry) * lead + b]
 
 /* whether inputs that act on the laws' arguments have jumped */
-static int jumped(const double* u0, const double* before, const double* m) {
+static int jumped(const double* u0, const double* before, const double* acting, casadi_int NU) {
   for (int k = 0; k < NU; ++k)
     if (u0[k] != before[k])
       for (int j = 0; j < NW; ++j)
-        if (m[DS + j + NW * k] != 0.0) return 1;
+        if (acting[j + NW * k] != 0.0) return 1;
   return 0;
 }
 
-/* `standing` are the matrices of a step of no length; with `begin` the first sample is such a step
-   under the inputs `before` */
-void run_record(const double* u, const double* before, casadi_int begin, casadi_int n_samples,
+/* NX states, NU inputs, rows of NB blocks; `standing` are the matrices of a step of no length; with
+   `begin` the first sample is such a step under the inputs `before` */
+void run_record(const double* u, const double* before, casadi_int NX, casadi_int NU, casadi_int NB,
+                casadi_int begin, casadi_int n_samples,
                 casadi_int n_sub, casadi_int n_y, casadi_int width, casadi_int lead,
                 const casadi_int* live, double* carried,
                 const double* moving, const double* standing, const double* q,
@@ -179,12 +186,14 @@ void run_record(const double* u, const double* before, casadi_int begin, casadi_
                 const double* by_parameters, double* y, double* seen, casadi_int* iw,
                 double* work, const double** arg, double** res, const casadi_int* plays,
                 double* numbers, double* rows) {
+  const casadi_int NV = NU + NW, PHI = 0, G0 = NX * NX, G1 = G0 + NX * NV, CS = G1 + NX * NV;
+  const casadi_int DS = CS + NW * NX, GAIN = DS + NW * NU, CY = GAIN + NW * NW;
   const casadi_int DY = CY + n_y * NX, STEP = DY + n_y * NV;
   row_block* z = (row_block*)carried;
   const double* m = moving;
   const row_block* d = (const row_block*)slopes_of_moving;
   const row_block* dq = (const row_block*)by_parameters;
-  row_block x1[SOME(NX) * NB];
+  row_block x1[(NX + 1) * NB];
 #if NW
   row_block s[NW * NB], w1[NW * NB], m1[SOME(NM) * NB], alone[NW];
   double free_[NW], w[NW], w_new[NW], memory[SOME(NM)], memory_new[SOME(NM)];
@@ -196,13 +205,13 @@ void run_record(const double* u, const double* before, casadi_int begin, casadi_
   for (int i = 0; i < NBANKS; ++i)
     opened(banks + i, bank_stops[i], plays + 2 * i, NB, &numbers, &rows);
 #endif
-  double x[SOME(NX)];
+  double x[NX + 1];
   row_block out[NB];
   casadi_int sample, sub;
   int b, i, j, k;
   for (sample = 0; sample < n_samples; ++sample) {
     /* a jump is a step of its own, of no length: laws begin the next one with what it makes */
-    const int first = begin && !sample, jump = first || (NW && jumped(u, before, moving));
+    const int first = begin && !sample, jump = first || (NW && jumped(u, before, moving + DS, NU));
     for (sub = -jump; sub < (first ? 0 : n_sub); ++sub) {
       const double *u0 = first ? before : u, *u1 = sub < 0 ? u0 : u + NU;
       m = sub < 0 ? standing : moving;
