@@ -11,11 +11,11 @@ from bondgraph import BondGraph
 from bondgraph.signals.recording import Recording
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import BondsightError
+from hardware.simulators.generator import draw
+from hardware.simulators.generator.making import record
 from identification.diagnosis.diagnose import Diagnosis, diagnose
 from identification.diagnosis.search.candidates import DiagnosisOptions
 from identification.diagnosis.verdict import verdict
-from tests.proof.trial.generator import draw
-from tests.proof.trial.generator.making import record
 from tests.proof.trial.models import blind_model
 
 Channels = dict[str, Array]

@@ -1,7 +1,7 @@
 """Development exam: recordings with known physics on which the decision is tuned and compared.
 
 Not sealed: whoever works on the decision looks at the truths. It stands on the generator of the
-sealed trial (`tests.proof.trial.generator`) with three plants more and with laws that the
+sealed trial (`hardware.simulators.generator`) with three plants more and with laws that the
 catalogue does not write in that way, and asks what real machines ask: rare effects, slow records,
 weak further effects, coloured noise, coarse converters.
 

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from bondgraph.support.arrays import FloatArray as Array
-from tests.proof.trial.generator.native import Row, Run, run
-from tests.proof.trial.generator.parameters import ALL_PLANTS
+from hardware.simulators.generator.native import Row, Run, run
+from hardware.simulators.generator.parameters import ALL_PLANTS
 
 
 def moved(plant: str) -> dict[str, float]:

@@ -10,20 +10,16 @@ from collections.abc import Mapping
 from dataclasses import replace
 from types import MappingProxyType
 
-from tests.proof.exam.cells import draw_cells, shares
-from tests.proof.exam.vocabulary import (
+from hardware.simulators.generator.case import DrawnCase
+from hardware.simulators.generator.drawing import stream
+from hardware.simulators.generator.exam_places import (
     EXAM_FORMS,
     EXAM_OUTSIDE,
     EXAM_SINGLES,
     Table,
     widened,
 )
-from tests.proof.exam.world import World, world
-from tests.proof.trial.generator.case import Case
-from tests.proof.trial.generator.drawing import stream
-from tests.proof.trial.generator.parameters import ALL_PLANTS, WITHHELD_PLANTS
-from tests.proof.trial.generator.vocabulary import Places
-from tests.proof.trial.later_places import (
+from hardware.simulators.generator.later_places import (
     LATER,
     LATER_REWRITTEN,
     MIXED_UP,
@@ -31,6 +27,10 @@ from tests.proof.trial.later_places import (
     WITHHELD_OUTSIDE,
     WRONG_GAIN,
 )
+from hardware.simulators.generator.parameters import ALL_PLANTS, WITHHELD_PLANTS
+from hardware.simulators.generator.vocabulary import Places
+from tests.proof.exam.cells import draw_cells, shares
+from tests.proof.exam.world import World, world
 
 CELLS: Mapping[str, int] = MappingProxyType(
     {
@@ -97,7 +97,7 @@ DEVELOPMENT = _of_known_plants(SEALED)
 """What development draws from."""
 
 
-def draw_trial(kind: str, entropy: str | int, count: int | None = None) -> list[Case]:
+def draw_trial(kind: str, entropy: str | int, count: int | None = None) -> list[DrawnCase]:
     """Return the cases of a trial in a drawn order.
 
     Parameters
@@ -131,7 +131,7 @@ def draw_trial(kind: str, entropy: str | int, count: int | None = None) -> list[
     ]
 
 
-def _converter(case: Case, kind: str, entropy: str | int, i: int) -> dict[str, float]:
+def _converter(case: DrawnCase, kind: str, entropy: str | int, i: int) -> dict[str, float]:
     """Return width, headroom and bow of the converter; coarse noise is one already."""
     if case.noise["kind"] == "quantised":
         return {}

@@ -10,12 +10,12 @@ import pytest
 
 from bondgraph.graph.elements import TwoPort, Valued
 from bondgraph.support.arrays import FloatArray as Array
+from hardware.simulators.generator.case import canonical
+from hardware.simulators.generator.drawing import draw
+from hardware.simulators.generator.laws_exam import EXAM_LAWS
+from hardware.simulators.generator.native import Row, run
+from hardware.simulators.generator.parameters import EXAM_PLANTS
 from tests.proof.tests.excited import excited, moved
-from tests.proof.trial.generator.case import canonical
-from tests.proof.trial.generator.drawing import draw
-from tests.proof.trial.generator.laws_exam import EXAM_LAWS
-from tests.proof.trial.generator.native import Row, run
-from tests.proof.trial.generator.parameters import EXAM_PLANTS
 from tests.proof.trial.models import EXAM_MODELS, blind_model
 from tests.settled import simulate
 

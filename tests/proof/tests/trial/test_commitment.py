@@ -11,6 +11,7 @@ import pytest
 
 from bondgraph.support.errors import UnusableInput
 from bondsight.cli.main import main
+from hardware.simulators.generator.writing import seal
 from tests.proof.tests.exam.made_up import MISSING, effect, finding, said, truth
 from tests.proof.trial import commitment
 from tests.proof.trial.commitment import (
@@ -25,7 +26,6 @@ from tests.proof.trial.commitment import (
     verify,
     with_note,
 )
-from tests.proof.trial.generator.writing import seal
 from tests.proof.trial.layout import Layout
 from tests.proof.trial.parts import committed
 

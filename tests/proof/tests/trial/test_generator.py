@@ -11,28 +11,28 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.proof.trial.generator import (
+from hardware.simulators.generator import (
     COUNTS,
     PLANTS,
-    Case,
+    DrawnCase,
     draw,
     generate,
     load_case,
     load_truths,
     seal,
 )
-from tests.proof.trial.generator.drawing import stream
-from tests.proof.trial.generator.laws import LAWS
-from tests.proof.trial.generator.making import record
-from tests.proof.trial.generator.sensing import SENSOR_LAWS, sense
-from tests.proof.trial.generator.sizing import bench_of
-from tests.proof.trial.generator.vocabulary import FORMS, OUTSIDE, SINGLES
+from hardware.simulators.generator.drawing import stream
+from hardware.simulators.generator.laws import LAWS
+from hardware.simulators.generator.making import record
+from hardware.simulators.generator.sensing import SENSOR_LAWS, sense
+from hardware.simulators.generator.sizing import bench_of
+from hardware.simulators.generator.vocabulary import FORMS, OUTSIDE, SINGLES
 
 SALT = "0" * 64
 
 
 @cache
-def many() -> list[Case]:
+def many() -> list[DrawnCase]:
     return draw("development", 33, 752)
 
 

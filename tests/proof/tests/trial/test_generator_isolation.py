@@ -5,17 +5,17 @@ from __future__ import annotations
 import ast
 import json
 import os
+import shutil
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 
-import tests.proof.trial.generator as generator
+import hardware.simulators.generator as generator
 
 HOME = Path(generator.__file__).parent
-ROOT = HOME.parents[3]
-OWN = "tests.proof.trial.generator"
+OWN = "hardware.simulators.generator"
 FREE = {"numpy", "scipy", *sys.stdlib_module_names}
 
 
@@ -52,6 +52,7 @@ def test_sources_import_nothing_of_the_project(path: Path) -> None:
         "import bondgraph",
         "from identification.diagnosis import search",
         "from tests.proof.trial import run",
+        "from hardware.simulators.plant import PlantParameters",
         "from .. import run",
         "import importlib; importlib.import_module('bondgraph')",
     ],
@@ -68,7 +69,7 @@ def test_c_code_includes_nothing_of_the_project() -> None:
 
 RUN = """
 import json, sys
-from tests.proof.trial.generator import draw, generate, load_case, seal
+from hardware.simulators.generator import draw, generate, load_case, seal
 cases = sorted(draw("reduced", 3), key=lambda c: c.samples)[:3]
 truths = generate(cases, sys.argv[1])
 load_case(sys.argv[1], cases[0].id)
@@ -79,10 +80,14 @@ print(json.dumps(sorted(m for m in sys.modules if m.split(".")[0] in tops)))
 
 
 def test_a_run_loads_nothing_of_the_project(tmp_path: Path) -> None:
+    alone = tmp_path / "hardware" / "simulators"
+    shutil.copytree(HOME, alone / HOME.name)
+    for door in (alone, alone.parent):
+        (door / "__init__.py").touch()  # the project's own doors load more
     made = subprocess.run(
         [sys.executable, "-c", RUN, str(tmp_path)],
-        cwd=ROOT,
-        env={**os.environ, "PYTHONPATH": str(ROOT)},
+        cwd=tmp_path,
+        env={**os.environ, "PYTHONPATH": str(tmp_path)},
         capture_output=True,
         text=True,
         check=True,
@@ -90,4 +95,4 @@ def test_a_run_loads_nothing_of_the_project(tmp_path: Path) -> None:
     loaded = json.loads(made.stdout)
     assert OWN + ".making" in loaded
     others = [m for m in loaded if not (m == OWN or m.startswith(OWN + "."))]
-    assert others == ["tests", "tests.proof", "tests.proof.trial"]
+    assert others == ["hardware", "hardware.simulators"]

@@ -7,8 +7,8 @@ from collections.abc import Mapping
 import numpy as np
 import pytest
 
-from tests.proof.trial.generator.native import Row, run
-from tests.proof.trial.generator.parameters import PLANTS
+from hardware.simulators.generator.native import Row, run
+from hardware.simulators.generator.parameters import PLANTS
 
 
 def nominal(plant: str) -> dict[str, float]:

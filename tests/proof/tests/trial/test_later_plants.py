@@ -7,11 +7,11 @@ import pytest
 
 from bondgraph.graph.elements import TwoPort, Valued
 from bondgraph.support.arrays import FloatArray as Array
+from hardware.simulators.generator.excitation import command
+from hardware.simulators.generator.laws_withheld import WITHHELD_LAWS
+from hardware.simulators.generator.native import Row, run
+from hardware.simulators.generator.parameters import ALL_PLANTS, SHAKEN_PLANTS, WITHHELD_PLANTS
 from tests.proof.tests.excited import excited, moved
-from tests.proof.trial.generator.excitation import command
-from tests.proof.trial.generator.laws_withheld import WITHHELD_LAWS
-from tests.proof.trial.generator.native import Row, run
-from tests.proof.trial.generator.parameters import ALL_PLANTS, SHAKEN_PLANTS, WITHHELD_PLANTS
 from tests.proof.trial.models import LATER_MODELS, blind_model
 from tests.settled import simulate
 

@@ -10,7 +10,7 @@ from bondgraph import UnknownName, UnusableInput
 from bondgraph.graph.drives import Drive
 from bondgraph.graph.elements import Source, TwoPort, Valued
 from bondgraph.support.arrays import FloatArray as Array
-from tests.proof.trial.generator.parameters import PLANTS
+from hardware.simulators.generator.parameters import PLANTS
 from tests.proof.trial.models import MODELS, blind_model
 from tests.settled import simulate
 

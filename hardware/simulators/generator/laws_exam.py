@@ -6,15 +6,15 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from tests.proof.trial.generator.law import Law, Numbers, between
-from tests.proof.trial.generator.scale import Scale
+from hardware.simulators.generator.law import CodedLaw, Numbers, between
+from hardware.simulators.generator.scale import PlaceScale
 
 
-def _bristle(numbers: Numbers, z: Scale) -> float:
+def _bristle(numbers: Numbers, z: PlaceScale) -> float:
     return z.f * numbers["stiffness"] / numbers["level"] + numbers["damping"] / z.mass
 
 
-def _lugre(s: float, z: Scale, d: Sequence[float]) -> Numbers:
+def _lugre(s: float, z: PlaceScale, d: Sequence[float]) -> Numbers:
     level = 1.5 * s * z.force
     stiffness = level / (z.q * between(0.03, 0.25, d[0]))
     speed = between(0.1, 0.5, d[2]) * z.fr
@@ -28,20 +28,20 @@ def _lugre(s: float, z: Scale, d: Sequence[float]) -> Numbers:
     }
 
 
-def _letting_go(s: float, z: Scale, d: Sequence[float]) -> Numbers:
+def _letting_go(s: float, z: PlaceScale, d: Sequence[float]) -> Numbers:
     half_gap = 0.5 * s * z.q
     depth = max(0.2 * half_gap, 0.01 * z.q)
     return {"half_gap": half_gap, "partner": float(z.partner), "depth": depth}
 
 
-def _abrupt(z: Scale) -> float:
+def _abrupt(z: PlaceScale) -> float:
     """Rate that asks for 300 sub-steps: what switches on and off is met to first order only."""
     return 450 / z.step
 
 
-EXAM_LAWS: Mapping[str, Law] = {
-    "letting_go_gap": Law(26, _letting_go, fastest=lambda p, z: _abrupt(z)),
-    "spread_creep": Law(
+EXAM_LAWS: Mapping[str, CodedLaw] = {
+    "letting_go_gap": CodedLaw(26, _letting_go, fastest=lambda p, z: _abrupt(z)),
+    "spread_creep": CodedLaw(
         27,
         lambda s, z, d: {
             "compliance": 0.06 * s,
@@ -53,19 +53,19 @@ EXAM_LAWS: Mapping[str, Law] = {
         16,
         lambda p, z: 1 / p["time"],
     ),
-    "relay_continuum": Law(
+    "relay_continuum": CodedLaw(
         28,
         lambda s, z, d: {"level": 2 * s * z.c * z.q, "reach": z.q * between(0.3, 1.2, d[0])},
     ),
-    "orifice_leak": Law(
+    "orifice_leak": CodedLaw(
         35,
         lambda s, z, d: {
             "conductance": 2 * s * z.fr / np.sqrt(z.c * z.qr),
             "round": 0.05 * z.c * z.qr,
         },
     ),
-    "lugre": Law(66, _lugre, 1, _bristle),
-    "slip_bristles": Law(
+    "lugre": CodedLaw(66, _lugre, 1, _bristle),
+    "slip_bristles": CodedLaw(
         67,
         lambda s, z, d: {
             "stiffness": 2 * s * z.force / (z.q * (reach := between(0.05, 0.4, d[0]))),
@@ -74,7 +74,7 @@ EXAM_LAWS: Mapping[str, Law] = {
         },
         fastest=lambda p, z: 3 * float(np.sqrt(p["stiffness"] / z.mass)) if z.mass != 1 else 0.0,
     ),
-    "amplifier_slew": Law(
+    "amplifier_slew": CodedLaw(
         105,
         lambda s, z, d: {
             "rate": 0.4 / (s * z.step),

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from tests.proof.trial.generator.parameters import PLANTS
+from hardware.simulators.generator.parameters import PLANTS
 
 
 @dataclass(frozen=True, slots=True)

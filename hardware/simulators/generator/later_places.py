@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from tests.proof.exam.vocabulary import REWRITTEN, Table, widened
-from tests.proof.trial.generator.parameters import ALL_PLANTS, SHAKEN_PLANTS, WITHHELD_PLANTS
-from tests.proof.trial.generator.vocabulary import (
+from hardware.simulators.generator.exam_places import REWRITTEN, Table, widened
+from hardware.simulators.generator.parameters import ALL_PLANTS, SHAKEN_PLANTS, WITHHELD_PLANTS
+from hardware.simulators.generator.vocabulary import (
     CARRIERS,
     DAMPERS,
     SOURCES,

@@ -6,17 +6,17 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from tests.proof.trial.generator.law import Law, between
-from tests.proof.trial.generator.scale import Scale
+from hardware.simulators.generator.law import CodedLaw, between
+from hardware.simulators.generator.scale import PlaceScale
 
 
-def _stiff(force: float, depth: float, z: Scale) -> float:
+def _stiff(force: float, depth: float, z: PlaceScale) -> float:
     """Return the rate of an inertia on a contact that gives a force at a depth."""
     return float(np.sqrt(force / depth / z.mass)) if z.mass != 1 else 0.0
 
 
-WITHHELD_LAWS: Mapping[str, Law] = {
-    "magnet": Law(
+WITHHELD_LAWS: Mapping[str, CodedLaw] = {
+    "magnet": CodedLaw(
         29,
         lambda s, z, d: {
             "force": s * z.c * z.q * (reach := between(1.15, 2.5, d[0])) / 2,
@@ -24,7 +24,7 @@ WITHHELD_LAWS: Mapping[str, Law] = {
             "both": 1.0 if d[1] < 0.5 else 0.0,
         },
     ),
-    "damped_contact": Law(
+    "damped_contact": CodedLaw(
         36,
         lambda s, z, d: {
             "factor": 8 * z.c / np.sqrt(z.q),
@@ -34,7 +34,7 @@ WITHHELD_LAWS: Mapping[str, Law] = {
         },
         fastest=lambda p, z: _stiff(8 * z.c * z.q, z.q, z),
     ),
-    "tilted_loop": Law(
+    "tilted_loop": CodedLaw(
         37,
         lambda s, z, d: {
             "turn": s * z.c,
@@ -44,7 +44,7 @@ WITHHELD_LAWS: Mapping[str, Law] = {
         1,
         lambda p, z: z.f / p["length"],
     ),
-    "exponential_stribeck": Law(
+    "exponential_stribeck": CodedLaw(
         68,
         lambda s, z, d: {
             "level": s * z.force,
@@ -55,7 +55,7 @@ WITHHELD_LAWS: Mapping[str, Law] = {
         },
         fastest=lambda p, z: (p["level"] + p["extra"]) / (p["smooth"] * z.mass),
     ),
-    "squeezed_film": Law(
+    "squeezed_film": CodedLaw(
         69,
         lambda s, z, d: {
             "factor": 2 * s * z.c,
@@ -63,7 +63,7 @@ WITHHELD_LAWS: Mapping[str, Law] = {
         },
         fastest=lambda p, z: 130 * p["factor"] / z.mass if z.mass != 1 else 0.0,
     ),
-    "hanging_pendulum": Law(
+    "hanging_pendulum": CodedLaw(
         78,
         lambda s, z, d: {
             "mass": 0.6 * s * z.c,
@@ -73,6 +73,6 @@ WITHHELD_LAWS: Mapping[str, Law] = {
         },
         2,
     ),
-    "arctangent_limit": Law(106, lambda s, z, d: {"size": z.um * 0.35 / s}),
+    "arctangent_limit": CodedLaw(106, lambda s, z, d: {"size": z.um * 0.35 / s}),
 }
 """The laws by name; kinds of ``c/laws.h``, ``c/plants.h`` and ``c/run.c``."""

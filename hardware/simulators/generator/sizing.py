@@ -8,13 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from tests.proof.trial.generator.case import Case, Hidden
-from tests.proof.trial.generator.excitation import LOOPS, command
-from tests.proof.trial.generator.laws import LAWS
-from tests.proof.trial.generator.native import OPEN_LOOP, Row, Run, run
-from tests.proof.trial.generator.parameters import ALL_PLANTS
-from tests.proof.trial.generator.scale import Scale, scale_of
-from tests.proof.trial.generator.sensing import SENSOR_LAWS, over_for, sense, sensor_numbers
+from hardware.simulators.generator.case import DrawnCase, Hidden
+from hardware.simulators.generator.excitation import LOOPS, command
+from hardware.simulators.generator.laws import LAWS
+from hardware.simulators.generator.native import OPEN_LOOP, Row, Run, run
+from hardware.simulators.generator.parameters import ALL_PLANTS
+from hardware.simulators.generator.scale import PlaceScale, scale_of
+from hardware.simulators.generator.sensing import SENSOR_LAWS, over_for, sense, sensor_numbers
 
 Array = NDArray[np.float64]
 Numbers = Mapping[str, float]
@@ -36,12 +36,12 @@ class Sized:
 
 
 @dataclass(frozen=True, slots=True)
-class Bench:
+class CaseBench:
     """A case with its command and noise, ready to be simulated with any effects.
 
     Parameters
     ----------
-    case : Case
+    case : DrawnCase
         What was drawn.
     command : (samples + pad,) array
         Command or reference.
@@ -53,13 +53,13 @@ class Bench:
         Rms of the noise of the sensor in the loop.
     """
 
-    case: Case
+    case: DrawnCase
     command: Array
     base: Run
     noise: Array
     loop_noise: float
 
-    def scale(self, hidden: Hidden) -> Scale:
+    def scale(self, hidden: Hidden) -> PlaceScale:
         """Return the sizes at the effect's place."""
         values = self.case.parameters
         return scale_of(self.case.plant, hidden.place, values, self.base, self.case.samples)
@@ -151,7 +151,7 @@ def unit_noise(kind: str, n: int, columns: int, rng: np.random.Generator) -> Arr
     return np.asarray(lfilter([np.sqrt(1 - pole**2)], [1, -pole], e, axis=0))
 
 
-def bench_of(case: Case) -> Bench:
+def bench_of(case: DrawnCase) -> CaseBench:
     """Return the command and the noise of a case, and its run without effects."""
     rng = np.random.default_rng(np.random.SeedSequence(case.seed))
     plant = ALL_PLANTS[case.plant]
@@ -163,13 +163,13 @@ def bench_of(case: Case) -> Bench:
     open_run = run(case.plant, values, (), u, sub=COARSEST, hold=case.hold)
     assert open_run is not None, case.plant
     if case.excitation != "closed_loop":
-        return Bench(case, u, open_run, noise, 0.0)
+        return CaseBench(case, u, open_run, noise, 0.0)
     k = int(LOOPS[case.plant][0])
     rms = float(np.std(open_run.readings[:, k])) * 10 ** (-case.noise["snr_db"] / 20)
-    bench = Bench(case, u, open_run, noise, rms)
+    bench = CaseBench(case, u, open_run, noise, rms)
     closed = bench._run((), COARSEST, 1)
     assert closed is not None, case.plant
-    return Bench(case, u, closed, noise, rms)
+    return CaseBench(case, u, closed, noise, rms)
 
 
 def _next(below: tuple[float, float], above: tuple[float, float]) -> float:
@@ -188,13 +188,13 @@ def _next(below: tuple[float, float], above: tuple[float, float]) -> float:
 
 
 def size(
-    bench: Bench, hidden: Hidden, excess: Callable[[Array], float], *, runs: int = 12
+    bench: CaseBench, hidden: Hidden, excess: Callable[[Array], float], *, runs: int = 12
 ) -> tuple[Sized, float]:
     """Return the effect at the strength whose difference comes nearest to the wanted one.
 
     Parameters
     ----------
-    bench : Bench
+    bench : CaseBench
         The case.
     hidden : Hidden
         The effect.

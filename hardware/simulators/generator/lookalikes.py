@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 
 @dataclass(frozen=True, slots=True)
-class Pair:
+class LookalikePair:
     """Two effects that a poor excitation cannot tell apart.
 
     Parameters
@@ -25,18 +25,18 @@ class Pair:
     members: tuple[tuple[str, str, str], tuple[str, str, str]]
 
 
-PAIRS: Sequence[Pair] = (
-    Pair(
+PAIRS: Sequence[LookalikePair] = (
+    LookalikePair(
         "chain",
         ("x_1", "x_2", "x_3"),
         (("coulomb_friction", "coulomb", "b_2"), ("hysteresis", "bouc_wen", "k_2")),
     ),
-    Pair(
+    LookalikePair(
         "probe",
         ("x", "v_f"),
         (("coulomb_friction", "coulomb", "b"), ("stribeck_friction", "stribeck", "b")),
     ),
-    Pair(
+    LookalikePair(
         "probe",
         ("x",),
         (
@@ -44,47 +44,47 @@ PAIRS: Sequence[Pair] = (
             ("sensor_nonlinearity", "sensor_polynomial", "x"),
         ),
     ),
-    Pair(
+    LookalikePair(
         "probe",
         ("x",),
         (("saturation", "hyperbolic_tangent", "F"), ("nonlinear_stiffness", "softening", "k")),
     ),
-    Pair(
+    LookalikePair(
         "stack",
         ("i", "x"),
         (("saturation", "hard_limit", "V"), ("slew_limit", "rate_limit", "V")),
     ),
-    Pair(
+    LookalikePair(
         "probe",
         ("x",),
         (("low_pass", "first_order", "F"), ("delay", "sensor_dead_time", "x")),
     ),
-    Pair(
+    LookalikePair(
         "probe",
         ("x", "v_f"),
         (("clock_skew", "skew", "clock"), ("time_varying_parameter", "linear_drift", "k")),
     ),
-    Pair(
+    LookalikePair(
         "stack",
         ("i", "x"),
         (("creep", "kelvin_voigt", "C_a"), ("leakage", "leak", "C_a")),
     ),
-    Pair(
+    LookalikePair(
         "chain",
         ("x_1",),
         (("dead_zone", "dead_band", "F"), ("backlash", "gap", "k_1")),
     ),
-    Pair(
+    LookalikePair(
         "motor",
         ("i", "w_1", "w_2"),
         (("quadratic_drag", "square_drag", "b_2"), ("coulomb_friction", "coulomb", "b_2")),
     ),
-    Pair(
+    LookalikePair(
         "chain",
         ("x_1", "x_2", "x_3"),
         (("hysteresis", "bouc_wen", "k_1"), ("hysteresis", "prandtl_ishlinskii", "k_1")),
     ),
-    Pair(
+    LookalikePair(
         "motor",
         ("i", "w_1"),
         (("", "", "K_m"), ("nonlinear_ratio", "polynomial_ratio", "K_m")),

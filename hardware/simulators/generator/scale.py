@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tests.proof.trial.generator.native import Run
-from tests.proof.trial.generator.parameters import ALL_PLANTS
+from hardware.simulators.generator.native import Run
+from hardware.simulators.generator.parameters import ALL_PLANTS
 
 SOURCE_SLOT = 100
 _MASSES: Mapping[str, Mapping[str, tuple[str, float]]] = {
@@ -45,7 +45,7 @@ BESIDE: Mapping[tuple[str, str], str] = {
 
 
 @dataclass(frozen=True, slots=True)
-class Scale:
+class PlaceScale:
     """Sizes at a place.
 
     Parameters
@@ -106,7 +106,9 @@ def _force(plant: str, place: str, values: Mapping[str, float], run: Run) -> flo
             return ur
 
 
-def scale_of(plant: str, place: str, values: Mapping[str, float], run: Run, samples: int) -> Scale:
+def scale_of(
+    plant: str, place: str, values: Mapping[str, float], run: Run, samples: int
+) -> PlaceScale:
     """Return the sizes at a place; for sources and sensors only the common ones are of use."""
     names = list(ALL_PLANTS[plant].nominal)
     step = ALL_PLANTS[plant].step
@@ -117,7 +119,7 @@ def scale_of(plant: str, place: str, values: Mapping[str, float], run: Run, samp
         c = 1 / c
     inertia, share = _MASSES[plant].get(place, ("", 1.0))
     jumps = np.abs(np.diff(run.command))
-    return Scale(
+    return PlaceScale(
         slot,
         c,
         float(row[1]),

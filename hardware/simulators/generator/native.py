@@ -10,8 +10,8 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from tests.proof.trial.generator.compiling import compiled
-from tests.proof.trial.generator.parameters import ALL_PLANTS
+from hardware.simulators.generator.compiling import compiled
+from hardware.simulators.generator.parameters import ALL_PLANTS
 
 Array = NDArray[np.float64]
 OPEN_LOOP = (0.0, 0.0, 0.0, 0.0, 0.0)

@@ -1,4 +1,4 @@
-"""Make a recording of the exam and its truth: what each effect moved, over the noise."""
+"""Make a recording and its truth as exam, trial and demo judge it: what each effect moved."""
 
 from __future__ import annotations
 
@@ -6,15 +6,17 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from bondgraph.support.arrays import FloatArray as Array
-from tests.proof.exam.vocabulary import kinds_of, names_of, places_of
-from tests.proof.trial.generator.case import Case
-from tests.proof.trial.generator.making import UNIT, converted, disturbed, noisy, together
-from tests.proof.trial.generator.parameters import ALL_PLANTS
-from tests.proof.trial.generator.sensing import MISREAD
-from tests.proof.trial.generator.sizing import Bench, Sized, bench_of, following, size
-from tests.proof.trial.vocabulary import FAMILY_OF
+from hardware.simulators.generator.accepted import kinds_of, names_of, places_of
+from hardware.simulators.generator.case import DrawnCase
+from hardware.simulators.generator.families import FAMILY_OF
+from hardware.simulators.generator.making import UNIT, converted, disturbed, noisy, together
+from hardware.simulators.generator.parameters import ALL_PLANTS
+from hardware.simulators.generator.sensing import MISREAD
+from hardware.simulators.generator.sizing import CaseBench, Sized, bench_of, following, size
+
+Array = NDArray[np.float64]
 
 STRETCHES = 40
 """Equal parts of a record in which an effect is called active or not."""
@@ -37,7 +39,7 @@ def active_stretches(moved: Array) -> int:
     return int(np.sum(np.any(level > ACTIVE * np.maximum(largest, 1e-300), axis=1)))
 
 
-def exam_record(case: Case) -> tuple[dict[str, Array | str], dict[str, Any]]:
+def exam_record(case: DrawnCase) -> tuple[dict[str, Array | str], dict[str, Any]]:
     """Return what the tool may see of a case, and the truth as plain values.
 
     The truth has for each effect the accepted ``names``, ``kinds`` and ``places``, the ``family``
@@ -116,7 +118,7 @@ def noise_level(plant: str, wanted: Array, effects: Sequence[Sized]) -> Array:
     return level
 
 
-def _readings(bench: Bench, effects: Sequence[Sized]) -> Array:
+def _readings(bench: CaseBench, effects: Sequence[Sized]) -> Array:
     made = bench.simulate(effects)
     if made is None:
         raise RuntimeError(f"{bench.case.id}: the plant runs away with {len(effects)} effects")

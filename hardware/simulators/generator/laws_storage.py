@@ -6,38 +6,38 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from tests.proof.trial.generator.law import Build, Law, Numbers, between, sign
-from tests.proof.trial.generator.scale import Scale
+from hardware.simulators.generator.law import Build, CodedLaw, Numbers, between, sign
+from hardware.simulators.generator.scale import PlaceScale
 
 
-def _contact(numbers: Numbers, z: Scale) -> float:
+def _contact(numbers: Numbers, z: PlaceScale) -> float:
     return float(3 * np.sqrt(numbers["stiffness"] / z.mass)) if z.mass != 1 else 0.0
 
 
-def _even_odd(s: float, z: Scale, d: Sequence[float]) -> Numbers:
+def _even_odd(s: float, z: PlaceScale, d: Sequence[float]) -> Numbers:
     even = (0.9 * sign(d[1]) if d[0] < 0.4 else 0.0) * s * z.c / z.q
     return {"quadratic": even, "cubic": 3 * s * z.c / z.q**2}
 
 
 def _stops(n: int, power: float) -> Build:
-    def build(s: float, z: Scale, d: Sequence[float]) -> Numbers:
+    def build(s: float, z: PlaceScale, d: Sequence[float]) -> Numbers:
         radius = z.q * between(0.15, 0.6, d[0])
         return {"stiffness": 2 * s * z.c, "radius": radius, "elements": n, "power": power}
 
     return build
 
 
-STORAGE_LAWS: Mapping[str, Law] = {
+STORAGE_LAWS: Mapping[str, CodedLaw] = {
     # storages
-    "polynomial_stiffness": Law(10, _even_odd),
-    "two_stiffnesses": Law(
+    "polynomial_stiffness": CodedLaw(10, _even_odd),
+    "two_stiffnesses": CodedLaw(
         11,
         lambda s, z, d: {
             "extra": 3 * s * z.c,
             "from": 0.0 if d[0] < 0.5 else 0.3 * (d[1] - 0.5) * z.q,
         },
     ),
-    "linear_stop": Law(
+    "linear_stop": CodedLaw(
         12,
         lambda s, z, d: {
             "stiffness": between(5, 20, d[0]) * z.c,
@@ -46,12 +46,12 @@ STORAGE_LAWS: Mapping[str, Law] = {
         },
         fastest=_contact,
     ),
-    "gap": Law(13, lambda s, z, d: {"half_gap": 0.5 * s * z.q}),
-    "preload": Law(14, lambda s, z, d: {"preload": z.c * z.q * (1 - 0.95 * s)}),
-    "prandtl_ishlinskii": Law(15, _stops(10, 1.0)),
-    "two_yield": Law(15, _stops(2, 2.0)),
-    "uneven_yield": Law(15, _stops(9, 2.5)),
-    "bouc_wen": Law(
+    "gap": CodedLaw(13, lambda s, z, d: {"half_gap": 0.5 * s * z.q}),
+    "preload": CodedLaw(14, lambda s, z, d: {"preload": z.c * z.q * (1 - 0.95 * s)}),
+    "prandtl_ishlinskii": CodedLaw(15, _stops(10, 1.0)),
+    "two_yield": CodedLaw(15, _stops(2, 2.0)),
+    "uneven_yield": CodedLaw(15, _stops(9, 2.5)),
+    "bouc_wen": CodedLaw(
         16,
         lambda s, z, d: {
             "stiffness": 2 * s * z.c,
@@ -62,7 +62,7 @@ STORAGE_LAWS: Mapping[str, Law] = {
         1,
         lambda p, z: 2 * z.f / p["radius"],
     ),
-    "kelvin_voigt": Law(
+    "kelvin_voigt": CodedLaw(
         17,
         lambda s, z, d: {
             "compliance": 0.8 * s,
@@ -72,7 +72,7 @@ STORAGE_LAWS: Mapping[str, Law] = {
         },
         2,
     ),
-    "log_creep": Law(
+    "log_creep": CodedLaw(
         17,
         lambda s, z, d: {
             "compliance": 0.2 * s,
@@ -82,15 +82,15 @@ STORAGE_LAWS: Mapping[str, Law] = {
         },
         8,
     ),
-    "softening": Law(25, lambda s, z, d: {"size": 0.5 * z.q / s}),
-    "quintic": Law(19, lambda s, z, d: {"force": 4 * s * z.c * z.q, "size": z.q}),
-    "hyperbolic_sine": Law(
+    "softening": CodedLaw(25, lambda s, z, d: {"size": 0.5 * z.q / s}),
+    "quintic": CodedLaw(19, lambda s, z, d: {"force": 4 * s * z.c * z.q, "size": z.q}),
+    "hyperbolic_sine": CodedLaw(
         20, lambda s, z, d: {"force": 0.5 * s * z.c * z.q, "size": z.q * between(0.2, 0.4, d[0])}
     ),
-    "power_stiffness": Law(
+    "power_stiffness": CodedLaw(
         21, lambda s, z, d: {"force": 3 * s * z.c * z.q, "size": z.q, "power": 1.5 + 2.2 * d[0]}
     ),
-    "round_contact": Law(
+    "round_contact": CodedLaw(
         22,
         lambda s, z, d: {
             "stiffness": between(10, 40, d[0]) * z.c / np.sqrt(z.q),
@@ -98,10 +98,10 @@ STORAGE_LAWS: Mapping[str, Law] = {
             "lower": z.q * (1 - 0.85 * s) if d[1] < 0.4 else 1e3 * z.q,
         },
     ),
-    "soft_gap": Law(
+    "soft_gap": CodedLaw(
         23, lambda s, z, d: {"half_gap": 0.5 * s * z.q, "other_side": between(0.6, 1.6, d[0])}
     ),
-    "smooth_two_stiffnesses": Law(
+    "smooth_two_stiffnesses": CodedLaw(
         24,
         lambda s, z, d: {
             "extra": 3 * s * z.c,
@@ -109,21 +109,21 @@ STORAGE_LAWS: Mapping[str, Law] = {
             "width": z.q * between(0.05, 0.2, d[1]),
         },
     ),
-    "cross_stiffness": Law(50, lambda s, z, d: {"factor": 5 * s / z.q**2}),
+    "cross_stiffness": CodedLaw(50, lambda s, z, d: {"factor": 5 * s / z.q**2}),
     # escapes of a storage
-    "leak": Law(30, lambda s, z, d: {"conductance": 2 * s * z.fr / (z.c * z.qr)}),
-    "sharp_overflow": Law(
+    "leak": CodedLaw(30, lambda s, z, d: {"conductance": 2 * s * z.fr / (z.c * z.qr)}),
+    "sharp_overflow": CodedLaw(
         31,
         lambda s, z, d: {
             "conductance": between(5, 20, d[0]) * z.fr / (z.c * z.qr),
             "level": z.c * z.q * (1 - 0.9 * s),
         },
     ),
-    "turbulent_leak": Law(
+    "turbulent_leak": CodedLaw(
         32,
         lambda s, z, d: {"conductance": 2 * s * z.fr / (z.c * z.qr), "size": z.c * z.qr},
     ),
-    "weir": Law(
+    "weir": CodedLaw(
         33,
         lambda s, z, d: {
             "conductance": between(5, 15, d[0]) * z.fr / (z.c * z.qr),
@@ -131,7 +131,7 @@ STORAGE_LAWS: Mapping[str, Law] = {
             "size": 0.3 * z.c * z.q,
         },
     ),
-    "siphon": Law(
+    "siphon": CodedLaw(
         34,
         lambda s, z, d: {
             "conductance": 2 * s * z.fr / np.sqrt(z.c * z.q),

@@ -1,4 +1,4 @@
-"""One answer of the exam beside its truth."""
+"""One answer beside its truth."""
 
 from __future__ import annotations
 
@@ -6,9 +6,9 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from tests.proof.exam.said import Claim, ExamAnswer
-from tests.proof.exam.truths import ConcealedEffect, ExamTruth
-from tests.proof.trial.vocabulary import FAMILY_OF
+from hardware.simulators.generator.families import FAMILY_OF
+from hardware.simulators.judging.claims import Claim, ExamAnswer
+from hardware.simulators.judging.truths import ConcealedEffect, ExamTruth
 
 MISFIT = 3.0
 """A misfit that exceeds this many times the noise must not be called explained."""

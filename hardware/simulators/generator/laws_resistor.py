@@ -6,24 +6,24 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from tests.proof.trial.generator.law import Law, Numbers, between, sign
-from tests.proof.trial.generator.scale import Scale
+from hardware.simulators.generator.law import CodedLaw, Numbers, between, sign
+from hardware.simulators.generator.scale import PlaceScale
 
 
-def _dry(numbers: Numbers, z: Scale) -> float:
+def _dry(numbers: Numbers, z: PlaceScale) -> float:
     return (numbers["level"] + numbers.get("extra", 0.0)) / (0.004 * z.fr * z.mass)
 
 
-def _bristle(numbers: Numbers, z: Scale) -> float:
+def _bristle(numbers: Numbers, z: PlaceScale) -> float:
     return z.f * numbers["stiffness"] / numbers["level"] + numbers["damping"] / z.mass
 
 
-def _dry_numbers(level: float, extra: float, speed: float, z: Scale) -> Numbers:
+def _dry_numbers(level: float, extra: float, speed: float, z: PlaceScale) -> Numbers:
     rest = {f"_{k}": 0.0 for k in range(3, 9)}
     return {"level": level, "extra": extra, "speed": speed, **rest, "smooth": 0.004 * z.fr}
 
 
-def _bristle_numbers(s: float, z: Scale, d: Sequence[float], full: bool) -> Numbers:
+def _bristle_numbers(s: float, z: PlaceScale, d: Sequence[float], full: bool) -> Numbers:
     level = 1.5 * s * z.force
     stiffness = level / (z.q * between(0.03, 0.25, d[0]))
     return {
@@ -35,38 +35,40 @@ def _bristle_numbers(s: float, z: Scale, d: Sequence[float], full: bool) -> Numb
     }
 
 
-def _resistance(s: float, z: Scale, d: Sequence[float]) -> Numbers:
+def _resistance(s: float, z: PlaceScale, d: Sequence[float]) -> Numbers:
     even = (0.5 * sign(d[1]) if d[0] < 0.4 else 0.0) * s * z.c / z.fr
     return {"quadratic": even, "cubic": 5 * s * z.c / z.fr**2}
 
 
-RESISTOR_LAWS: Mapping[str, Law] = {
+RESISTOR_LAWS: Mapping[str, CodedLaw] = {
     # resistors
-    "coulomb": Law(40, lambda s, z, d: _dry_numbers(2 * s * z.force, 0.0, z.fr, z), fastest=_dry),
-    "stribeck": Law(
+    "coulomb": CodedLaw(
+        40, lambda s, z, d: _dry_numbers(2 * s * z.force, 0.0, z.fr, z), fastest=_dry
+    ),
+    "stribeck": CodedLaw(
         41,
         lambda s, z, d: _dry_numbers(
             s * z.force, between(0.5, 1.5, d[0]) * s * z.force, between(0.1, 0.5, d[1]) * z.fr, z
         ),
         fastest=_dry,
     ),
-    "rational_stribeck": Law(
+    "rational_stribeck": CodedLaw(
         46,
         lambda s, z, d: _dry_numbers(
             s * z.force, between(0.5, 1.5, d[0]) * s * z.force, between(0.1, 0.5, d[1]) * z.fr, z
         ),
         fastest=_dry,
     ),
-    "bristles": Law(42, lambda s, z, d: _bristle_numbers(s, z, d, True), 1, _bristle),
-    "dahl": Law(42, lambda s, z, d: _bristle_numbers(s, z, d, False), 1, _bristle),
-    "square_drag": Law(
+    "bristles": CodedLaw(42, lambda s, z, d: _bristle_numbers(s, z, d, True), 1, _bristle),
+    "dahl": CodedLaw(42, lambda s, z, d: _bristle_numbers(s, z, d, False), 1, _bristle),
+    "square_drag": CodedLaw(
         43,
         lambda s, z, d: {"factor": 3 * s * z.force / z.fr**2},
         fastest=lambda p, z: 3 * p["factor"] * z.f / z.mass if z.mass != 1 else 0.0,
     ),
-    "turbulent": Law(43, lambda s, z, d: {"factor": 6 * s * z.c / z.fr}),
-    "two_dampings": Law(44, lambda s, z, d: {"half_difference": 0.9 * s * z.c * sign(d[0])}),
-    "smooth_two_dampings": Law(
+    "turbulent": CodedLaw(43, lambda s, z, d: {"factor": 6 * s * z.c / z.fr}),
+    "two_dampings": CodedLaw(44, lambda s, z, d: {"half_difference": 0.9 * s * z.c * sign(d[0])}),
+    "smooth_two_dampings": CodedLaw(
         49,
         lambda s, z, d: {
             "factor": 2 * s * z.c,
@@ -74,19 +76,19 @@ RESISTOR_LAWS: Mapping[str, Law] = {
             "speed": z.fr * between(0.1, 0.4, d[1]),
         },
     ),
-    "power_drag": Law(
+    "power_drag": CodedLaw(
         45,
         lambda s, z, d: {"force": s * z.force, "size": z.fr, "power": 1.5 if d[0] < 0.6 else 2.5},
         fastest=lambda p, z: 5 * p["force"] / z.fr / z.mass if z.mass != 1 else 0.0,
     ),
-    "orifice_power": Law(
+    "orifice_power": CodedLaw(
         45, lambda s, z, d: {"effort": 4 * s * z.c * z.fr, "size": z.fr, "power": 1 / 0.6}
     ),
-    "varistor": Law(
+    "varistor": CodedLaw(
         45, lambda s, z, d: {"effort": 3 * s * z.c * z.fr, "size": z.fr, "power": 3 + 2 * d[0]}
     ),
-    "polynomial_resistance": Law(47, _resistance),
-    "warming": Law(
+    "polynomial_resistance": CodedLaw(47, _resistance),
+    "warming": CodedLaw(
         48,
         lambda s, z, d: {
             "gain": 3 * s / (z.c * z.fr**2),
@@ -94,7 +96,7 @@ RESISTOR_LAWS: Mapping[str, Law] = {
         },
         1,
     ),
-    "levelling_warming": Law(
+    "levelling_warming": CodedLaw(
         48,
         lambda s, z, d: {
             "gain": 4 * s / (z.c * z.fr**2),
@@ -103,14 +105,16 @@ RESISTOR_LAWS: Mapping[str, Law] = {
         },
         1,
     ),
-    "diffusive_drag": Law(
+    "diffusive_drag": CodedLaw(
         60,
         lambda s, z, d: {"factor": 0.3 * s * z.force / z.fr, "time": 200 * z.step},
         7,
         lambda p, z: 4.0**6 / p["time"] + 130 * p["factor"] / z.mass,
     ),
-    "displacement_damping": Law(61, lambda s, z, d: {"factor": s * z.force / (z.fr * z.qr**2)}),
-    "plate_valve": Law(
+    "displacement_damping": CodedLaw(
+        61, lambda s, z, d: {"factor": s * z.force / (z.fr * z.qr**2)}
+    ),
+    "plate_valve": CodedLaw(
         62,
         lambda s, z, d: {
             "factor": 2 * s * (z.force / z.fr if z.mass != 1 else 3 * z.c),
@@ -121,7 +125,7 @@ RESISTOR_LAWS: Mapping[str, Law] = {
         },
         2,
     ),
-    "healing_fluid": Law(
+    "healing_fluid": CodedLaw(
         64,
         lambda s, z, d: {
             "factor": 0.95 * s * z.c,

@@ -69,7 +69,7 @@ SPREAD = 0.25
 
 
 @dataclass(frozen=True, slots=True)
-class Plant:
+class KnownPlant:
     """A plant as both sides may know it.
 
     Parameters
@@ -90,8 +90,8 @@ class Plant:
     step: float
 
 
-PLANTS: Mapping[str, Plant] = {
-    "chain": Plant(
+PLANTS: Mapping[str, KnownPlant] = {
+    "chain": KnownPlant(
         ("F", "N"),
         {"x_1": "m", "x_2": "m", "x_3": "m"},
         {
@@ -107,7 +107,7 @@ PLANTS: Mapping[str, Plant] = {
         },
         1.0 / 250.0,
     ),
-    "stack": Plant(
+    "stack": KnownPlant(
         ("V", "V"),
         {"i": "A", "x": "m"},
         {
@@ -120,7 +120,7 @@ PLANTS: Mapping[str, Plant] = {
         },
         1.0 / 5000.0,
     ),
-    "motor": Plant(
+    "motor": KnownPlant(
         ("u", "V"),
         {"i": "A", "w_1": "rad/s", "w_2": "rad/s"},
         {
@@ -137,7 +137,7 @@ PLANTS: Mapping[str, Plant] = {
         },
         1.0 / 500.0,
     ),
-    "corner": Plant(
+    "corner": KnownPlant(
         ("v_r", "m/s"),
         {"v_u": "m/s", "v_b": "m/s", "s_d": "m"},
         {
@@ -150,7 +150,7 @@ PLANTS: Mapping[str, Plant] = {
         },
         1.0 / 100.0,
     ),
-    "tanks": Plant(
+    "tanks": KnownPlant(
         ("q_in", "m^3/s"),
         {"p_1": "Pa", "p_2": "Pa", "p_3": "Pa"},
         {
@@ -163,7 +163,7 @@ PLANTS: Mapping[str, Plant] = {
         },
         5.0,
     ),
-    "probe": Plant(
+    "probe": KnownPlant(
         ("F", "N"),
         {"x": "m", "v_f": "V"},
         {
@@ -179,8 +179,8 @@ PLANTS: Mapping[str, Plant] = {
 }
 """The plants of the trial by name."""
 
-EXAM_PLANTS: Mapping[str, Plant] = {
-    "cylinder": Plant(
+EXAM_PLANTS: Mapping[str, KnownPlant] = {
+    "cylinder": KnownPlant(
         ("q_v", "m^3/s"),
         {"p": "Pa", "x": "m"},
         {
@@ -192,7 +192,7 @@ EXAM_PLANTS: Mapping[str, Plant] = {
         },
         1.0 / 1000.0,
     ),
-    "servo": Plant(
+    "servo": KnownPlant(
         ("T_m", "N m"),
         {"a_1": "rad", "w_2": "rad/s"},
         {
@@ -205,7 +205,7 @@ EXAM_PLANTS: Mapping[str, Plant] = {
         },
         1.0 / 1000.0,
     ),
-    "oven": Plant(
+    "oven": KnownPlant(
         ("P", "W"),
         {"T_1": "K", "T_2": "K"},
         {
@@ -219,8 +219,8 @@ EXAM_PLANTS: Mapping[str, Plant] = {
 }
 """Plants that only the development exam draws, by name."""
 
-SHAKEN_PLANTS: Mapping[str, Plant] = {
-    "frame": Plant(
+SHAKEN_PLANTS: Mapping[str, KnownPlant] = {
+    "frame": KnownPlant(
         ("F", "N"),
         {"a_1": "m/s^2", "a_2": "m/s^2", "f_1": "N"},
         {
@@ -233,7 +233,7 @@ SHAKEN_PLANTS: Mapping[str, Plant] = {
         },
         1.0 / 400.0,
     ),
-    "press": Plant(
+    "press": KnownPlant(
         ("F", "N"),
         {"x_1": "m", "a_2": "m/s^2", "f_2": "N"},
         {
@@ -250,8 +250,8 @@ SHAKEN_PLANTS: Mapping[str, Plant] = {
 }
 """Plants with accelerometers and force cells, of trial 2 and its development, by name."""
 
-WITHHELD_PLANTS: Mapping[str, Plant] = {
-    "table": Plant(
+WITHHELD_PLANTS: Mapping[str, KnownPlant] = {
+    "table": KnownPlant(
         ("u", "V"),
         {"i": "A", "x_1": "m", "a_2": "m/s^2"},
         {
@@ -267,7 +267,7 @@ WITHHELD_PLANTS: Mapping[str, Plant] = {
         },
         1.0 / 1000.0,
     ),
-    "speaker": Plant(
+    "speaker": KnownPlant(
         ("u", "V"),
         {"i": "A", "a": "m/s^2", "p": "Pa"},
         {
@@ -287,5 +287,5 @@ WITHHELD_PLANTS: Mapping[str, Plant] = {
 }
 """Plants that no development seed uses, by name."""
 
-ALL_PLANTS: Mapping[str, Plant] = {**PLANTS, **EXAM_PLANTS, **SHAKEN_PLANTS, **WITHHELD_PLANTS}
+ALL_PLANTS: Mapping[str, KnownPlant] = {**PLANTS, **EXAM_PLANTS, **SHAKEN_PLANTS, **WITHHELD_PLANTS}
 """Every plant that the C code knows, in its order."""

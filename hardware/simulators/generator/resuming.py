@@ -10,9 +10,9 @@ from typing import final
 import numpy as np
 from numpy.typing import NDArray
 
-from tests.proof.trial.generator.compiling import compiled
-from tests.proof.trial.generator.native import _ORDER, Row, _pointer
-from tests.proof.trial.generator.parameters import PLANTS
+from hardware.simulators.generator.compiling import compiled
+from hardware.simulators.generator.native import _ORDER, Row, _pointer
+from hardware.simulators.generator.parameters import PLANTS
 
 Array = NDArray[np.float64]
 

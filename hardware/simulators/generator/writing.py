@@ -13,11 +13,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tests.proof.trial.generator.case import Case, canonical
-from tests.proof.trial.generator.making import record
+from hardware.simulators.generator.case import DrawnCase, canonical
+from hardware.simulators.generator.making import record
 
 Array = NDArray[np.float64]
-Make = Callable[[Case], tuple[Mapping[str, Any], dict[str, Any]]]
+Make = Callable[[DrawnCase], tuple[Mapping[str, Any], dict[str, Any]]]
 
 
 def _write(path: Path, content: bytes) -> None:
@@ -28,7 +28,7 @@ def _write(path: Path, content: bytes) -> None:
     part.replace(path)
 
 
-def _made(case: Case, folder: Path, make: Make) -> dict[str, Any]:
+def _made(case: DrawnCase, folder: Path, make: Make) -> dict[str, Any]:
     """Return the truth of a case, making the recording if it is not there."""
     kept, file = folder / "sealed" / f"{case.id}.json", folder / "records" / f"{case.id}.npz"
     if kept.exists() and file.exists():
@@ -45,7 +45,7 @@ def _made(case: Case, folder: Path, make: Make) -> dict[str, Any]:
 
 
 def generate(
-    cases: Iterable[Case],
+    cases: Iterable[DrawnCase],
     folder: str | Path,
     *,
     progress: Callable[[str], None] = lambda name: None,
@@ -59,7 +59,7 @@ def generate(
 
     Parameters
     ----------
-    cases : iterable of Case
+    cases : iterable of DrawnCase
         From `draw`.
     folder : path
         Where to write.

@@ -8,10 +8,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from tests.proof.trial.generator.case import Case, Hidden
-from tests.proof.trial.generator.lookalikes import PAIRS
-from tests.proof.trial.generator.parameters import PLANTS, SPREAD
-from tests.proof.trial.generator.vocabulary import FORMS, OUTSIDE, SINGLES, Choice, choices
+from hardware.simulators.generator.case import DrawnCase, Hidden
+from hardware.simulators.generator.lookalikes import PAIRS
+from hardware.simulators.generator.parameters import PLANTS, SPREAD
+from hardware.simulators.generator.vocabulary import FORMS, OUTSIDE, SINGLES, Choice, choices
 
 COUNTS: Mapping[str, Mapping[str, int]] = {
     "trial": {
@@ -80,7 +80,7 @@ def _measured(effects: Sequence[Hidden]) -> bool:
 
 def _case(
     cell: str, plant: str, effects: Sequence[Hidden], short: bool, rng: np.random.Generator
-) -> Case:
+) -> DrawnCase:
     """Return a case of a plant with effects, everything else drawn."""
     needed = [e.place for e in effects if e.place in PLANTS[plant].sensors]
     kind = str(rng.choice(_EXCITATIONS, p=_SHARES))
@@ -93,7 +93,7 @@ def _case(
     # jumps with it has no value at the samples
     even = timed or plant == "stack" or rng.random() < 0.4
     hold = "linear" if kind != "closed_loop" and even else "zero"
-    return Case(
+    return DrawnCase(
         id="",
         plant=plant,
         sensors=_subset(plant, needed, rng),
@@ -109,7 +109,7 @@ def _case(
     )
 
 
-def _control(index: int, short: bool, rng: np.random.Generator) -> Case:
+def _control(index: int, short: bool, rng: np.random.Generator) -> DrawnCase:
     plant = list(PLANTS)[int(rng.integers(len(PLANTS)))]
     kind = CONTROLS[index % len(CONTROLS)]
     case = replace(_case("control", plant, (), short, rng), control_kind=kind)
@@ -135,7 +135,7 @@ def _of(
     order: np.random.Generator,
     short: bool,
     rng: np.random.Generator,
-) -> Case:
+) -> DrawnCase:
     """Return a case with one effect; the table is gone through in a drawn order."""
     laws = choices(table)
     turn = order.permutation(len(laws))
@@ -147,7 +147,7 @@ def _of(
     return _case(cell, plant, (effect,), short, rng)
 
 
-def _two(short: bool, rng: np.random.Generator) -> Case:
+def _two(short: bool, rng: np.random.Generator) -> DrawnCase:
     """Return a case with two effects of the catalogue in one plant, even at one place."""
     plant = list(PLANTS)[int(rng.integers(len(PLANTS)))]
     laws = [[c for c in each if c.plant == plant] for each in choices(SINGLES).values()]
@@ -159,7 +159,7 @@ def _two(short: bool, rng: np.random.Generator) -> Case:
     return _case("pair", plant, effects, short, rng)
 
 
-def _lookalike(index: int, short: bool, rng: np.random.Generator) -> Case:
+def _lookalike(index: int, short: bool, rng: np.random.Generator) -> DrawnCase:
     """Return a member of a pair, with decisive or indecisive excitation."""
     pair, member, decisive = PAIRS[index // 4], index % 2, (index // 2) % 2 == 0
     effect, law, place = pair.members[member]
@@ -187,7 +187,7 @@ def _lookalike(index: int, short: bool, rng: np.random.Generator) -> Case:
 
 def _one(
     cell: str, i: int, order: np.random.Generator, short: bool, g: np.random.Generator
-) -> Case:
+) -> DrawnCase:
     match cell:
         case "control":
             return _control(i, short, g)
@@ -211,7 +211,7 @@ def _shares(count: int | None, kind: str) -> dict[str, int]:
     return out
 
 
-def draw(kind: str, entropy: str | int, count: int | None = None) -> list[Case]:
+def draw(kind: str, entropy: str | int, count: int | None = None) -> list[DrawnCase]:
     """Return the cases of a trial in a drawn order.
 
     Parameters
@@ -234,7 +234,7 @@ def draw(kind: str, entropy: str | int, count: int | None = None) -> list[Case]:
     if kind == "trial" and (not isinstance(entropy, str) or len(entropy) < 32):
         raise ValueError("draw: a trial needs a salt; use secrets.token_hex(32)")
     short = kind == "reduced"
-    cases: list[Case] = []
+    cases: list[DrawnCase] = []
     for cell, n in _shares(count if kind == "development" else None, kind).items():
         # a small draw of look-alikes takes whole pairs, from a drawn one on
         first = 4 * int(stream(kind, entropy, "pairs").integers(len(PAIRS)))

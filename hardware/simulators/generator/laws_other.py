@@ -6,12 +6,12 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from tests.proof.trial.generator.law import Build, Law, Numbers, between
-from tests.proof.trial.generator.scale import Scale
+from hardware.simulators.generator.law import Build, CodedLaw, Numbers, between
+from hardware.simulators.generator.scale import PlaceScale
 
 
 def _resonator(cubic: float) -> Build:
-    def build(s: float, z: Scale, d: Sequence[float]) -> Numbers:
+    def build(s: float, z: PlaceScale, d: Sequence[float]) -> Numbers:
         w = 2 * np.pi * between(0.04, 0.16, d[0]) / z.step
         m = 0.5 * s * z.c
         soft = cubic * m * w * w / z.q**2
@@ -20,25 +20,25 @@ def _resonator(cubic: float) -> Build:
     return build
 
 
-def _wave(z: Scale, d: Sequence[float]) -> tuple[float, float]:
+def _wave(z: PlaceScale, d: Sequence[float]) -> tuple[float, float]:
     return 2 * np.pi * between(0.01, 0.15, d[0]) / z.step, 2 * np.pi * d[1]
 
 
-def _turns(z: Scale, d: Sequence[float]) -> float:
+def _turns(z: PlaceScale, d: Sequence[float]) -> float:
     """Waves per unit of displacement: whole numbers a turn where the place turns."""
     return float(round(between(3, 12, d[0]))) if z.q > 1 else 2 * np.pi * between(2, 7, d[0]) / z.q
 
 
-def _sudden(s: float, z: Scale, d: Sequence[float]) -> Numbers:
+def _sudden(s: float, z: PlaceScale, d: Sequence[float]) -> Numbers:
     start = z.span * (0.2 + 0.4 * d[0])
     return {"force": s * z.force, "start": start, "end": start + z.span * (0.05 + 0.3 * d[1])}
 
 
-OTHER_LAWS: Mapping[str, Law] = {
+OTHER_LAWS: Mapping[str, CodedLaw] = {
     # any coefficient
-    "linear_drift": Law(1, lambda s, z, d: {"change": (0.9 if d[0] < 0.7 else -0.6) * s}),
-    "exponential_drift": Law(2, lambda s, z, d: {"change": 0.9 * s, "pace": 0.1 + 0.4 * d[0]}),
-    "periodic_parameter": Law(
+    "linear_drift": CodedLaw(1, lambda s, z, d: {"change": (0.9 if d[0] < 0.7 else -0.6) * s}),
+    "exponential_drift": CodedLaw(2, lambda s, z, d: {"change": 0.9 * s, "pace": 0.1 + 0.4 * d[0]}),
+    "periodic_parameter": CodedLaw(
         3,
         lambda s, z, d: {
             "change": 0.8 * s,
@@ -46,14 +46,14 @@ OTHER_LAWS: Mapping[str, Law] = {
             "phase": 6 * d[1],
         },
     ),
-    "sudden_change": Law(4, lambda s, z, d: {"change": 0.9 * s, "moment": 0.25 + 0.5 * d[0]}),
+    "sudden_change": CodedLaw(4, lambda s, z, d: {"change": 0.9 * s, "moment": 0.25 + 0.5 * d[0]}),
     # inertias and flows
-    "sine_force": Law(
+    "sine_force": CodedLaw(
         70,
         lambda s, z, d: {"force": s * z.force, "rate": _wave(z, d)[0], "phase": _wave(z, d)[1]},
     ),
-    "pulse_force": Law(71, _sudden),
-    "bursts": Law(
+    "pulse_force": CodedLaw(71, _sudden),
+    "bursts": CodedLaw(
         77,
         lambda s, z, d: {
             "force": s * z.force,
@@ -61,17 +61,17 @@ OTHER_LAWS: Mapping[str, Law] = {
             "key": d[1],
         },
     ),
-    "cogging": Law(
+    "cogging": CodedLaw(
         72,
         lambda s, z, d: {"force": s * z.force, "waves": _turns(z, d), "phase": 6 * d[1]},
         fastest=lambda p, z: 6 * p["waves"] * z.f,
     ),
-    "cogging_harmonics": Law(
+    "cogging_harmonics": CodedLaw(
         76,
         lambda s, z, d: {"force": s * z.force, "waves": _turns(z, d), "phase": 6 * d[1]},
         fastest=lambda p, z: 18 * p["waves"] * z.f,
     ),
-    "eccentricity": Law(
+    "eccentricity": CodedLaw(
         75,
         lambda s, z, d: {
             "factor": s * z.force / z.fr**2,
@@ -80,11 +80,11 @@ OTHER_LAWS: Mapping[str, Law] = {
         },
         fastest=lambda p, z: 6 * p["waves"] * z.f,
     ),
-    "attached_mass": Law(73, _resonator(0.0), 2),
-    "attached_hardening_mass": Law(73, _resonator(0.3), 2),
-    "bent_path": Law(74, lambda s, z, d: {"factor": 4 * s / z.q**2}),
+    "attached_mass": CodedLaw(73, _resonator(0.0), 2),
+    "attached_hardening_mass": CodedLaw(73, _resonator(0.3), 2),
+    "bent_path": CodedLaw(74, lambda s, z, d: {"factor": 4 * s / z.q**2}),
     # transformers and gyrators
-    "polynomial_ratio": Law(
+    "polynomial_ratio": CodedLaw(
         80,
         lambda s, z, d: {
             "change": -0.7 * s,
@@ -92,43 +92,47 @@ OTHER_LAWS: Mapping[str, Law] = {
             "skew": 0.0 if d[0] < 0.5 else 0.4,
         },
     ),
-    "falling_ratio": Law(81, lambda s, z, d: {"change": 4 * s, "size": z.q}),
-    "levelling_ratio": Law(82, lambda s, z, d: {"change": 0.9 * s, "size": 0.4 * z.q}),
-    "late_iron": Law(
+    "falling_ratio": CodedLaw(81, lambda s, z, d: {"change": 4 * s, "size": z.q}),
+    "levelling_ratio": CodedLaw(82, lambda s, z, d: {"change": 0.9 * s, "size": 0.4 * z.q}),
+    "late_iron": CodedLaw(
         83,
         lambda s, z, d: {"change": 4 * s, "size": z.q, "time": between(5, 60, d[0]) * z.step},
         1,
     ),
     # the source
-    "dead_time": Law(
+    "dead_time": CodedLaw(
         90,
         # whole parts of an interval, so that the jumps of a held command fall between the steps
         lambda s, z, d: {"time": max(1, round(1000 * s)) * z.step / 200},
         fastest=lambda p, z: 299.9 / z.step,
     ),
-    "hard_limit": Law(91, lambda s, z, d: {"limit": z.um * (1 - 0.9 * s)}),
-    "knee": Law(
+    "hard_limit": CodedLaw(91, lambda s, z, d: {"limit": z.um * (1 - 0.9 * s)}),
+    "knee": CodedLaw(
         92, lambda s, z, d: {"limit": 0.35 * z.um / np.sqrt(s), "sharpness": 6 + 14 * d[0]}
     ),
-    "hyperbolic_tangent": Law(93, lambda s, z, d: {"limit": z.um * 0.4 / s}),
-    "dead_band": Law(94, lambda s, z, d: {"upper": s * 0.7 * z.um, "lower": s * 0.7 * z.um}),
-    "uneven_dead_band": Law(
+    "hyperbolic_tangent": CodedLaw(93, lambda s, z, d: {"limit": z.um * 0.4 / s}),
+    "dead_band": CodedLaw(94, lambda s, z, d: {"upper": s * 0.7 * z.um, "lower": s * 0.7 * z.um}),
+    "uneven_dead_band": CodedLaw(
         94, lambda s, z, d: {"upper": s * 0.7 * z.um, "lower": s * 0.7 * z.um * (0.1 + 0.4 * d[0])}
     ),
-    "soft_dead_band": Law(102, lambda s, z, d: {"width": s * 0.7 * z.um}),
-    "first_order": Law(95, lambda s, z, d: {"time": 6 * s * z.step}, 1, lambda p, z: 1 / p["time"]),
-    "two_lags": Law(96, lambda s, z, d: {"time": 3 * s * z.step}, 2, lambda p, z: 1 / p["time"]),
-    "rate_limit": Law(
+    "soft_dead_band": CodedLaw(102, lambda s, z, d: {"width": s * 0.7 * z.um}),
+    "first_order": CodedLaw(
+        95, lambda s, z, d: {"time": 6 * s * z.step}, 1, lambda p, z: 1 / p["time"]
+    ),
+    "two_lags": CodedLaw(
+        96, lambda s, z, d: {"time": 3 * s * z.step}, 2, lambda p, z: 1 / p["time"]
+    ),
+    "rate_limit": CodedLaw(
         97, lambda s, z, d: {"up": z.rate * (1 - 0.97 * s), "down": z.rate * (1 - 0.97 * s)}
     ),
-    "uneven_rate_limit": Law(
+    "uneven_rate_limit": CodedLaw(
         97, lambda s, z, d: {"up": z.rate * (1 - 0.97 * s), "down": z.rate * 2}
     ),
-    "dropouts": Law(
+    "dropouts": CodedLaw(
         98,
         lambda s, z, d: {"loss": s, "length": between(10, 80, d[0]) * z.step, "key": d[1]},
     ),
-    "tiring_gain": Law(
+    "tiring_gain": CodedLaw(
         99,
         lambda s, z, d: {
             "change": 0.5 * s,
@@ -137,8 +141,8 @@ OTHER_LAWS: Mapping[str, Law] = {
         },
         1,
     ),
-    "sticking_spool": Law(101, lambda s, z, d: {"threshold": 0.5 * s * z.um, "key": d[0]}),
-    "rate_dependent_gain": Law(
+    "sticking_spool": CodedLaw(101, lambda s, z, d: {"threshold": 0.5 * s * z.um, "key": d[0]}),
+    "rate_dependent_gain": CodedLaw(
         104,
         lambda s, z, d: {"change": 2 * s, "time": 5 * z.step, "size": 0.5 * z.um},
         1,

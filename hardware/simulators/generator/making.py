@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tests.proof.trial.generator.case import Case
-from tests.proof.trial.generator.parameters import ALL_PLANTS
-from tests.proof.trial.generator.sizing import Bench, Sized, bench_of, size
+from hardware.simulators.generator.case import DrawnCase
+from hardware.simulators.generator.parameters import ALL_PLANTS
+from hardware.simulators.generator.sizing import CaseBench, Sized, bench_of, size
 
 Array = NDArray[np.float64]
 
@@ -18,7 +18,7 @@ UNIT = 2.4
 """Unit of a coarse converter in parts of the rms of the noise; such a converter is declared."""
 
 
-def noisy(case: Case, clean: Array, e: Array, std: Array) -> Array:
+def noisy(case: DrawnCase, clean: Array, e: Array, std: Array) -> Array:
     """Add noise; with a coarse converter part of its rms is rounding."""
     if case.noise["kind"] != "quantised":
         return np.asarray(clean + e * std)
@@ -33,7 +33,7 @@ BOW = 0.2
 """Largest bow of a converter's line in parts of the rms of the noise, and half a unit at most."""
 
 
-def converted(case: Case, y: Array, std: Array) -> tuple[Array, Array]:
+def converted(case: DrawnCase, y: Array, std: Array) -> tuple[Array, Array]:
     """Return what a converter of the drawn width makes of the readings, and its units.
 
     Its range holds the largest reading with the drawn headroom; its line is bowed a little. The
@@ -49,7 +49,7 @@ def converted(case: Case, y: Array, std: Array) -> tuple[Array, Array]:
 
 
 def disturbed(
-    case: Case, y: Array, std: Array, rng: np.random.Generator
+    case: DrawnCase, y: Array, std: Array, rng: np.random.Generator
 ) -> tuple[Array, Mapping[str, Any]]:
     """Return the readings with the nuisance of a control, and what was done."""
     if case.control_kind == "outliers":
@@ -61,7 +61,7 @@ def disturbed(
     return y, {}
 
 
-def record(case: Case) -> tuple[dict[str, Array | str], dict[str, Any]]:
+def record(case: DrawnCase) -> tuple[dict[str, Array | str], dict[str, Any]]:
     """Return what the tool may see of a case, and the truth.
 
     Returns
@@ -123,7 +123,7 @@ def _plain(e: Sized) -> dict[str, Any]:
     }
 
 
-def together(bench: Bench, effects: list[Sized]) -> tuple[tuple[Array, Array], list[Sized]]:
+def together(bench: CaseBench, effects: list[Sized]) -> tuple[tuple[Array, Array], list[Sized]]:
     """Simulate all effects; where two together run away, both become weaker."""
     while (made := bench.simulate(effects)) is None:
         effects = [bench.sized(e.hidden, e.strength / 3) for e in effects]

@@ -34,7 +34,7 @@ class Hidden:
 
 
 @dataclass(frozen=True, slots=True)
-class Case:
+class DrawnCase:
     """One recording to be made.
 
     Parameters

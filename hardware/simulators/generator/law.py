@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
-from tests.proof.trial.generator.scale import Scale
+from hardware.simulators.generator.scale import PlaceScale
 
 Numbers = Mapping[str, float]
-Build = Callable[[float, Scale, Sequence[float]], Numbers]
+Build = Callable[[float, PlaceScale, Sequence[float]], Numbers]
 
 
 @dataclass(frozen=True, slots=True)
-class Law:
+class CodedLaw:
     """A law of the C code.
 
     Parameters
@@ -30,7 +30,7 @@ class Law:
     kind: int
     build: Build
     states: int = 0
-    fastest: Callable[[Numbers, Scale], float] = lambda numbers, scale: 0.0
+    fastest: Callable[[Numbers, PlaceScale], float] = lambda numbers, scale: 0.0
 
 
 def between(low: float, high: float, draw: float) -> float:
