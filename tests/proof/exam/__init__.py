@@ -15,6 +15,7 @@ Every recording is diagnosed once and its answer kept; with another ``--answers`
 sat anew. Half recordings and transplants (what the repaired model makes of the same command)
 should be answered as the recordings are, whatever the truth is.
 
-``cells`` says what is drawn, ``vocabulary`` which laws and what they may be called, ``truths`` and
-``said`` are the two sides, ``judging`` lays them beside each other, ``counting`` counts.
+``cells`` says what is drawn, ``truths`` and ``said`` read the two sides, the judge of the product
+(`hardware.simulators.judging`) lays them beside each other, ``counting`` counts. Which laws hide
+where, and what they may be called, the generator says (``exam_places``, ``accepted``).
 """

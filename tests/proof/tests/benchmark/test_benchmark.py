@@ -14,6 +14,7 @@ import jsonschema
 import numpy as np
 import pytest
 
+from actuators.models.plants import plant_model
 from bondgraph.export.graph_json.read_graph import from_json
 from hardware.simulators.generator.families import FAMILIES, FAMILY_OF
 from hardware.simulators.judging.claims import exam_answer_of
@@ -25,7 +26,6 @@ from tests.proof.benchmark.exporting import HERE, open_truths, truth_row
 from tests.proof.exam.counting import score_exam, stated
 from tests.proof.exam.generating import generate_exam
 from tests.proof.trial.layout import Layout
-from tests.proof.trial.models import blind_model
 from tests.proof.trial.rates import Rate
 from tests.proof.trial.running import recording_of
 from tests.proof.trial.truths import read_public
@@ -282,7 +282,7 @@ def test_what_an_entrant_gets(tmp_path: Path, capsys: pytest.CaptureFixture[str]
             assert table[:, k] == pytest.approx(recording[name], rel=1e-9)
         assert set(p.sensors) <= set(row["elements"])
         model = out / "models" / f"{p.plant}.json"
-        assert from_json(model).elements.keys() == blind_model(p.plant).elements.keys()
+        assert from_json(model).elements.keys() == plant_model(p.plant).elements.keys()
         assert "/dt := " in model.with_suffix(".txt").read_text()
         assert (out / "models" / f"{p.plant}.fmu").stat().st_size > 10_000
     told = json.loads((out / "vocabulary.json").read_text())

@@ -61,6 +61,13 @@ def test_the_hash_is_of_salt_and_canonical_text() -> None:
     assert truths_hash("ab12", ROWS) == seal(ROWS, "ab12")
 
 
+def test_generator_and_judge_belong_to_the_proof(monkeypatch: pytest.MonkeyPatch) -> None:
+    tool, proof = source_hash(("hardware",)), source_hash(PROOF)
+    monkeypatch.setattr(commitment, "JUDGES", ())
+    assert source_hash(("hardware",)) != tool
+    assert source_hash(PROOF) == proof
+
+
 def test_the_commitment_holds_what_must_be_fixed_before_the_run(layout: Layout) -> None:
     path = commit(layout, ROWS, "ab12")
     content = json.loads(path.read_text(encoding="utf-8"))

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from actuators.models.plants.sensors import SPREAD, wanted
 from bondgraph import GY, BondGraph, C, Da, Df, Dq, I, One, R, Se, Zero
-from tests.proof.trial.models.sensors import SPREAD, wanted
 
 SENSORS = ("i", "x_1", "a_2")
 
 
 def table(sensors: Sequence[str] | None = None) -> BondGraph:
-    """Return u - R_w, L_w - K_f - m_1, b_1 - k_c, b_c - m_2, b_2.
+    """Return a linear motor that moves a carriage with a payload on an elastic coupling.
+
+    u - R_w, L_w - K_f - m_1, b_1 - k_c, b_c - m_2, b_2.
 
     Parameters
     ----------

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from actuators.models.plants.sensors import SPREAD, wanted
 from bondgraph import BondGraph, C, Df, Dq, I, One, R, Se, Zero
-from tests.proof.trial.models.sensors import SPREAD, wanted
 
 SENSORS = ("a_1", "w_2")
 
@@ -20,7 +20,9 @@ def servo(
     load: float = 6e-4,
     load_damping: float = 3e-3,
 ) -> BondGraph:
-    """Return T_m - J_1, b_1 - k_c, b_c - J_2, b_2.
+    """Return a motor under current control that turns a load through an elastic coupling.
+
+    T_m - J_1, b_1 - k_c, b_c - J_2, b_2.
 
     Parameters
     ----------

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from actuators.models.plants.sensors import SPREAD, wanted
 from bondgraph import BondGraph, C, De, One, R, Sf, Zero
-from tests.proof.trial.models.sensors import SPREAD, wanted
 
 SENSORS = ("T_1", "T_2")
 
@@ -18,7 +18,9 @@ def oven(
     chamber: float = 1500.0,
     outside: float = 0.5,
 ) -> BondGraph:
-    """Return P - C_1 - R_12 - C_2 - R_out, in deviations from the working point.
+    """Return a heater, the chamber around it, and what escapes to the room.
+
+    P - C_1 - R_12 - C_2 - R_out, in deviations from the working point.
 
     Parameters
     ----------

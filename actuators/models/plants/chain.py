@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from actuators.models.plants.sensors import SPREAD, wanted
 from bondgraph import BondGraph, C, Dq, I, One, R, Se, Zero
-from tests.proof.trial.models.sensors import SPREAD, wanted
 
 SENSORS = ("x_1", "x_2", "x_3")
 
@@ -17,7 +17,9 @@ def chain(
     stiffness: float = 1e4,
     damping: float = 8.0,
 ) -> BondGraph:
-    """Return wall - k_1, b_1 - m_1 - k_2, b_2 - m_2 - k_3, b_3 - m_3, pushed at ``m_1`` by ``F``.
+    """Return three masses in a row on springs, one end at a wall.
+
+    wall - k_1, b_1 - m_1 - k_2, b_2 - m_2 - k_3, b_3 - m_3, pushed at ``m_1`` by ``F``.
 
     Parameters
     ----------

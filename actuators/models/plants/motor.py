@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from actuators.models.plants.sensors import SPREAD, wanted
 from bondgraph import GY, TF, BondGraph, C, Df, I, One, R, Se, Zero
-from tests.proof.trial.models.sensors import SPREAD, wanted
 
 SENSORS = ("i", "w_1", "w_2")
 
@@ -24,7 +24,9 @@ def motor(
     load: float = 1e-3,
     load_damping: float = 2e-3,
 ) -> BondGraph:
-    """Return u - R_w, L_w - K_m - J_1, b_1 - gear n - k_s, b_s - J_2, b_2.
+    """Return a DC motor that turns a load through a gear and an elastic shaft.
+
+    u - R_w, L_w - K_m - J_1, b_1 - gear n - k_s, b_s - J_2, b_2.
 
     Parameters
     ----------

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from actuators.models.plants.sensors import SPREAD, wanted
 from bondgraph import BondGraph, C, Df, Dq, I, One, R, Sf, Zero
-from tests.proof.trial.models.sensors import SPREAD, wanted
 
 SENSORS = ("v_u", "v_b", "s_d")
 
@@ -20,7 +20,9 @@ def corner(
     damper: float = 1200.0,
     body: float = 300.0,
 ) -> BondGraph:
-    """Return v_r - k_t, b_t - m_u - k_s, b_s - m_b.
+    """Return a corner of a vehicle: road, tyre, wheel, suspension, body.
+
+    v_r - k_t, b_t - m_u - k_s, b_s - m_b.
 
     Parameters
     ----------

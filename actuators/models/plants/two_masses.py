@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from actuators.models.plants.sensors import SPREAD
 from bondgraph import BondGraph, C, I, One, R, Se, Zero
 from bondgraph.graph.elements import Junction
 from bondgraph.laws.law import Law
-from tests.proof.trial.models.sensors import SPREAD
 
 
 @dataclass(frozen=True, slots=True)
-class Pair:
+class SprungMass:
     """Values of a mass and of the spring and damper before it; kg, N/m, N s/m."""
 
     mass: float
@@ -19,7 +19,9 @@ class Pair:
     damping: float
 
 
-def two_masses(g: BondGraph, near: Pair, far: Pair, law: Law | None = None) -> list[Junction]:
+def two_masses(
+    g: BondGraph, near: SprungMass, far: SprungMass, law: Law | None = None
+) -> list[Junction]:
     """Add wall - k_1, b_1 - m_1 - k_2, b_2 - m_2, pushed at ``m_1`` by ``F``.
 
     Parameters

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from actuators.models.plants.sensors import SPREAD, wanted
 from bondgraph import BondGraph, C, De, One, R, Sf, Zero
-from tests.proof.trial.models.sensors import SPREAD, wanted
 
 SENSORS = ("p_1", "p_2", "p_3")
 
@@ -17,7 +17,9 @@ def tanks(
     pipe: float = 1e7,
     outlet: float = 1.5e7,
 ) -> BondGraph:
-    """Return q_in - C_1 - R_12 - C_2 - R_23 - C_3 - R_out.
+    """Return three tanks in a row, filled into the first.
+
+    q_in - C_1 - R_12 - C_2 - R_23 - C_3 - R_out.
 
     Parameters
     ----------

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from actuators.models.plants.sensors import SPREAD, wanted
 from bondgraph import TF, BondGraph, C, De, Dq, I, One, R, Sf, Zero
-from tests.proof.trial.models.sensors import SPREAD, wanted
 
 SENSORS = ("p", "x")
 
@@ -19,7 +19,9 @@ def cylinder(
     mass: float = 20.0,
     damping: float = 600.0,
 ) -> BondGraph:
-    """Return q_v - C_h, R_l - A - m, b.
+    """Return a hydraulic cylinder that moves a mass; nothing holds its position.
+
+    q_v - C_h, R_l - A - m, b.
 
     Parameters
     ----------

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from scipy.signal import StateSpace, lsim
 
+from actuators.models.plants import PLANT_MODELS, plant_model
 from bondgraph import UnknownName, UnusableInput
 from bondgraph.graph.drives import Drive
 from bondgraph.graph.elements import Source, TwoPort, Valued
 from bondgraph.support.arrays import FloatArray as Array
 from hardware.simulators.generator.parameters import PLANTS
-from tests.proof.trial.models import MODELS, blind_model
 from tests.settled import simulate
 
 
@@ -86,12 +86,12 @@ def probe(p: dict[str, float]) -> tuple[Array, Array, Array, Array]:
 BY_HAND = {f.__name__: f for f in (chain, stack, motor, corner, tanks, probe)}
 
 
-@pytest.mark.parametrize("plant", sorted(MODELS))
+@pytest.mark.parametrize("plant", sorted(PLANTS))
 def test_model_answers_as_the_equations_written_by_hand(plant: str) -> None:
     public, rng = PLANTS[plant], np.random.default_rng(5)
     # every value moved by its own factor, so that no two elements can be exchanged unseen
     values = {n: v * float(rng.uniform(0.8, 1.25)) for n, (v, _) in public.nominal.items()}
-    graph = blind_model(plant)
+    graph = plant_model(plant)
     moved = graph.with_values({n: 1 / v if n in ("alpha", "n") else v for n, v in values.items()})
     t = np.arange(400) * public.step
     u = np.cumsum(rng.standard_normal(t.size))
@@ -108,9 +108,9 @@ def _columns(a: Array, b: Array, c: Array, d: Array) -> tuple[Array, Array, Arra
     return a, b[:, None], c, d[:, None]
 
 
-@pytest.mark.parametrize("plant", sorted(MODELS))
+@pytest.mark.parametrize("plant", sorted(PLANTS))
 def test_names_values_and_units_are_the_public_ones(plant: str) -> None:
-    graph, public = blind_model(plant), PLANTS[plant]
+    graph, public = plant_model(plant), PLANTS[plant]
     assert graph.check() == ()
     elements = {e.name for e in graph.of_type(Valued, TwoPort)}
     assert elements == set(public.nominal)
@@ -120,20 +120,20 @@ def test_names_values_and_units_are_the_public_ones(plant: str) -> None:
 
 
 def test_sensors_are_picked_and_unknown_ones_refused() -> None:
-    graph = blind_model("chain", ["x_3", "x_1"])
+    graph = plant_model("chain", ["x_3", "x_1"])
     assert "x_1" in graph.elements
     assert "x_2" not in graph.elements
     with pytest.raises(UnknownName):
-        blind_model("chain", ["x_4"])
+        plant_model("chain", ["x_4"])
     with pytest.raises(UnknownName):
-        blind_model("chains")
+        plant_model("chains")
     with pytest.raises(UnusableInput):
-        blind_model("tanks", [])
+        plant_model("tanks", [])
 
 
 def test_a_declared_dead_time_is_a_parameter_of_the_command() -> None:
-    graph = blind_model("probe", None, 0.004)
+    graph = plant_model("probe", None, 0.004)
     (source,) = graph.of_type(Source)
     assert source.drive == Drive(delay="delay_F")
     assert graph.parameters["delay_F"].value == 0.004
-    assert blind_model("probe")["F"] == MODELS["probe"](None)["F"]
+    assert plant_model("probe")["F"] == PLANT_MODELS["probe"](None)["F"]

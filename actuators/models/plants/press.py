@@ -4,16 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from actuators.models.plants.sensors import wanted
+from actuators.models.plants.two_masses import SprungMass, two_masses
 from bondgraph import BondGraph, Da, Dq, Reading, effort
 from bondgraph.laws.polynomial import Polynomial
-from tests.proof.trial.models.sensors import wanted
-from tests.proof.trial.models.two_masses import Pair, two_masses
 
 SENSORS = ("x_1", "a_2", "f_2")
 
 
 def press(sensors: Sequence[str] | None = None) -> BondGraph:
-    """Return wall - k_1 (hardening), b_1 - m_1 - k_2, b_2 - m_2, pushed at ``m_1`` by ``F``.
+    """Return two masses on springs of which the first is known to harden.
+
+    wall - k_1 (hardening), b_1 - m_1 - k_2, b_2 - m_2, pushed at ``m_1`` by ``F``.
 
     Parameters
     ----------
@@ -23,7 +25,7 @@ def press(sensors: Sequence[str] | None = None) -> BondGraph:
     read = wanted("press", SENSORS, sensors)
     hardening = Polynomial(half=1e-3, size=0.2, orders=(3,), unit="N")
     with BondGraph("press") as g:
-        near, far = two_masses(g, Pair(5.0, 8e4, 60.0), Pair(2.0, 5e4, 30.0), hardening)
+        near, far = two_masses(g, SprungMass(5.0, 8e4, 60.0), SprungMass(2.0, 5e4, 30.0), hardening)
         if "x_1" in read:
             near >> Dq("x_1", unit="m")
         if "a_2" in read:

@@ -4,15 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from actuators.models.plants.sensors import SPREAD, wanted
 from bondgraph import GY, TF, BondGraph, C, Da, De, Df, I, One, R, Se, Zero
 from bondgraph.laws.polynomial import Polynomial
-from tests.proof.trial.models.sensors import SPREAD, wanted
 
 SENSORS = ("i", "a", "p")
 
 
 def speaker(sensors: Sequence[str] | None = None) -> BondGraph:
-    """Return u - R_e, L_e - Bl - m, k (hardening), b - S_d - C_b, R_b.
+    """Return a loudspeaker in a closed box; its suspension is known to harden.
+
+    u - R_e, L_e - Bl - m, k (hardening), b - S_d - C_b, R_b.
 
     Parameters
     ----------

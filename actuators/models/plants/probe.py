@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from actuators.models.plants.sensors import SPREAD, wanted
 from bondgraph import GY, BondGraph, C, De, Dq, I, One, R, Se, Zero
-from tests.proof.trial.models.sensors import SPREAD, wanted
 
 SENSORS = ("x", "v_f")
 
@@ -20,7 +20,9 @@ def probe(
     resistance: float = 200.0,
     capacitance: float = 1e-5,
 ) -> BondGraph:
-    """Return F - m, k, b - K_g - R_g in series with C_f.
+    """Return a mass on a spring with a voice coil that feeds a filter.
+
+    F - m, k, b - K_g - R_g in series with C_f.
 
     Parameters
     ----------

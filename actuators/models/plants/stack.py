@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from actuators.models.plants.sensors import SPREAD, wanted
 from bondgraph import TF, BondGraph, C, Df, Dq, I, One, R, Se, Zero
-from tests.proof.trial.models.sensors import SPREAD, wanted
 
 SENSORS = ("i", "x")
 
@@ -20,7 +20,9 @@ def stack(
     stiffness: float = 5e6,
     damping: float = 95.0,
 ) -> BondGraph:
-    """Return V - R_a - C_a, coupled to m, k, b: force ``alpha v_C``, current ``alpha dx/dt``.
+    """Return a piezo stack that moves a mass, behind the resistance of its amplifier.
+
+    V - R_a - C_a, coupled to m, k, b: force ``alpha v_C``, current ``alpha dx/dt``.
 
     Parameters
     ----------

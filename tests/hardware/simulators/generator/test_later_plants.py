@@ -5,14 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from actuators.models.plants import PLANT_MODELS, plant_model
 from bondgraph.graph.elements import TwoPort, Valued
 from bondgraph.support.arrays import FloatArray as Array
 from hardware.simulators.generator.excitation import command
 from hardware.simulators.generator.laws_withheld import WITHHELD_LAWS
 from hardware.simulators.generator.native import Row, run
 from hardware.simulators.generator.parameters import ALL_PLANTS, SHAKEN_PLANTS, WITHHELD_PLANTS
-from tests.proof.tests.excited import excited, moved
-from tests.proof.trial.models import LATER_MODELS, blind_model
+from tests.hardware.simulators.generator.excited import excited, moved
 from tests.settled import simulate
 
 PLANTS = (*SHAKEN_PLANTS, *WITHHELD_PLANTS)
@@ -20,7 +20,7 @@ PLANTS = (*SHAKEN_PLANTS, *WITHHELD_PLANTS)
 
 @pytest.mark.parametrize("plant", PLANTS)
 def test_two_codes_agree_on_the_plain_plant(plant: str) -> None:
-    public, graph = ALL_PLANTS[plant], blind_model(plant)
+    public, graph = ALL_PLANTS[plant], plant_model(plant)
     u = command(plant, "multisine", 400, 1.0, np.random.default_rng(3))
     u[0] = 0  # both start at rest
     made = excited(plant, (), u)
@@ -34,13 +34,13 @@ def test_two_codes_agree_on_the_plain_plant(plant: str) -> None:
 
 @pytest.mark.parametrize("plant", PLANTS)
 def test_the_model_has_the_public_names_and_values(plant: str) -> None:
-    graph, public = blind_model(plant), ALL_PLANTS[plant]
+    graph, public = plant_model(plant), ALL_PLANTS[plant]
     assert graph.check() == ()
     hardening = {n for n in public.nominal if n.startswith("a_3")}
     assert {e.name for e in graph.of_type(Valued, TwoPort)} | hardening == set(public.nominal)
     for name, (value, _) in public.nominal.items():
         assert graph.parameters[name].value == pytest.approx(value), name
-    assert set(LATER_MODELS) == set(PLANTS)
+    assert list(PLANT_MODELS) == list(ALL_PLANTS)
 
 
 def test_what_comes_to_rest() -> None:
