@@ -48,6 +48,22 @@ class Sealed:
         salt, payload = os.urandom(_SALT_BYTES).hex(), _canonical(truth)
         return cls(_digest(salt, payload), salt, payload)
 
+    def content(self) -> dict[str, Any]:
+        """Give the plain values after checking them against the hash.
+
+        Raises
+        ------
+        SealBrokenError
+            If salt or payload was changed after sealing.
+        """
+        if not hmac.compare_digest(_digest(self.salt, self.payload), self.hash):
+            raise SealBrokenError(
+                f"the envelope does not match its commitment {self.hash[:12]}...: the truth or "
+                "the salt was changed after sealing; discard this run"
+            )
+        values: dict[str, Any] = json.loads(self.payload)
+        return values
+
     def save(self, path: str | Path) -> None:
         """Write hash, salt and payload as JSON, at once or not at all.
 
@@ -72,12 +88,7 @@ class SealedTruth(Sealed):
         SealBrokenError
             If salt or payload was changed after sealing.
         """
-        if not hmac.compare_digest(_digest(self.salt, self.payload), self.hash):
-            raise SealBrokenError(
-                f"the envelope does not match its commitment {self.hash[:12]}...: the truth or "
-                "the salt was changed after sealing; discard this run"
-            )
-        return Truth.from_dict(json.loads(self.payload))
+        return Truth.from_dict(self.content())
 
     @classmethod
     def load(cls, path: str | Path) -> SealedTruth:

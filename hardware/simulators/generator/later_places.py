@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from hardware.simulators.generator.exam_places import REWRITTEN, Table, widened
+from hardware.simulators.generator.exam_places import EXAM_SINGLES, REWRITTEN, Table, widened
 from hardware.simulators.generator.parameters import ALL_PLANTS, SHAKEN_PLANTS, WITHHELD_PLANTS
 from hardware.simulators.generator.vocabulary import (
     CARRIERS,
@@ -99,6 +99,9 @@ _ALL_DAMPERS: Places = {**DAMPERS, "cylinder": ("b",), "servo": ("b_1", "b_2"), 
 
 WRONG_GAIN: Table = (("sensor_gain", "wrong_gain", _EVERY_SENSOR),)
 """A sensor that is wrongly calibrated."""
+
+LATER_SINGLES: Table = (*widened(EXAM_SINGLES, LATER), *WRONG_GAIN)
+"""Effects by laws that the catalogue may be expected to hold, in every plant."""
 
 MIXED_UP: Table = (
     ("unknown", "swapped", _SEVERAL),

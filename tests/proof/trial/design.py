@@ -15,17 +15,16 @@ from hardware.simulators.generator.drawing import stream
 from hardware.simulators.generator.exam_places import (
     EXAM_FORMS,
     EXAM_OUTSIDE,
-    EXAM_SINGLES,
     Table,
     widened,
 )
 from hardware.simulators.generator.later_places import (
     LATER,
     LATER_REWRITTEN,
+    LATER_SINGLES,
     MIXED_UP,
     WITHHELD_FORMS,
     WITHHELD_OUTSIDE,
-    WRONG_GAIN,
 )
 from hardware.simulators.generator.parameters import ALL_PLANTS, WITHHELD_PLANTS
 from hardware.simulators.generator.vocabulary import Places
@@ -61,11 +60,9 @@ COUNTS: Mapping[str, int] = MappingProxyType(
 BITS = (12, 14, 16)
 """Widths of the converters that read the sensors."""
 
-_SINGLES: Table = (*widened(EXAM_SINGLES, LATER), *WRONG_GAIN)
-
 SEALED = world(
     tuple(ALL_PLANTS),
-    single=_SINGLES,
+    single=LATER_SINGLES,
     form=widened(EXAM_FORMS, LATER),
     rewritten=LATER_REWRITTEN,
     outside=widened(EXAM_OUTSIDE, LATER),
