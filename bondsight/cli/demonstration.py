@@ -9,6 +9,7 @@ import time
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
+from shlex import quote
 from typing import Any
 
 import numpy as np
@@ -125,7 +126,7 @@ def demo(seed: int | None, folder: Path, jobs: int, wish: Wish) -> int:
     print(f"{SHOWN[made.plant]} Something may be concealed in it.")
     print(f"truth sealed:   sha256 {made.sealed.hash}")
     print(f"recording:      {made.path} ({', '.join(f'{k} [{u}]' for k, u in units.items())})")
-    print(f"declared model: {made.plant}, linear as in a textbook; bondsight models {made.plant}")
+    print(f"declared model: {made.plant} (bondsight models {made.plant} describes it)")
     with Bar(quiet=not sys.stderr.isatty()) as bar:
         found = run(made, jobs, bar)
     print(f"\n{in_words(found)}")
@@ -134,6 +135,8 @@ def demo(seed: int | None, folder: Path, jobs: int, wish: Wish) -> int:
     print(f"\nseal opened:    {outcome.truth} (seed {seed})")
     print(f"the verdict is: {outcome.result}")
     print(f"verdict:        {written}\nreport:         {report}")
+    again = f"bondsight diagnose {quote(str(made.path))} --model {made.plant} --hold {HOLD}"
+    print(f"again by hand:  {again}")
     return 0
 
 
