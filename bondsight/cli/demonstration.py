@@ -27,7 +27,7 @@ from bondsight.cli.judged import Outcome, judge, summary
 from bondsight.cli.progress import Bar
 from hardware.simulators.generator.showing import SHOWN, effects_of, plants_of, shown
 from hardware.simulators.judging.truths import truth_of
-from hardware.simulators.seal import Sealed
+from hardware.simulators.seal import SealedEnvelope
 from identification.diagnosis.diagnose import Diagnosis, diagnose
 from identification.diagnosis.search.candidates import DiagnosisOptions
 from identification.diagnosis.studio import write_report
@@ -71,11 +71,11 @@ class Concealed:
     plant: str
     path: Path
     recording: Recording
-    sealed: Sealed
+    sealed: SealedEnvelope
 
     def opened(self, found: Diagnosis) -> Outcome:
         """Open the seal and compare; the truth is checked against its hash."""
-        return judge(truth_of(self.sealed.content()), found)
+        return judge(truth_of(self.sealed.truth()), found)
 
 
 def conceal(seed: int, wish: Wish, path: Path) -> Concealed:
@@ -92,7 +92,7 @@ def conceal(seed: int, wish: Wish, path: Path) -> Concealed:
         raise UnusableInput(f"demo: {error}") from None
     recording = _recording(channels, path.stem)
     recording.write_csv(path)
-    return Concealed(seed, truth["plant"], path, recording, Sealed.closed(truth))
+    return Concealed(seed, truth["plant"], path, recording, SealedEnvelope.closed(truth))
 
 
 def _recording(channels: Mapping[str, Any], name: str) -> Recording:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from types import MappingProxyType
 from typing import Any
 
@@ -14,6 +15,7 @@ from hardware.simulators.generator.drawing import stream
 from hardware.simulators.generator.later_places import LATER_SINGLES
 from hardware.simulators.generator.making_exam import exam_record
 from hardware.simulators.generator.parameters import ALL_PLANTS, SPREAD
+from hardware.simulators.generator.sizing import bench_of
 from hardware.simulators.generator.vocabulary import Choice
 
 Array = NDArray[np.float64]
@@ -63,10 +65,14 @@ STRENGTHS_DB = (10.0, 30.0)
 """Range of what an effect moves over the noise: 3 to 30 times."""
 
 SHOWS = 3.0
-"""What is drawn is drawn again if it moves no reading by so many times its noise."""
+"""What is drawn is drawn again if other values of the parameters leave less of it than that, over
+the noise, in every reading."""
 
-TURNS = 6
-"""Draws at most: an effect that never reaches that strength is shown as weak as it is."""
+TURNS = 8
+"""Draws at most: an effect that never leaves that much is shown as weak as it is."""
+
+STEP = 0.01
+"""Part of a parameter by which it is changed to see what it could imitate."""
 
 
 def effects_of(plant: str | None = None) -> tuple[str, ...]:
@@ -138,12 +144,38 @@ def shown(
         Without gcc: the plants are C code.
     """
     for turn in range(TURNS):
-        channels, truth = exam_record(draw_shown(seed, plant, effect, turn))
-        if not truth["effects"] or max(truth["moved"].values()) >= SHOWS:
+        case = draw_shown(seed, plant, effect, turn)
+        channels, truth = exam_record(case)
+        if not case.effects or left_over(case, truth) >= SHOWS:
             break
         # the wish that the first draw made stays, so that weak effects are no rarer than others
-        plant, effect = truth["plant"], truth["effects"][0]["effect"]
+        plant, effect = case.plant, case.effects[0].effect
     return channels, truth
+
+
+def left_over(case: DrawnCase, truth: Mapping[str, Any]) -> float:
+    """Return what small changes of all parameters leave of the effects, over the noise.
+
+    The rms of the reading that shows it best.
+    """
+    bench = bench_of(case)
+    noise = np.array([truth["noise_std"][k] for k in case.sensors])
+    strengths = [e["strength"] for e in truth["effects"]]
+    made = bench.simulate([bench.sized(*e) for e in zip(case.effects, strengths, strict=True)])
+    assert made is not None, case.id
+
+    def over_noise(readings: Array) -> Array:
+        away = (readings[: case.samples] - bench.base.readings[: case.samples]) / noise
+        return (away - away.mean(axis=0)).ravel()
+
+    imitations = []
+    for name, value in case.parameters.items():
+        other = {**case.parameters, name: (1 + STEP) * value}
+        imitations.append(over_noise(bench_of(replace(case, parameters=other)).base.readings))
+    columns = np.stack(imitations, axis=1)
+    away = over_noise(made[1])
+    rest = away - columns @ np.linalg.lstsq(columns, away, rcond=None)[0]
+    return float(np.sqrt(np.mean(rest.reshape(case.samples, -1) ** 2, axis=0)).max())
 
 
 def _one(names: tuple[str, ...], rng: np.random.Generator) -> str:
