@@ -102,8 +102,9 @@ def draw_shown(
     """
     rng = stream("demo", seed, turn)
     quiet = rng.random() < QUIET
+    hidden: tuple[Hidden, ...] = ()
     if effect == NOTHING or (effect is None and quiet):
-        hidden, plant = (), plant or _one(plants_of(), rng)
+        plant = plant or _one(plants_of(), rng)
     else:
         plant = plant or _one(plants_of(effect), rng)
         name = effect or _one(tuple(HIDES[plant]), rng)
@@ -166,7 +167,7 @@ def left_over(case: DrawnCase, truth: Mapping[str, Any]) -> float:
 
     def over_noise(readings: Array) -> Array:
         away = (readings[: case.samples] - bench.base.readings[: case.samples]) / noise
-        return (away - away.mean(axis=0)).ravel()
+        return np.asarray(away - away.mean(axis=0)).ravel()
 
     imitations = []
     for name, value in case.parameters.items():
