@@ -21,7 +21,7 @@ from bondgraph.simulation.block_recursion import blocked_record
 from bondgraph.simulation.lure import Compiled
 from bondgraph.simulation.lure_closing import ClosedLaws, closed_laws
 from bondgraph.simulation.lure_layout import KernelLayout, layout
-from bondgraph.simulation.lure_march import LANES, blocks_of, march_source, native_functions
+from bondgraph.simulation.lure_march import blocks_of, lanes_of, march_source, native_functions
 from bondgraph.support.arrays import Array
 from bondgraph.support.native import FLAGS, build, compiler
 
@@ -229,7 +229,8 @@ def _native_runner(
     native = ctypes.CDLL(str(library)).run_record
     native.restype = None
     pointer = ctypes.POINTER(ctypes.c_double)
-    width, row = 1 + lay.n_d, LANES * blocks_of(lay) if lay.n_d else 1
+    width, each = 1 + lay.n_d, lanes_of(lay)
+    row = each * blocks_of(lay)
     inputs, number = _entries(lay)
     used = native_functions(laws)
     sizes = [
@@ -251,8 +252,8 @@ def _native_runner(
     def run(moving: Packed, standing: Packed, q: Array, dq: Array) -> March:
         both = (moving, standing)
         along = np.flatnonzero(np.any([dm.any(axis=0) for _, dm in both], axis=0))
-        lead = 1 + (int(along[-1]) + 1) // LANES if along.size else 1
-        lanes = LANES * lead if lay.n_d else 1
+        lead = 1 + (int(along[-1]) + 1) // each if along.size else 1
+        lanes = each * lead
         slopes = [wide(np.where(inputs, m, 0.0), dm, lanes) for m, dm in both]
         touched = number[np.any([dm.any(axis=1) for _, dm in both], axis=0)]
         live = (np.bincount(touched, minlength=len(lay.pieces) + 1)[:-1] > 0).astype(np.int64)

@@ -11,15 +11,17 @@ from casadi import Function
 from bondgraph.simulation.banks import PlacedBank, bank_source
 from bondgraph.simulation.lure_closing import ClosedLaws
 from bondgraph.simulation.lure_layout import KernelLayout
-from bondgraph.support.native import c_source
+from bondgraph.support.native import c_source, vector_length
 
-LANES = 8
-"""Directions that one instruction serves at best."""
+
+def lanes_of(lay: KernelLayout) -> int:
+    """Return how many directions one instruction serves."""
+    return vector_length() if lay.n_d else 1
 
 
 def blocks_of(lay: KernelLayout) -> int:
     """Return in how many blocks of lanes a row is cut."""
-    return -(-(1 + lay.n_d) // LANES) if lay.n_d else 1
+    return -(-(1 + lay.n_d) // lanes_of(lay))
 
 
 def march_source(lay: KernelLayout, laws: ClosedLaws, banks: tuple[PlacedBank, ...] = ()) -> str:
@@ -32,7 +34,7 @@ def march_source(lay: KernelLayout, laws: ClosedLaws, banks: tuple[PlacedBank, .
     lengths = [r * c for r, c in lay.pieces]
     sizes = {
         "NX": lay.n_x, "NU": lay.n_u, "NW": lay.n_w, "NM": lay.n_m, "NQ": lay.n_q,
-        "SLOPES": int(lay.n_d > 0), "NB": blocks_of(lay), "LANES": LANES if lay.n_d else 1, "NV": v,
+        "SLOPES": int(lay.n_d > 0), "NB": blocks_of(lay), "LANES": lanes_of(lay), "NV": v,
         **{n: sum(lengths[:i]) for i, n in enumerate(PIECES)},
         "NJ": len(laws.rows), "NBANKS": len(banks),
     }  # fmt: skip

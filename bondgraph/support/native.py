@@ -11,6 +11,7 @@ import os
 import shutil
 import subprocess
 import tempfile
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -31,6 +32,26 @@ FLAGS = (
 def compiler() -> str | None:
     """Path of gcc, or None if it is absent or not wanted."""
     return None if os.environ.get("BONDSIGHT_NO_COMPILER") else shutil.which("gcc")
+
+
+@lru_cache(maxsize=4)
+def _machine(gcc: str) -> str:
+    """Return what gcc says of this processor and of itself, as macros."""
+    asked = [gcc, "-march=native", "-dM", "-E", "-x", "c", os.devnull]
+    try:
+        return subprocess.run(asked, check=True, capture_output=True, text=True, timeout=60).stdout
+    except (OSError, subprocess.SubprocessError):
+        return ""
+
+
+def vector_length() -> int:
+    """Return how many doubles a register of this processor holds.
+
+    Longer vectors are possible, but gcc takes each of their operations through memory, which costs
+    ten times what the operation does.
+    """
+    known = _machine(compiler() or "")
+    return 8 if "__AVX512F__" in known else 4 if "__AVX__" in known else 2
 
 
 def cache_folder() -> Path:
@@ -82,7 +103,8 @@ def build(source: str, flags: tuple[str, ...] = FLAGS) -> Path | None:
 
 
 def _library(source: str, gcc: str, flags: tuple[str, ...]) -> Path:
-    digest = hashlib.sha256((source + " ".join(flags)).encode()).hexdigest()[:24]
+    # a folder may be seen from machines with other processors
+    digest = hashlib.sha256((source + " ".join(flags) + _machine(gcc)).encode()).hexdigest()[:24]
     folder = cache_folder()
     target = folder / f"{digest}.so"
     if target.exists():

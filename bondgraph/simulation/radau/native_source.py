@@ -13,14 +13,18 @@ import casadi as ca
 
 from bondgraph.equations.program import Program
 from bondgraph.simulation.banks import PlacedBank, bank_source
+from bondgraph.support.native import vector_length
 
 PARTS = ("algebra", "loop")
 SHARED = 1e-8
 """Contacts that hold the same motion share its force by this: the least that changes it. It stands
 in the matrix of Newton's method alone, so that a solution is exact."""
-LANES = 4
-"""Tangents of a play that one instruction serves; a row is a whole number of them."""
 ROWS = "typedef double row_block __attribute__((vector_size(8 * LANES), aligned(8), may_alias));"
+
+
+def lanes() -> int:
+    """Return how many tangents of a play one instruction serves; a row is some of them."""
+    return min(4, vector_length())
 
 
 @dataclass(frozen=True, slots=True)
@@ -135,7 +139,7 @@ def general_source(
         lines.append(f"static const int bank_{what}[] = {{{', '.join(map(str, values)) or '0'}}};")
     loop = [Path(__file__).with_name(f"{n}.c").read_text() for n in PARTS]
     if banks:
-        lines += [f"#define LANES {LANES}", ROWS, "#define NB (b->wide)", bank_source()]
+        lines += [f"#define LANES {lanes()}", ROWS, "#define NB (b->wide)", bank_source()]
     return "\n".join([text, "#include <math.h>", "#include <string.h>", *lines, *loop])
 
 

@@ -17,10 +17,10 @@ from bondgraph.equations.program import Program
 from bondgraph.simulation.banks import PlacedBank, TakenOut, loaded, taken_out, unloaded
 from bondgraph.simulation.radau.interpreted import Carried, machine_record, machine_step
 from bondgraph.simulation.radau.native_source import (
-    LANES,
     GeneralFunctions,
     general_functions,
     general_source,
+    lanes,
 )
 from bondgraph.support.arrays import Array
 from bondgraph.support.native import build
@@ -146,21 +146,21 @@ def _native_recorder(
     n_res = max(f.sz_res() for f in functions.all)
     n_iw = max(f.sz_iw() for f in functions.all) + 1
     n_w = max(f.sz_w() for f in functions.all) + 1
-    n_left = len(program.memory)
+    n_left, each = len(program.memory), lanes()
     own = [program.parameters.index(n) for c in program.laws for n in c.parameters]
 
     def run(order: Order, begin: Carried, out: Array) -> tuple[Carried, int]:
         n, n_m, n_d = begin.v.size, n_left, begin.tv.shape[1]
         k, n_u = 2 * n, order.first.size
-        lanes = LANES * (n_d // LANES + 1)
+        row = each * (n_d // each + 1)
         size = k * k + 9 * k + n * n + 2 * n_u + functions.largest + 2 * k * n_d
-        work = np.zeros(size + n_m * (1 + n_d) + 4 * n + 64 + 3 * lanes)
+        work = np.zeros(size + n_m * (1 + n_d) + 4 * n + 64 + 3 * row)
         memory = begin.m[:n_m], begin.tv.ravel(), begin.tm[:n_m].ravel()
         state = np.concatenate([begin.v, *memory, [0.0]])
         q, dq = order.p[own], _picked(order, n_d)[own]
-        filled = [b.bank.filled(q[b.parameters], dq[b.parameters], lanes) for b in banks]
+        filled = [b.bank.filled(q[b.parameters], dq[b.parameters], row) for b in banks]
         plays = np.column_stack([begin.m[n_m:], begin.tm[n_m:]])
-        held = loaded(banks, filled, plays, lanes)
+        held = loaded(banks, filled, plays, row)
         numbers = np.array([order.time, order.h, order.solved and not n_d])
         samples = order.u.shape[0] // order.n_sub
         sizes = np.array([samples, order.n_sub, n_d, len(order.directions)], np.int64)

@@ -30,7 +30,9 @@ from bondgraph.laws import (
 from bondgraph.simulation import lure_kernel as kernel
 from bondgraph.simulation.exact_run import run_record
 from bondgraph.simulation.lure import Compiled, compile_model
-from bondgraph.simulation.lure_march import LANES
+from bondgraph.simulation.lure_closing import closed_laws
+from bondgraph.simulation.lure_layout import layout
+from bondgraph.simulation.lure_march import blocks_of, march_source
 from bondgraph.support import native
 from tests.beside import beside
 
@@ -192,13 +194,37 @@ def test_rows_that_fill_their_blocks_or_do_not(directions: int) -> None:
 def test_numbers_of_directions_share_a_kernel(compiled_files: Callable[[], list[str]]) -> None:
     model = oscillator(Polynomial(size=1.0), Stribeck(0.3, 0.2, 0.1))
     p, x0, found = point(model), np.zeros(model.n_x), []
-    for n in (0, 1, LANES - 1, LANES, LANES + 1):
-        own = n - model.n_x if n >= LANES else n  # the others by the states
+    length = native.vector_length()
+    for n in (0, 1, length - 1, length, length + 1):
+        own = n - model.n_x if n >= length else n  # the others by the states
         run_record(
             model, p, inputs(model), STEP, x0, directions=range(own), state_directions=own < n
         )
         found.append(len(compiled_files()))
     assert found == [1, 2, 2, 3, 3]  # rows of one number, of one block, of two
+
+
+def test_a_row_fills_the_registers_that_there_are() -> None:
+    """Longer ones go through memory, ten times slower."""
+    known = native._machine(native.compiler() or "")
+    length = native.vector_length()
+    assert length * 8 == (64 if "__AVX512F__" in known else 32 if "__AVX__" in known else 16)
+    model = oscillator(Polynomial(size=1.0))
+    lay = layout(model, 3)
+    source = march_source(lay, closed_laws(model, True))
+    assert f"#define LANES {length}\n" in source
+    assert blocks_of(lay) * length >= 4 > (blocks_of(lay) - 1) * length
+
+
+def test_a_library_of_another_processor_is_not_taken(
+    compiled_files: Callable[[], list[str]], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    source = "double twice(double x) { return 2.0 * x; }"
+    first = native.build(source)
+    assert first is not None
+    assert native.build(source) == first
+    monkeypatch.setattr(native, "_machine", lambda gcc: "another")
+    assert native.build(source) not in (None, first)
 
 
 def test_values_too_large_to_compute_with_give_no_number() -> None:
