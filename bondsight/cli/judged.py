@@ -89,7 +89,8 @@ def on_stack_bench(truth: Truth) -> ExamTruth:
     effects: tuple[ConcealedEffect, ...] = ()
     if hidden.name != "none":
         place, effect = PLACES.get(hidden.place, hidden.place), hidden.name
-        kinds = frozenset(kinds_of(effect, ""))
+        late = "sensor_dead_time" if hidden.place in ("x", "i") else "dead_time"
+        kinds = frozenset(kinds_of(effect, late if effect == "delay" else ""))
         effects = (
             ConcealedEffect(
                 effect, frozenset({effect}), FAMILY_OF[effect], kinds, frozenset({place}),

@@ -28,6 +28,10 @@ from bondsight.cli.judged import (
 from bondsight.cli.main import main
 from hardware.simulators import draw_truth
 from hardware.simulators.draw import Truth
+from hardware.simulators.effects import CATALOGUE as ENTRIES
+from hardware.simulators.effects import HiddenEffect
+from hardware.simulators.generator.accepted import KINDS
+from hardware.simulators.generator.native import _library
 from hardware.simulators.generator.showing import SHOWN, effects_of
 from hardware.simulators.judging.truths import ConcealedEffect, ExamTruth
 from identification.diagnosis.catalogue import CATALOGUE
@@ -94,6 +98,27 @@ def test_the_demo_and_the_catalogue_share_their_names() -> None:
     assert set(effects_of()) - {"none"} <= {e.name for e in CATALOGUE}
     for plant in SHOWN:
         assert plant_model(plant).check() == ()
+
+
+def test_every_truth_of_the_stack_bench_has_its_kind_and_place() -> None:
+    graph, truth = stack_with_payload(), drawn("none")
+    for entry in ENTRIES:
+        hidden = replace(truth, effect=HiddenEffect(entry.name, entry.place), strength="weak")
+        (effect,) = on_stack_bench(hidden).effects
+        assert effect.kinds <= set(KINDS)
+        assert effect.kinds
+        assert effect.places <= graph.elements.keys()
+        assert describe_bench(hidden) == f"weak {entry.name} at {min(effect.places)}"
+
+
+def test_without_gcc_it_is_said_in_a_line(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    _library.cache_clear()
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    monkeypatch.setenv("PATH", str(tmp_path))
+    assert main(["demo", "--seed", "1", "--out", str(tmp_path)]) == 2
+    assert "demo: no gcc found" in capsys.readouterr().err
 
 
 @cache

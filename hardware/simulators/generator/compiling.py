@@ -34,7 +34,7 @@ def compiled(name: str, *before: str) -> ctypes.CDLL:
     if not target.exists():
         gcc = shutil.which("gcc")
         if gcc is None:
-            raise OSError("blind generator: no gcc found; the plants are C code; install gcc")
+            raise OSError("no gcc found; the virtual plants are C code; install gcc")
         target.parent.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryDirectory(dir=target.parent) as scratch:
             made = Path(scratch) / "made.so"
