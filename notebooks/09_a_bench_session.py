@@ -46,7 +46,7 @@ from threadpoolctl import threadpool_limits
 
 from actuators.models.catalogue import stack_with_payload
 from bondgraph import Recording
-from bondsight.cli.demonstration import describe, judge
+from bondsight.cli.judged import describe_bench, judge, on_stack_bench
 from hardware.contracts import Flag
 from hardware.envelope import parked
 from hardware.errors import BeamLost, LimitViolation
@@ -435,9 +435,9 @@ bench.close()
 left = server.rig.volts
 envelope = server.envelope
 truth = Truth.from_dict(envelope.truth())
-outcome = judge(truth, found)
+outcome = judge(on_stack_bench(truth), found)
 named = verdict(found)["findings"]
-print(f"concealed: {describe(truth)} (seed {truth.seed})")
+print(f"concealed: {describe_bench(truth)} (seed {truth.seed})")
 for f in named:
     also = ", ".join(f["location"]["indistinguishable_from"])
     print(f"found:     {f['effect']} at {f['location']['element']}"

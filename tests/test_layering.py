@@ -21,15 +21,14 @@ ALLOWED: dict[str, set[str]] = {
     "identification": {"bondgraph", "actuators"},
     "hardware": {"bondgraph"},
     "bondsight": {"bondgraph", "actuators", "identification", "hardware"},
-    # the virtual bench and the trial's generator share nothing with the code they judge
+    # the virtual benches share nothing with the code they judge, the generator not even with them
     "hardware/simulators": set(),
-    "tests/proof/trial/generator": set(),
+    "hardware/simulators/generator": set(),
 }
-SEALED = ("hardware/simulators", "tests/proof/trial/generator")
-FOLDERS = (*PACKAGES, "tests/proof/trial/generator")
+SEALED = ("hardware/simulators", "hardware/simulators/generator")
 
 SOURCES = sorted(
-    p.relative_to(ROOT).as_posix() for name in FOLDERS for p in (ROOT / name).rglob("*.py")
+    p.relative_to(ROOT).as_posix() for name in PACKAGES for p in (ROOT / name).rglob("*.py")
 )
 
 
@@ -100,14 +99,16 @@ def test_imports_stay_in_their_layer(source: str) -> None:
         ("hardware/simulators/a.py", "import bondgraph.graph.bond_graph", True),
         ("hardware/simulators/a.py", "from ..real import driver", True),
         ("hardware/a.py", "import tests.helpers", True),
-        ("tests/proof/trial/generator/a.py", "from bondgraph.laws import law", True),
+        ("hardware/simulators/generator/a.py", "from bondgraph.laws import law", True),
         (
-            "tests/proof/trial/generator/a.py",
+            "hardware/simulators/generator/a.py",
             "from identification.estimation.single_record import fit",
             True,
         ),
-        ("tests/proof/trial/generator/a.py", "from tests.proof.trial import layout", True),
-        ("tests/proof/trial/generator/a.py", "from .law import Law", False),
+        ("hardware/simulators/generator/a.py", "from tests.proof.trial import layout", True),
+        ("hardware/simulators/generator/a.py", "from hardware.simulators.plant import p", True),
+        ("hardware/simulators/generator/a.py", "from .law import Law", False),
+        ("hardware/simulators/judging/a.py", "import identification", True),
     ],
 )
 def test_the_rules_catch_what_they_should(source: str, text: str, caught: bool) -> None:

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from functools import partial
 
 from actuators.electrostatic.moving_plate import moving_plate, moving_plate_charge
+from actuators.models.plants import PLANT_MODELS
 from actuators.models.textbook import mass_with_viscous_friction, resonator, thermal_lag
 from actuators.stack.bond_graph import stack_bond_graph
 from actuators.stack.field import stack_field_charge, stack_field_curved, stack_field_voltage
@@ -38,6 +39,7 @@ MODELS: dict[str, Callable[..., BondGraph]] = {
     "mass_with_viscous_friction": mass_with_viscous_friction,
     "resonator": resonator,
     "thermal_lag": thermal_lag,
+    **PLANT_MODELS,
 }
 
 LOADED: dict[str, Callable[[], BondGraph]] = {

@@ -63,8 +63,8 @@ class Reach:
         Sources (sensors) dualised to get there.
     structural_rank : int or None
         Rank of ``[A B]`` (of ``[A; C]``) by causality: states less what is tied. None if a loop of
-        bonds left no assignment without a conflict, there is a field, or modulated two-ports
-        share a ratio; the exact rank decides.
+        bonds left no assignment without a conflict, there is a field or an accelerometer, or
+        modulated two-ports share a ratio; the exact rank decides.
     exact_rank : int
         The same at random exact parameter values.
     tied : tuple of tuple of str

@@ -63,7 +63,7 @@ def _arguments(options: argparse.Namespace) -> list[str]:
 
 def _conclude(said: str, digest: str, result: Any, quiet: bool) -> None:
     """Print what the actuator met, and the truth beside the verdict."""
-    from bondsight.cli.demonstration import describe, judge
+    from bondsight.cli.judged import describe_bench, judge, on_stack_bench
     from hardware.simulators import Truth
 
     lines = said.splitlines()
@@ -82,6 +82,6 @@ def _conclude(said: str, digest: str, result: Any, quiet: bool) -> None:
         print(f"seal opened:    {truth}")
         return
     opened = Truth.from_dict(content)
-    print(f"seal opened:    {describe(opened)} (seed {opened.seed})")
+    print(f"seal opened:    {describe_bench(opened)} (seed {opened.seed})")
     if result is not None:
-        print(f"the verdict is: {judge(opened, result).result}")
+        print(f"the verdict is: {judge(on_stack_bench(opened), result).result}")

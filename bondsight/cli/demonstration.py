@@ -1,4 +1,4 @@
-"""The embedded default: a virtual bench conceals an effect, the diagnosis has to find it."""
+"""The demo: a virtual plant conceals an effect, or nothing; the diagnosis has to say which."""
 
 from __future__ import annotations
 
@@ -6,191 +6,177 @@ import json
 import secrets
 import sys
 import time
-from collections import Counter
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
+from shlex import quote
+from typing import Any
 
+import numpy as np
 from joblib import delayed
 
-from actuators.models.catalogue import stack_with_payload
+from actuators.models.plants import plant_model
+from bondgraph.graph.elements import Source
+from bondgraph.graph.sensors import Sensor
 from bondgraph.signals.recording import Recording
+from bondgraph.signals.units import parse_unit
 from bondgraph.support.errors import UnusableInput, unknown_name
 from bondgraph.support.parallel import results
 from bondgraph.support.whole_file import write_atomically
+from bondsight.cli.judged import Outcome, judge, summary
 from bondsight.cli.progress import Bar
-from hardware.simulators import Truth, draw_truth, effects, record, seal
+from hardware.simulators.generator.showing import SHOWN, effects_of, plants_of, shown
+from hardware.simulators.judging.truths import truth_of
+from hardware.simulators.seal import SealedEnvelope
 from identification.diagnosis.diagnose import Diagnosis, diagnose
 from identification.diagnosis.search.candidates import DiagnosisOptions
 from identification.diagnosis.studio import write_report
-from identification.diagnosis.verdict.document import verdict, write_verdict
+from identification.diagnosis.verdict.document import write_verdict
 
-CHANNELS = {"V_in": "V", "x": "x", "i": "i"}
-PLACES = {"b": "R_nl"}
-"""Names the bench has for places, in the words of the model."""
+HOLD = "linear"
+"""What the command does between the samples, which a laboratory knows of its converter."""
 
 
 @dataclass(frozen=True)
-class Outcome:
-    """One draw of the bench beside its verdict.
+class Wish:
+    """What the demo is asked for; the seed decides the rest.
 
-    Attributes
-    ----------
-    result : str
-        ``right``, ``look-alikes``, ``abstained``, ``missed``, ``wrong`` or ``false alarm``.
+    Raises
+    ------
+    UnusableInput
+        There is no such plant or effect, or the plant cannot hide the effect.
     """
 
+    plant: str | None = None
+    effect: str | None = None
+
+    def __post_init__(self) -> None:
+        """Refuse what cannot be drawn."""
+        if self.plant is not None and self.plant not in SHOWN:
+            raise UnusableInput(str(unknown_name("plant", self.plant, "the demo", SHOWN)))
+        if self.effect is not None and self.effect not in effects_of():
+            raise UnusableInput(str(unknown_name("effect", self.effect, "the demo", effects_of())))
+        if None not in (self.plant, self.effect) and self.plant not in plants_of(self.effect):
+            raise UnusableInput(
+                f"--effect {self.effect}: the plant {self.plant} has no place for it; take "
+                f"--plant {', '.join(plants_of(self.effect))}"
+            )
+
+
+@dataclass(frozen=True)
+class Concealed:
+    """A recording that was written, and the sealed truth of it."""
+
     seed: int
-    effect: str
-    place: str
-    strength: str
-    kind: str
-    named: str
-    named_place: str
-    result: str
-    confidence: float
-    misfit_before: float
-    misfit_after: float | None
-    seconds: float
+    plant: str
+    path: Path
+    recording: Recording
+    sealed: SealedEnvelope
+
+    def opened(self, found: Diagnosis) -> Outcome:
+        """Open the seal and compare; the truth is checked against its hash."""
+        return judge(truth_of(self.sealed.truth()), found)
 
 
-def demo(seed: int | None, folder: Path, jobs: int, effect: str | None = None) -> int:
-    """Seal a truth, diagnose its recording, open the seal; prints as it goes."""
-    seed = secrets.randbits(32) if seed is None else seed
-    folder.mkdir(parents=True, exist_ok=True)
-    print("A virtual P-840.1 piezo stack moves 0.1 kg. Something may be concealed in it.")
-    truth = draw_truth(seed, effect=effect)
-    sealed = seal(truth)
-    print(f"truth sealed:   sha256 {sealed.hash}")
-    path = folder / "recording.csv"
-    record(truth, seed).write_csv(path)
-    print(f"recording:      {path} (command V, displacement x, current i)")
-    with Bar(quiet=not sys.stderr.isatty()) as bar:
-        result = run(path, jobs, bar, seed)
-    from identification.diagnosis.verdict.text import in_words
+def conceal(seed: int, wish: Wish, path: Path) -> Concealed:
+    """Draw a plant, seal its truth, write its recording.
 
-    print()
-    print(in_words(result))
-    written, report = write_verdict(result, folder), write_report(result, folder)
-    opened = sealed.open()
-    outcome = judge(opened, result)
-    print()
-    print(f"seal opened:    {describe(opened)} (seed {seed})")
-    print(f"the verdict is: {outcome.result}")
-    print(f"verdict:        {written}\nreport:         {report}")
-    return 0
+    Raises
+    ------
+    UnusableInput
+        The plants cannot be compiled.
+    """
+    try:
+        channels, truth = shown(seed, wish.plant, wish.effect)
+    except OSError as error:
+        raise UnusableInput(f"demo: {error}") from None
+    recording = _recording(channels, path.stem)
+    recording.write_csv(path)
+    return Concealed(seed, truth["plant"], path, recording, SealedEnvelope.closed(truth))
 
 
-def run(path: Path, jobs: int, progress: Bar | None, seed: int) -> Diagnosis:
-    """Diagnose a bench recording from its file alone."""
-    recording = Recording.read(path, map=CHANNELS)
+def _recording(channels: Mapping[str, Any], name: str) -> Recording:
+    graph = plant_model(channels["plant"])
+    units = {e.name: parse_unit(e.unit).si for e in graph.of_type(Source, Sensor)}
+    data = {k: np.asarray(channels[k], float) for k in units}
+    return Recording(name, np.asarray(channels["time"], float), data, units)
+
+
+def run(made: Concealed, jobs: int, progress: Bar | None) -> Diagnosis:
+    """Diagnose a recording from its file alone, by the model of its plant."""
     return diagnose(
-        stack_with_payload(),
-        recording,
-        model="stack_with_payload",
+        plant_model(made.plant),
+        Recording.read(made.path),
+        model=made.plant,
         options=DiagnosisOptions(jobs=jobs),
+        hold=HOLD,
         progress=progress,
-        seed=seed,
+        seed=made.seed,
     )
 
 
-def describe(truth: Truth) -> str:
-    """Concealed effect in words."""
-    if truth.effect.name == "none":
-        return "nothing was concealed"
-    place = PLACES.get(truth.effect.place, truth.effect.place)
-    return f"{truth.strength} {truth.effect.name} at {place}"
+def demo(seed: int | None, folder: Path, jobs: int, wish: Wish) -> int:
+    """Seal a truth, diagnose its recording, open the seal; prints as it goes."""
+    from identification.diagnosis.verdict.text import in_words
+
+    seed = secrets.randbits(32) if seed is None else seed
+    folder.mkdir(parents=True, exist_ok=True)
+    made = conceal(seed, wish, folder / "recording.csv")
+    units = made.recording.units
+    print(f"{SHOWN[made.plant]} Something may be concealed in it.")
+    print(f"truth sealed:   sha256 {made.sealed.hash}")
+    print(f"recording:      {made.path} ({', '.join(f'{k} [{u}]' for k, u in units.items())})")
+    print(f"declared model: {made.plant} (bondsight models {made.plant} describes it)")
+    with Bar(quiet=not sys.stderr.isatty()) as bar:
+        found = run(made, jobs, bar)
+    print(f"\n{in_words(found)}")
+    written, report = write_verdict(found, folder), write_report(found, folder)
+    outcome = made.opened(found)
+    print(f"\nseal opened:    {outcome.truth} (seed {seed})")
+    print(f"the verdict is: {outcome.result}")
+    print(f"verdict:        {written}\nreport:         {report}")
+    again = f"bondsight diagnose {quote(str(made.path))} --model {made.plant} --hold {HOLD}"
+    print(f"again by hand:  {again}")
+    return 0
 
 
-def judge(truth: Truth, d: Diagnosis) -> Outcome:
-    """Compare a verdict with the opened truth."""
-    v = verdict(d)
-    place = PLACES.get(truth.effect.place, truth.effect.place)
-    finding = v["findings"][0] if v["findings"] else None
-    named = finding["effect"] if finding else ""
-    where = finding["location"]["element"] if finding else ""
-    places = [where, *finding["location"]["indistinguishable_from"]] if finding else []
-    possible = {(p["effect"], p["element"]) for p in finding["also_possible"]} if finding else set()
-    if truth.effect.name == "none":
-        result = (
-            "false alarm" if v["verdict"] in ("missing_physics", "unknown_physics") else "right"
-        )
-    elif v["verdict"] == "missing_physics":
-        if named == truth.effect.name and place in places:
-            result = "right"
-        else:
-            result = "look-alikes" if (truth.effect.name, place) in possible else "wrong"
-    elif v["verdict"] == "unknown_physics":
-        result = "look-alikes" if (truth.effect.name, place) in possible else "abstained"
-    else:
-        result = "missed"
-    return Outcome(
-        truth.seed, truth.effect.name, place, truth.strength, v["verdict"], named, where, result,
-        finding["confidence"] if finding else 0.0,
-        d.nominal.chi2("test") if d.nominal else float("nan"),
-        d.repaired.chi2("test") if d.repaired else None,
-        d.seconds,
-    )  # fmt: skip
-
-
-def score(count: int, first: int, folder: Path, jobs: int, effect: str | None = None) -> int:
+def score(count: int, first: int, folder: Path, jobs: int, wish: Wish) -> int:
     """Run `count` draws from seed `first` on and print how many were right."""
     if count < 1:
         raise UnusableInput(f"--seeds {count}: give at least one")
     folder.mkdir(parents=True, exist_ok=True)
     begin = time.perf_counter()
-    found: list[Outcome] = []
-    calls = (delayed(one)(seed, folder, effect) for seed in range(first, first + count))
+    found: dict[int, Outcome] = {}
+    calls = (delayed(one)(seed, folder, wish) for seed in range(first, first + count))
     work = results(calls, jobs)
     with Bar(quiet=not sys.stderr.isatty()) as bar:
-        for outcome in work:
-            found.append(outcome)
-            bar(f"seed {outcome.seed}: {outcome.result}", len(found) / count)
-            _print_line(outcome)
-    found.sort(key=lambda o: o.seed)
-    print(summary(found, time.perf_counter() - begin))
+        for seed, outcome in work:
+            found[seed] = outcome
+            bar(f"seed {seed}: {outcome.result}", len(found) / count)
+            _print_line(seed, outcome)
+    found = dict(sorted(found.items()))
+    print(summary([*found.values()], time.perf_counter() - begin))
     target = folder / f"score_{first}_{first + count - 1}.json"
-    write_atomically(target, json.dumps([asdict(o) for o in found], indent=1) + "\n")
+    rows = [{"seed": seed} | asdict(outcome) for seed, outcome in found.items()]
+    write_atomically(target, json.dumps(rows, indent=1) + "\n")
     print(f"every draw: {target}")
     return 0
 
 
-def one(seed: int, folder: Path, effect: str | None) -> Outcome:
+def one(seed: int, folder: Path, wish: Wish) -> tuple[int, Outcome]:
     """One draw in a process of its own."""
-    truth = draw_truth(seed, effect=effect)
     path = folder / f"recording_{seed}.csv"
-    record(truth, seed).write_csv(path)
     try:
-        return judge(truth, run(path, 1, None, seed))
+        made = conceal(seed, wish, path)
+        return seed, made.opened(run(made, 1, None))
     finally:
         path.unlink(missing_ok=True)
 
 
-def summary(found: list[Outcome], seconds: float) -> str:
-    """Return counts, in total and by effect."""
-    kinds = ("right", "look-alikes", "abstained", "missed", "wrong", "false alarm")
-    total = Counter(o.result for o in found)
-    lines = [
-        "",
-        ", ".join(f"{k} {total[k]}" for k in kinds) + f" of {len(found)} in {seconds:.0f} s",
-    ]
-    for name in sorted({o.effect for o in found}):
-        part = Counter(o.result for o in found if o.effect == name)
-        lines.append(f"  {name:22s} " + ", ".join(f"{k} {part[k]}" for k in kinds if part[k]))
-    return "\n".join(lines)
-
-
-def _print_line(o: Outcome) -> None:
-    truth = o.effect if o.effect == "none" else f"{o.strength} {o.effect} at {o.place}"
-    answer = f"{o.named} at {o.named_place}" if o.named else o.kind
+def _print_line(seed: int, o: Outcome) -> None:
     after = "" if o.misfit_after is None else f" -> {o.misfit_after:.3g}"
     print(
-        f"{o.result:12s} seed {o.seed:<6d} {truth:38s} {answer:38s} "
+        f"{o.result:12s} seed {seed:<6d} {o.plant:9s} {o.truth:52s} {o.said:44s} "
         f"misfit/floor {o.misfit_before:.3g}{after}  {o.seconds:.0f} s",
         flush=True,
     )
-
-
-def known_effect(effect: str | None) -> None:
-    """Refuse an effect that the bench does not have."""
-    if effect is not None and effect not in effects():
-        raise UnusableInput(str(unknown_name("effect", effect, "the bench", effects())))

@@ -1,13 +1,10 @@
-"""Virtual benches that conceal one effect.
+"""Virtual benches and plants that conceal effects.
 
 Independent of the tool on purpose: own equations, own integrator, own step; only numpy, scipy and
 the standard library are imported.
 """
 
-from hardware.simulators.stack_bench import BenchRecording as BenchRecording
-from hardware.simulators.stack_bench import SealedTruth as SealedTruth
-from hardware.simulators.stack_bench import Truth as Truth
-from hardware.simulators.stack_bench import draw_truth as draw_truth
-from hardware.simulators.stack_bench import effects as effects
-from hardware.simulators.stack_bench import record as record
-from hardware.simulators.stack_bench import seal as seal
+from hardware.simulators.bench import record as record
+from hardware.simulators.draw import Truth as Truth
+from hardware.simulators.draw import draw_truth as draw_truth
+from hardware.simulators.effects import effects as effects

@@ -13,7 +13,7 @@ import os
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Self
+from typing import Any, Self, final
 
 from hardware.simulators.draw import Truth
 
@@ -48,6 +48,15 @@ class Sealed:
         salt, payload = os.urandom(_SALT_BYTES).hex(), _canonical(truth)
         return cls(_digest(salt, payload), salt, payload)
 
+    def _content(self) -> dict[str, Any]:
+        if not hmac.compare_digest(_digest(self.salt, self.payload), self.hash):
+            raise SealBrokenError(
+                f"the envelope does not match its commitment {self.hash[:12]}...: the truth or "
+                "the salt was changed after sealing; discard this run"
+            )
+        values: dict[str, Any] = json.loads(self.payload)
+        return values
+
     def save(self, path: str | Path) -> None:
         """Write hash, salt and payload as JSON, at once or not at all.
 
@@ -60,6 +69,23 @@ class Sealed:
         scratch.replace(file)
 
 
+@final
+@dataclass(frozen=True, slots=True)
+class SealedEnvelope(Sealed):
+    """A sealed truth as plain values; the file that `save` writes is one of `SealedTruth`."""
+
+    def truth(self) -> dict[str, Any]:
+        """Give the plain values after checking them against the hash.
+
+        Raises
+        ------
+        SealBrokenError
+            If salt or payload was changed after sealing.
+        """
+        return self._content()
+
+
+@final
 @dataclass(frozen=True, slots=True)
 class SealedTruth(Sealed):
     """A sealed `Truth`, checked when it is opened."""
@@ -72,23 +98,13 @@ class SealedTruth(Sealed):
         SealBrokenError
             If salt or payload was changed after sealing.
         """
-        if not hmac.compare_digest(_digest(self.salt, self.payload), self.hash):
-            raise SealBrokenError(
-                f"the envelope does not match its commitment {self.hash[:12]}...: the truth or "
-                "the salt was changed after sealing; discard this run"
-            )
-        return Truth.from_dict(json.loads(self.payload))
+        return Truth.from_dict(self._content())
 
     @classmethod
     def load(cls, path: str | Path) -> SealedTruth:
         """Read what ``save`` wrote; ``open`` does the checking."""
         content = json.loads(Path(path).read_text(encoding="utf-8"))
         return cls(content["hash"], content["salt"], content["payload"])
-
-
-def seal(truth: Truth) -> SealedTruth:
-    """Commit to a truth with a fresh salt."""
-    return SealedTruth.closed(truth.as_dict())
 
 
 def _canonical(values: Mapping[str, Any]) -> str:

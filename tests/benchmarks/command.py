@@ -93,15 +93,18 @@ def _simulate(samples: int, operators: int) -> None:
 
 
 def demonstration() -> None:
-    """Diagnose one draw of the virtual bench."""
-    from bondsight.cli.demonstration import run
+    """Diagnose one draw of the virtual stack bench."""
+    from actuators.models.catalogue import stack_with_payload
+    from bondgraph import Recording
     from hardware.simulators import draw_truth, record
+    from identification.diagnosis.diagnose import diagnose
 
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "recording.csv"
         record(draw_truth(7, effect="hysteresis", place="C_nl"), 7).write_csv(path)
+        recording = Recording.read(path, map={"V_in": "V", "x": "x", "i": "i"})
         for what in ("first time", "again"):
-            d = run(path, -1, None, 7)
+            d = diagnose(stack_with_payload(), recording, model="stack_with_payload", seed=7)
             print(
                 f"virtual bench, 8192 samples, 3 channels, {len(d.trials)} candidates, {what}: "
                 f"{d.seconds:.1f} s"

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import re
+from collections.abc import Sequence
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from types import SimpleNamespace
@@ -11,20 +13,38 @@ from typing import Any
 
 import pytest
 
-from bondsight.cli import demonstration as module
-from bondsight.cli.demonstration import Outcome, describe, judge, summary
+from actuators.models.catalogue import stack_with_payload
+from actuators.models.plants import plant_model
+from bondgraph import BondGraph
+from bondsight.cli import judged as module
+from bondsight.cli.judged import (
+    Outcome,
+    describe,
+    describe_bench,
+    judge,
+    on_stack_bench,
+    summary,
+)
 from bondsight.cli.main import main
 from hardware.simulators import draw_truth
 from hardware.simulators.draw import Truth
+from hardware.simulators.effects import CATALOGUE as ENTRIES
+from hardware.simulators.effects import HiddenEffect
+from hardware.simulators.generator.accepted import KINDS
+from hardware.simulators.generator.native import _library
+from hardware.simulators.generator.showing import SHOWN, effects_of
+from hardware.simulators.judging.truths import ConcealedEffect, ExamTruth
 from identification.diagnosis.catalogue import CATALOGUE
 
-FEW = ("quadratic_drag", "coulomb_friction", "hysteresis", "creep", "nonlinear_stiffness", "delay")
+FEW = (
+    "quadratic_drag", "coulomb_friction", "asymmetric_damping", "square_root_flow",
+    "nonlinear_resistance", "leakage", "saturation", "delay",
+)  # fmt: skip
 """Effects that the cheaper demonstration may name."""
 
 
-def played(effect: str, seed: int, out: Path, capsys: pytest.CaptureFixture[str]) -> str:
-    arguments = ["demo", "--seed", str(seed), "--effect", effect, "--out", str(out)]
-    assert main(arguments) == 0
+def played(words: Sequence[str], effect: str, out: Path, capsys: pytest.CaptureFixture[str]) -> str:
+    assert main(["demo", "--effect", effect, *words, "--out", str(out)]) == 0
     captured = capsys.readouterr()
     assert captured.err == ""
     text = captured.out
@@ -37,27 +57,68 @@ def played(effect: str, seed: int, out: Path, capsys: pytest.CaptureFixture[str]
 
 
 @pytest.mark.slow
-def test_drag_is_found(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+@pytest.mark.parametrize(
+    ("plant", "effect", "place"),
+    [("cylinder", "quadratic_drag", "b"), ("tanks", "square_root_flow", "R_")],
+)
+def test_what_is_concealed_in_a_plant_is_found(
+    plant: str,
+    effect: str,
+    place: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
 ) -> None:
     few = [e for e in CATALOGUE if e.name in FEW]
     monkeypatch.setattr("identification.diagnosis.search.candidates.CATALOGUE", tuple(few))
-    text = played("quadratic_drag", 11, tmp_path, capsys)
+    text = played(("--plant", plant, "--seed", "11"), effect, tmp_path, capsys)
+    assert text.startswith(SHOWN[plant])
+    assert f"--model {plant}" in text
     assert "the verdict is: right" in text
     v = json.loads((tmp_path / "verdict.json").read_text(encoding="utf-8"))
     assert v["verdict"] == "missing_physics"
-    assert v["findings"][0]["effect"] == "quadratic_drag"
+    assert v["findings"][0]["effect"] == effect
+    assert v["findings"][0]["location"]["element"].startswith(place)
+    header = (tmp_path / "recording.csv").read_text(encoding="utf-8").partition("\n")[0]
+    assert all(re.fullmatch(r"t_s|\w+\[\S+\]", column) for column in header.split(","))
 
 
 @pytest.mark.slow
 def test_nothing_is_found_where_nothing_is(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    text = played("none", 12, tmp_path, capsys)
+    text = played(("--seed", "12"), "none", tmp_path, capsys)
     assert "nothing was concealed" in text
     assert "the verdict is: right" in text
     v = json.loads((tmp_path / "verdict.json").read_text(encoding="utf-8"))
     assert v["findings"] == []
+
+
+def test_the_demo_and_the_catalogue_share_their_names() -> None:
+    assert set(effects_of()) - {"none"} <= {e.name for e in CATALOGUE}
+    for plant in SHOWN:
+        assert plant_model(plant).check() == ()
+
+
+def test_every_truth_of_the_stack_bench_has_its_kind_and_place() -> None:
+    graph, truth = stack_with_payload(), drawn("none")
+    for entry in ENTRIES:
+        hidden = replace(truth, effect=HiddenEffect(entry.name, entry.place), strength="weak")
+        (effect,) = on_stack_bench(hidden).effects
+        assert effect.kinds <= set(KINDS)
+        assert effect.kinds
+        assert effect.places <= graph.elements.keys()
+        assert describe_bench(hidden) == f"weak {entry.name} at {min(effect.places)}"
+
+
+def test_without_gcc_it_is_said_in_a_line(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    _library.cache_clear()
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    monkeypatch.setenv("PATH", str(tmp_path))
+    assert main(["demo", "--seed", "1", "--out", str(tmp_path)]) == 2
+    assert "demo: no gcc found" in capsys.readouterr().err
 
 
 @cache
@@ -67,55 +128,78 @@ def drawn(effect: str) -> Truth:
 
 # -- judge ------------------------------------------------------------------------------------
 def judged(
-    monkeypatch: pytest.MonkeyPatch, hidden: str, kind: str, named: str = "", place: str = "",
-    same: tuple[str, ...] = (), possible: tuple[tuple[str, str], ...] = (),
+    monkeypatch: pytest.MonkeyPatch, truth: ExamTruth, graph: BondGraph, kind: str, answer: str,
+    named: str = "", place: str = "", same: tuple[str, ...] = (),
+    possible: tuple[tuple[str, str], ...] = (),
 ) -> Outcome:  # fmt: skip
     findings = [
         {
-            "effect": named, "confidence": 0.9,
+            "answer": answer, "effect": named, "confidence": 0.9,
             "location": {"element": place, "indistinguishable_from": list(same)},
             "also_possible": [{"effect": e, "element": p} for e, p in possible],
         }
     ] if kind in ("missing_physics", "unknown_physics") else []  # fmt: skip
     monkeypatch.setattr(module, "verdict", lambda _: {"verdict": kind, "findings": findings})
-    d: Any = SimpleNamespace(nominal=None, repaired=None, seconds=1.0)
-    return judge(drawn(hidden), d)
+    d: Any = SimpleNamespace(nominal=None, repaired=None, seconds=1.0, graph=graph)
+    return judge(truth, d)
+
+
+def on_bench(monkeypatch: pytest.MonkeyPatch, hidden: str, *said: Any, **more: Any) -> Outcome:
+    truth = on_stack_bench(drawn(hidden))
+    return judged(monkeypatch, truth, stack_with_payload(), *said, **more)
 
 
 @pytest.mark.parametrize(
-    ("hidden", "kind", "named", "place", "result"),
+    ("hidden", "kind", "answer", "named", "place", "result"),
     [
-        ("quadratic_drag", "missing_physics", "quadratic_drag", "R_nl", "right"),
-        ("quadratic_drag", "missing_physics", "quadratic_drag", "k", "wrong"),
-        ("quadratic_drag", "missing_physics", "creep", "C_nl", "wrong"),
-        ("quadratic_drag", "unknown_physics", "unknown", "R_nl", "abstained"),
-        ("quadratic_drag", "explained", "", "", "missed"),
-        ("quadratic_drag", "parameters_only", "", "", "missed"),
-        ("none", "explained", "", "", "right"),
-        ("none", "parameters_only", "", "", "right"),
-        ("none", "missing_physics", "creep", "C_nl", "false alarm"),
-        ("none", "unknown_physics", "unknown", "C_nl", "false alarm"),
+        ("quadratic_drag", "missing_physics", "exact", "quadratic_drag", "R_nl", "right"),
+        ("quadratic_drag", "missing_physics", "exact", "quadratic_drag", "k", "wrong"),
+        ("quadratic_drag", "missing_physics", "exact", "creep", "C_nl", "wrong"),
+        ("quadratic_drag", "unknown_physics", "unknown", "unknown", "R_nl", "abstained"),
+        ("quadratic_drag", "explained", "", "", "", "missed"),
+        ("quadratic_drag", "parameters_only", "", "", "", "missed"),
+        ("none", "explained", "", "", "", "right"),
+        ("none", "parameters_only", "", "", "", "right"),
+        ("none", "missing_physics", "exact", "creep", "C_nl", "false alarm"),
+        ("none", "unknown_physics", "unknown", "unknown", "C_nl", "false alarm"),
     ],
 )
 def test_judge(
-    monkeypatch: pytest.MonkeyPatch, hidden: str, kind: str, named: str, place: str, result: str
-) -> None:
-    assert judged(monkeypatch, hidden, kind, named, place).result == result
+    monkeypatch: pytest.MonkeyPatch, hidden: str, kind: str, answer: str, named: str, place: str,
+    result: str,
+) -> None:  # fmt: skip
+    assert on_bench(monkeypatch, hidden, kind, answer, named, place).result == result
 
 
 def test_judge_accepts_the_class_and_reports_look_alikes(monkeypatch: pytest.MonkeyPatch) -> None:
-    truth = ("quadratic_drag", "R_nl")
-    kind = "missing_physics"
-    assert judged(monkeypatch, truth[0], kind, truth[0], "k", same=("R_nl",)).result == "right"
+    name, place, kind = "quadratic_drag", "R_nl", "missing_physics"
+    outcome = on_bench(monkeypatch, name, kind, "exact", name, "k", same=(place,))
+    assert outcome.result == "right"
     for k in (kind, "unknown_physics"):
-        outcome = judged(monkeypatch, truth[0], k, "creep", "C_nl", possible=(truth,))
+        outcome = on_bench(
+            monkeypatch, name, k, "look_alikes", "coulomb_friction", place,
+            possible=((name, place),),
+        )  # fmt: skip
         assert outcome.result == "look-alikes"
+    # a set that leaves the truth out is no excuse, nor is one at another place
+    outcome = on_bench(monkeypatch, name, kind, "look_alikes", "creep", place)
+    assert outcome.result == "wrong"
+    outcome = on_bench(
+        monkeypatch, name, kind, "look_alikes", "creep", "C_nl", possible=((name, place),)
+    )
+    assert outcome.result == "wrong"
 
 
 def test_words(monkeypatch: pytest.MonkeyPatch) -> None:
-    assert describe(drawn("none")) == "nothing was concealed"
-    assert describe(drawn("quadratic_drag")).endswith("quadratic_drag at R_nl")
-    right = judged(monkeypatch, "none", "explained")
-    text = summary([right, judged(monkeypatch, "quadratic_drag", "explained")], 2.0)
+    assert describe_bench(drawn("none")) == "nothing was concealed"
+    assert describe_bench(drawn("quadratic_drag")).endswith("quadratic_drag at R_nl")
+    effect = ConcealedEffect(
+        "leakage", frozenset({"leakage"}), "storage", frozenset(), frozenset({"C_1"}), "leak", 12.3
+    )
+    truth = ExamTruth("demo-1", "single", "tanks", (effect,), {}, {})
+    assert describe(truth) == "leakage at C_1, 12 times the noise"
+    assert describe(replace(truth, effects=())) == "nothing was concealed"
+    right = on_bench(monkeypatch, "none", "explained", "")
+    text = summary([right, on_bench(monkeypatch, "quadratic_drag", "explained", "")], 2.0)
     assert "right 1" in text
     assert "quadratic_drag" in text

@@ -222,6 +222,9 @@ def test_folder_without_permission(
     ("arguments", "said"),
     [
         (("demo", "--effect", "quadratic_dragg"), "Did you mean 'quadratic_drag'"),
+        (("demo", "--plant", "motr"), "Did you mean 'motor'"),
+        (("demo", "--plant", "table"), "no plant 'table' in the demo"),
+        (("demo", "--plant", "motor", "--effect", "overflow"), "take --plant tanks"),
         (("demo", "--seeds", "0"), "at least one"),
         (("demo", "--seed", "-1", "--effect", "none"), "-1"),
         (("demo", "--jobs", "0", "--seed", "1"), "--jobs"),

@@ -15,6 +15,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGES = {"bondsight", "bondgraph", "actuators", "identification", "hardware"}
+GENERATOR = "hardware/simulators/generator/c/"
 VERBS: tuple[tuple[str, ...], ...] = (
     ("--help",),
     ("check", "stack_bond_graph"),
@@ -23,6 +24,7 @@ VERBS: tuple[tuple[str, ...], ...] = (
     ("effects", "backlash"),
     ("recordings",),
     ("thesis",),
+    ("models", "motor"),
     ("demo", "--seed", "7"),
 )
 ABSENT = ("blind", "published", "conformance", "coverage", "real", "bench")
@@ -57,6 +59,14 @@ def contents(wheel: Path) -> set[str]:
     return {t for t in tops if not t.endswith(".dist-info")}
 
 
+def c_sources(wheel: Path) -> set[str]:
+    """Return the names of the C files and headers of the generator that a wheel holds."""
+    with zipfile.ZipFile(wheel) as archive:
+        return {
+            n for n in archive.namelist() if n.startswith(GENERATOR) and n.endswith((".c", ".h"))
+        }
+
+
 def main() -> int:
     """Build, install, try; returns 0, or ends with what failed."""
     with tempfile.TemporaryDirectory() as name:
@@ -66,6 +76,8 @@ def main() -> int:
         )
         (wheel,) = folder.glob("*.whl")
         assert contents(wheel) == PACKAGES, contents(wheel)
+        own = {p.relative_to(ROOT).as_posix() for p in (ROOT / GENERATOR).glob("*.[ch]")}
+        assert c_sources(wheel) == own != set(), c_sources(wheel)
         venv.create(folder / "env", with_pip=True)
         python, command = folder / "env/bin/python", folder / "env/bin/bondsight"
         must([python, "-m", "pip", "install", "--quiet", f"{wheel}[data]"], folder)

@@ -7,6 +7,6 @@ from hardware.simulators.bench_server.config import load_config as load_config
 from hardware.simulators.bench_server.plants import MACHINES as MACHINES
 from hardware.simulators.bench_server.plants import Stand as Stand
 from hardware.simulators.bench_server.plants import stand_of as stand_of
-from hardware.simulators.bench_server.sealing import SealedEnvelope as SealedEnvelope
 from hardware.simulators.bench_server.server import BenchServer as BenchServer
 from hardware.simulators.bench_server.serving import serve as serve
+from hardware.simulators.seal import SealedEnvelope as SealedEnvelope

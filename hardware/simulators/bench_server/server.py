@@ -9,9 +9,9 @@ from hardware.simulators.bench_server.config import BenchConfig
 from hardware.simulators.bench_server.fronts import BenchDevice, make_device, stub_library
 from hardware.simulators.bench_server.pacing import Pacer
 from hardware.simulators.bench_server.plants import PlantMaker, Stand, stand_of
-from hardware.simulators.bench_server.sealing import SealedEnvelope
 from hardware.simulators.control import ConnectionWatchdog, ControlFront, Departure, Fault
 from hardware.simulators.rig import Extremes, Rig
+from hardware.simulators.seal import SealedEnvelope
 
 
 @final

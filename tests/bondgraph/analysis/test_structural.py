@@ -31,6 +31,7 @@ from bondgraph.analysis.structural import controllability, observability
 from bondgraph.equations.derivation import equations
 from bondgraph.graph.elements import MTF, Field
 from bondgraph.graph.modulation import displacement
+from bondgraph.graph.sensors import Da
 from bondgraph.laws import Coulomb, Polynomial
 from tests.properties.graphs import random_graph
 
@@ -234,7 +235,8 @@ def test_laws_count_by_their_linear_part() -> None:
 def test_catalogue_models_are_moved_and_seen(name: str) -> None:
     g = MODELS[name]()
     for answer in (controllability(g), observability(g)):
-        assert answer.structural_rank == answer.exact_rank
+        # with an accelerometer the exact rank alone decides
+        assert answer.structural_rank == (None if g.of_type(Da) else answer.exact_rank)
         assert answer.holds, str(answer)
 
 

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 import hardware.simulators as simulators
-from hardware.simulators import draw_truth, effects, record, seal
+from hardware.simulators import draw_truth, effects, record
 from hardware.simulators.bench import CSV_HEADER, visibility
 from hardware.simulators.draw import deviation_ratio, imitations, left_over
 from hardware.simulators.effects import CATALOGUE, RATIO_RANGES, STRENGTHS, HiddenEffect
@@ -240,7 +240,7 @@ def test_parameters_stay_within_twenty_percent() -> None:
 def test_seal_opens_to_the_same_truth(tmp_path: Any) -> None:
     """Opening gives the sealed truth, also from a file; salts differ; repr tells nothing."""
     t = truth("creep", "C_nl")
-    sealed, again = seal(t), seal(t)
+    sealed, again = (SealedTruth.closed(t.as_dict()) for _ in range(2))
     assert sealed.open() == t
     assert sealed.hash != again.hash
     assert len(sealed.hash) == 64
@@ -251,7 +251,7 @@ def test_seal_opens_to_the_same_truth(tmp_path: Any) -> None:
 
 def test_tampering_is_found() -> None:
     """Changed payload, salt or hash do not open."""
-    sealed = seal(truth("creep", "C_nl"))
+    sealed = SealedTruth.closed(truth("creep", "C_nl").as_dict())
     content = json.loads(sealed.payload)
     content["effect"] = "none"
     forged = json.dumps(content, sort_keys=True, separators=(",", ":"))

@@ -14,6 +14,7 @@ from bondgraph.graph.elements import C, I, One, R, Se
 from bondgraph.graph.sensors import Df, Dq, Sensor
 from bondgraph.signals.recording import Split
 from bondgraph.support.errors import UnknownName
+from hardware.simulators.generator.families import FAMILIES
 from identification.diagnosis.catalogue import CATALOGUE, UNNAMED, Effect, by_name
 from identification.diagnosis.catalogue.places import mechanical_resistors, other_resistors
 from identification.diagnosis.screening.observation import scene
@@ -21,7 +22,6 @@ from identification.diagnosis.screening.port_history import FittedModel, PortHis
 from identification.estimation.single_record import fit
 from identification.study.factors import drives
 from identification.study.problem import Data, Problem
-from tests.proof.trial.vocabulary import FAMILIES
 from tests.settled import simulate
 
 VOCABULARY = {

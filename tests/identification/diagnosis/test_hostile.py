@@ -7,16 +7,16 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
+from actuators.models.plants import plant_model
 from bondgraph import BondGraph
 from bondgraph.signals.recording import Recording
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import BondsightError
+from hardware.simulators.generator import draw
+from hardware.simulators.generator.making import record
 from identification.diagnosis.diagnose import Diagnosis, diagnose
 from identification.diagnosis.search.candidates import DiagnosisOptions
 from identification.diagnosis.verdict import verdict
-from tests.proof.trial.generator import draw
-from tests.proof.trial.generator.making import record
-from tests.proof.trial.models import blind_model
 
 Channels = dict[str, Array]
 SAMPLES = 600
@@ -35,7 +35,7 @@ def plain() -> tuple[BondGraph, Channels]:
     kept = {"F": made["F"], **{n: made[n] for n in case.sensors}}
     channels = {n: np.asarray(v, float)[:SAMPLES] for n, v in kept.items()}
     channels["time"] = np.asarray(made["time"], float)[:SAMPLES]
-    return blind_model("chain", case.sensors), channels
+    return plant_model("chain", case.sensors), channels
 
 
 def diagnosed(graph: BondGraph, channels: Channels) -> Diagnosis:

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from actuators.models.plants.chain import chain
 from bondgraph.signals.split import interleaved
 from identification.diagnosis.catalogue import CATALOGUE, UNNAMED
 from identification.diagnosis.screening.observation import scene
@@ -18,7 +19,6 @@ from identification.diagnosis.screening.score_test import Screened, projection, 
 from identification.estimation.single_record import Fit, fit
 from identification.study.problem import Data, Problem
 from identification.study.residual import evaluate
-from tests.proof.trial.models.chain import chain
 
 Array = Any
 N, DT, NOISE = 800, 2e-3, 3e-6

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from tests.proof.exam.said import Claim, exam_answer_of
+from hardware.simulators.judging.claims import Claim, exam_answer_of
 
 
 def entry_of(content: Mapping[str, Any]) -> dict[str, Any]:

@@ -12,23 +12,23 @@ from typing import Any
 
 import numpy as np
 
+from actuators.models.plants import plant_model
 from bondgraph.export.formats import export
 from bondgraph.export.notations import notation
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.signals.recording import Recording
 from bondgraph.support.errors import BondsightError, UnusableInput
 from bondgraph.support.whole_file import write_atomically
+from hardware.simulators.generator.accepted import KINDS
+from hardware.simulators.generator.families import FAMILIES, FAMILY_OF
+from hardware.simulators.judging.claims import ExamAnswer
+from hardware.simulators.judging.outcome import judge_exam
+from hardware.simulators.judging.truths import ExamTruth, truth_of
 from identification.diagnosis.catalogue import CATALOGUE
-from tests.proof.exam.judging import judge_exam
-from tests.proof.exam.said import ExamAnswer
 from tests.proof.exam.separable import kind_separable, name_separable, no_law_fits
-from tests.proof.exam.truths import ExamTruth, truth_of
-from tests.proof.exam.vocabulary import KINDS
 from tests.proof.trial.layout import Layout
-from tests.proof.trial.models import blind_model
 from tests.proof.trial.running import graph_of, ports_of, recording_of
 from tests.proof.trial.truths import Public, read_public
-from tests.proof.trial.vocabulary import FAMILIES, FAMILY_OF
 
 HERE = Path(__file__).parent
 PLAIN = ("ENTER.md", "scorer.py", "answer.schema.json")
@@ -49,7 +49,7 @@ def export_benchmark(layout: Layout, out: Path) -> int:
     for p in public:
         write_csv(recording_of(layout, p), out / "recordings" / f"{p.id}.csv")
     for plant in sorted({p.plant for p in public}):
-        write_model(blind_model(plant), plant, out / "models")
+        write_model(plant_model(plant), plant, out / "models")
     _write(out / "recordings.json", {"recordings": [known(p) for p in public]})
     _write(out / "vocabulary.json", vocabulary())
     for name in PLAIN:

@@ -1,7 +1,7 @@
 """Development exam: recordings with known physics on which the decision is tuned and compared.
 
 Not sealed: whoever works on the decision looks at the truths. It stands on the generator of the
-sealed trial (`tests.proof.trial.generator`) with three plants more and with laws that the
+sealed trial (`hardware.simulators.generator`) with three plants more and with laws that the
 catalogue does not write in that way, and asks what real machines ask: rare effects, slow records,
 weak further effects, coloured noise, coarse converters.
 
@@ -15,6 +15,7 @@ Every recording is diagnosed once and its answer kept; with another ``--answers`
 sat anew. Half recordings and transplants (what the repaired model makes of the same command)
 should be answered as the recordings are, whatever the truth is.
 
-``cells`` says what is drawn, ``vocabulary`` which laws and what they may be called, ``truths`` and
-``said`` are the two sides, ``judging`` lays them beside each other, ``counting`` counts.
+``cells`` says what is drawn, ``truths`` and ``said`` read the two sides, the judge of the product
+(`hardware.simulators.judging`) lays them beside each other, ``counting`` counts. Which laws hide
+where, and what they may be called, the generator says (``exam_places``, ``accepted``).
 """

@@ -9,8 +9,9 @@ from pathlib import Path
 
 from bondgraph.support.errors import BondsightError
 from bondsight.cli.arguments import jobs, nonnegative
+from hardware.simulators.judging.truths import ExamTruth
 from tests.proof.exam.cells import CELLS
-from tests.proof.exam.truths import ExamTruth, read_exam_truths
+from tests.proof.exam.truths import read_exam_truths
 from tests.proof.trial.layout import Layout
 
 FOLDER = Path("bondsight-out/exam")

@@ -7,12 +7,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from tests.proof.exam.vocabulary import Table
+from hardware.simulators.generator.case import DrawnCase, Hidden
+from hardware.simulators.generator.drawing import stream
+from hardware.simulators.generator.exam_places import Table
+from hardware.simulators.generator.parameters import ALL_PLANTS, PLANTS, SPREAD
+from hardware.simulators.generator.vocabulary import Choice, choices
 from tests.proof.exam.world import EXAM, World
-from tests.proof.trial.generator.case import Case, Hidden
-from tests.proof.trial.generator.drawing import stream
-from tests.proof.trial.generator.parameters import ALL_PLANTS, PLANTS, SPREAD
-from tests.proof.trial.generator.vocabulary import Choice, choices
 
 CELLS: Mapping[str, int] = {
     "control": 108,
@@ -77,12 +77,14 @@ def shares(count: int, cells: Mapping[str, int] = CELLS) -> dict[str, int]:
     return out
 
 
-def draw_exam(seed: int, count: int) -> list[Case]:
+def draw_exam(seed: int, count: int) -> list[DrawnCase]:
     """Return the cases of an exam in a drawn order; the same for the same two numbers."""
     return draw_cells("exam", seed, shares(count), EXAM)
 
 
-def draw_cells(kind: str, entropy: str | int, cells: Mapping[str, int], world: World) -> list[Case]:
+def draw_cells(
+    kind: str, entropy: str | int, cells: Mapping[str, int], world: World
+) -> list[DrawnCase]:
     """Return cases in a drawn order: so many of each cell, from what a world has.
 
     Parameters
@@ -100,7 +102,7 @@ def draw_cells(kind: str, entropy: str | int, cells: Mapping[str, int], world: W
     return [replace(cases[k], id=f"{kind[0]}{i:04d}") for i, k in enumerate(turn)]
 
 
-def _one(cell: str, i: int, order: Rng, rng: Rng, world: World) -> Case:
+def _one(cell: str, i: int, order: Rng, rng: Rng, world: World) -> DrawnCase:
     match cell:
         case "control":
             return _control(i, rng, world)
@@ -170,7 +172,9 @@ def _excitation(plant: str, effects: Sequence[Hidden], rng: Rng) -> str:
     return "noise" if kind == "closed_loop" and not looped else kind
 
 
-def _case(cell: str, plant: str, effects: Sequence[Hidden], rng: Rng, excitation: str = "") -> Case:
+def _case(
+    cell: str, plant: str, effects: Sequence[Hidden], rng: Rng, excitation: str = ""
+) -> DrawnCase:
     """Return a case of a plant with effects, everything else drawn."""
     sensors = _sensors(plant, effects, rng)
     kind = excitation or _excitation(plant, effects, rng)
@@ -178,7 +182,7 @@ def _case(cell: str, plant: str, effects: Sequence[Hidden], rng: Rng, excitation
     # jumps with it has no value at the samples
     even = plant in _DIRECT or any(e.law in _TIMED for e in effects) or rng.random() < 0.4
     noise = str(rng.choice(["white", "coloured", "quantised"], p=[0.55, 0.27, 0.18]))
-    return Case(
+    return DrawnCase(
         id="",
         plant=plant,
         sensors=sensors,
@@ -194,7 +198,7 @@ def _case(cell: str, plant: str, effects: Sequence[Hidden], rng: Rng, excitation
     )
 
 
-def _control(i: int, rng: Rng, world: World) -> Case:
+def _control(i: int, rng: Rng, world: World) -> DrawnCase:
     plant = _plant(world, rng)
     kinds = [kind for kind, n in CONTROLS.items() for _ in range(n)]
     # neighbours in the list differ, so that a short exam has every kind
@@ -240,13 +244,13 @@ def _further(
     return effects
 
 
-def _several(cell: str, n: int, rng: Rng, world: World) -> Case:
+def _several(cell: str, n: int, rng: Rng, world: World) -> DrawnCase:
     plant = _plant(world, rng)
     levels = [float(x) for x in rng.uniform(6, 36, n)]
     return _case(cell, plant, _further(plant, (), levels, rng, world), rng)
 
 
-def _weak_further(i: int, order: Rng, rng: Rng, world: World) -> Case:
+def _weak_further(i: int, order: Rng, rng: Rng, world: World) -> DrawnCase:
     """Return one strong effect with one or two of 1 to 5 % of its mean square."""
     strong = float(rng.uniform(20, 40))
     plant, effects = _effect(world.inside, i, order, rng, strong)
@@ -255,7 +259,7 @@ def _weak_further(i: int, order: Rng, rng: Rng, world: World) -> Case:
     return _case("weak_further", plant, _further(plant, effects, levels, rng, world), rng)
 
 
-def _slow(i: int, order: Rng, rng: Rng, world: World) -> Case:
+def _slow(i: int, order: Rng, rng: Rng, world: World) -> DrawnCase:
     plants = [name for name in world.plants if name not in _RESTLESS]
     effects: tuple[Hidden, ...] = ()
     if i % QUIET_EVERY == 0:
@@ -270,7 +274,7 @@ def _slow(i: int, order: Rng, rng: Rng, world: World) -> Case:
     return replace(case, samples=max(case.samples, 4000))
 
 
-def _broadband(i: int, order: Rng, rng: Rng, world: World) -> Case:
+def _broadband(i: int, order: Rng, rng: Rng, world: World) -> DrawnCase:
     """Return a record that begins in motion: its first tenth is cut off."""
     effects: tuple[Hidden, ...] = ()
     if i % QUIET_EVERY == 0:

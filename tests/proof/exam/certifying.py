@@ -16,13 +16,13 @@ from pathlib import Path
 from typing import Any
 
 from bondgraph.support.errors import UnusableInput
+from hardware.simulators.judging.claims import Claim, ExamAnswer, exam_answer_of
+from hardware.simulators.judging.truths import ExamTruth
 from identification.diagnosis.evidence.answer import Decision
 from identification.diagnosis.evidence.decision import decide
 from identification.diagnosis.evidence.hypotheses import Thresholds
 from tests.proof.exam.counting import score_exam
-from tests.proof.exam.said import Claim, ExamAnswer, exam_answer_of
 from tests.proof.exam.stored import evidence_of
-from tests.proof.exam.truths import ExamTruth
 from tests.proof.trial.gates import LEVEL
 from tests.proof.trial.rates import Rate, rate
 

@@ -7,13 +7,13 @@ from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
-from tests.proof.exam.judging import ExamOutcome, judge_exam
-from tests.proof.exam.said import ExamAnswer
+from hardware.simulators.generator.families import FAMILIES
+from hardware.simulators.judging.claims import ExamAnswer
+from hardware.simulators.judging.outcome import ExamOutcome, judge_exam
+from hardware.simulators.judging.truths import ExamTruth
 from tests.proof.exam.separable import kind_separable, name_separable, no_law_fits
-from tests.proof.exam.truths import ExamTruth
 from tests.proof.trial.calibration import Reliability, reliability
 from tests.proof.trial.rates import Rate, rate
-from tests.proof.trial.vocabulary import FAMILIES
 
 LEFT = 1.0
 """A declared model leaves a misfit if more than this many times the noise remains beside it."""

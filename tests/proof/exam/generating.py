@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from hardware.simulators.generator.making_exam import exam_record
 from tests.proof.exam.cells import draw_exam
-from tests.proof.exam.making import exam_record
 from tests.proof.trial.generating import Progress, make_all
 from tests.proof.trial.layout import Layout
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Sequence
 
+from hardware.simulators.judging.outcome import ExamOutcome
 from tests.proof.exam.cells import CELLS
 from tests.proof.exam.counting import ExamScore
-from tests.proof.exam.judging import ExamOutcome
 from tests.proof.trial.rates import Rate
 
 _WIDE = 76

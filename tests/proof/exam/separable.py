@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from bondgraph.support.arrays import Array
+from hardware.simulators.judging.claims import told_at
+from hardware.simulators.judging.truths import ConcealedEffect, ExamTruth
 from identification.diagnosis.catalogue import UNNAMED
-from tests.proof.exam.said import told_at
-from tests.proof.exam.truths import ConcealedEffect, ExamTruth
 
 SURE = 3.0
 """Standard errors over the stretches by which a wrong hypothesis must lose against the truth."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from tests.proof.exam.vocabulary import (
+from hardware.simulators.generator.exam_places import (
     DISTURBED_LAWS,
     EXAM_FORMS,
     EXAM_OUTSIDE,
@@ -16,7 +16,7 @@ from tests.proof.exam.vocabulary import (
     Table,
     of_laws,
 )
-from tests.proof.trial.generator.parameters import EXAM_PLANTS, PLANTS
+from hardware.simulators.generator.parameters import EXAM_PLANTS, PLANTS
 
 
 @dataclass(frozen=True, slots=True)

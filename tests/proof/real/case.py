@@ -8,8 +8,8 @@ from types import MappingProxyType
 from typing import Literal
 
 from bondgraph.graph.bond_graph import BondGraph
+from hardware.simulators.generator.families import FAMILY_OF
 from identification.datasets import SETS, LoadedRecording, load, protocol
-from tests.proof.trial.vocabulary import FAMILY_OF
 
 __all__ = ["KINDS", "Published", "RealCase", "Truth"]
 

@@ -8,7 +8,7 @@ from typing import Any
 
 from bondgraph.graph.elements import C, I, R, Source, TwoPort
 from bondgraph.graph.sensors import Sensor
-from tests.proof.exam.said import Claim, claim_of
+from hardware.simulators.judging.claims import Claim, claim_of
 from tests.proof.real.case import RealCase
 
 __all__ = ["OUTCOMES", "Judgement", "judge"]

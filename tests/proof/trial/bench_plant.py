@@ -14,16 +14,16 @@ import numpy as np
 
 from bondgraph.support.arrays import FloatArray as Array
 from bondgraph.support.errors import UnusableInput, unknown_name
+from hardware.simulators.generator.case import DrawnCase
+from hardware.simulators.generator.drawing import draw
+from hardware.simulators.generator.laws import LAWS
+from hardware.simulators.generator.making import together
+from hardware.simulators.generator.native import Row
+from hardware.simulators.generator.parameters import PLANTS
+from hardware.simulators.generator.resuming import Going
+from hardware.simulators.generator.sensing import SENSOR_LAWS
+from hardware.simulators.generator.sizing import COARSEST, FINEST, CaseBench, Sized, bench_of, size
 from tests.proof.trial.bench_sensing import LateEdges, SensorCarried
-from tests.proof.trial.generator.case import Case
-from tests.proof.trial.generator.drawing import draw
-from tests.proof.trial.generator.laws import LAWS
-from tests.proof.trial.generator.making import together
-from tests.proof.trial.generator.native import Row
-from tests.proof.trial.generator.parameters import PLANTS
-from tests.proof.trial.generator.resuming import Going
-from tests.proof.trial.generator.sensing import SENSOR_LAWS
-from tests.proof.trial.generator.sizing import COARSEST, FINEST, Bench, Sized, bench_of, size
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -40,7 +40,7 @@ class TrialPlant:
 
     Parameters
     ----------
-    what : str or Case
+    what : str or DrawnCase
         Name of a plant, or a case; its effects get the strengths they have in the trial.
     displacement : str, optional
         Sensor that the interferometer sees; by default the first that reads metres.
@@ -62,14 +62,14 @@ class TrialPlant:
 
     def __init__(
         self,
-        what: str | Case,
+        what: str | DrawnCase,
         *,
         displacement: str | None = None,
         current: str | None = None,
         parameters: Mapping[str, float] | None = None,
         span: float | None = None,
     ) -> None:
-        case = what if isinstance(what, Case) else None
+        case = what if isinstance(what, DrawnCase) else None
         name = case.plant if case else str(what)
         if name not in PLANTS:
             raise unknown_name("plant", name, "sealed trial", PLANTS)
@@ -186,7 +186,7 @@ def _column(plant: str, name: str | None, unit: str) -> int | None:
     return list(sensors).index(name)
 
 
-def _sized(case: Case) -> tuple[Bench | None, list[Sized]]:
+def _sized(case: DrawnCase) -> tuple[CaseBench | None, list[Sized]]:
     """Give the effects the strengths that they have in the case's record."""
     if not case.effects:
         return None, []
@@ -209,7 +209,7 @@ def _sized(case: Case) -> tuple[Bench | None, list[Sized]]:
 
 
 def _rows(
-    case: Case | None, bench: Bench | None, sized: Sequence[Sized], step: float
+    case: DrawnCase | None, bench: CaseBench | None, sized: Sequence[Sized], step: float
 ) -> tuple[list[Row], int, float]:
     """Return the effects in the C code, sub-steps, and the dead time of the command (s)."""
     if case is None:

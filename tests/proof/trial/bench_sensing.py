@@ -7,8 +7,8 @@ from typing import final
 import numpy as np
 
 from bondgraph.support.arrays import FloatArray as Array
-from tests.proof.trial.generator.sensing import sense
-from tests.proof.trial.generator.sizing import Sized
+from hardware.simulators.generator.sensing import sense
+from hardware.simulators.generator.sizing import Sized
 
 _NEEDS_TIME = ("linear_in_time", "warming_up")
 _LAGS = {"sensor_first_order": 1, "sensor_two_lags": 2}

@@ -22,15 +22,17 @@ from typing import Any
 
 from bondgraph.support.errors import UnusableInput
 from bondgraph.support.whole_file import write_atomically
+from hardware.simulators.judging.truths import ExamTruth, truth_of
 from identification.diagnosis.evidence.hypotheses import Thresholds
 from identification.diagnosis.search.candidates import DiagnosisOptions
-from tests.proof.exam.truths import ExamTruth, truth_of
 from tests.proof.trial.layout import Layout
 from tests.proof.trial.truths import canonical
 
 SCHEMA = "bondsight.commitment/2"
 PACKAGES = ("bondsight", "bondgraph", "actuators", "identification", "hardware")
-PROOF = ("tests/proof/trial", "tests/proof/exam")
+JUDGES = ("hardware/simulators/generator", "hardware/simulators/judging")
+"""Folders of the packages that the diagnosis never loads: they belong to the proof."""
+PROOF = ("tests/proof/trial", "tests/proof/exam", *JUDGES)
 """Folders of the proof itself: generator, run and score."""
 DESIGN = Path(__file__).with_name("DESIGN.md")
 HELD = ("trial", "quick")
@@ -87,6 +89,8 @@ def tool_commit() -> str:
 def source_hash(folders: Sequence[str] = PACKAGES) -> str:
     """SHA-256 of the tool's sources: every Python and C file of its packages, by path.
 
+    What lies in `JUDGES` counts only where it is asked for.
+
     The commit that holds a commitment cannot be named in it; the sources can.
 
     Parameters
@@ -100,6 +104,7 @@ def source_hash(folders: Sequence[str] = PACKAGES) -> str:
         for name in folders
         for end in ("*.py", "*.c", "*.h")
         for f in root.glob(f"{name}/**/{end}")
+        if name in JUDGES or not any(f.is_relative_to(root / j) for j in JUDGES)
     ]
     for file in sorted(files):
         found.update(f"{file.relative_to(root).as_posix()}\n{file_hash(file)}\n".encode())

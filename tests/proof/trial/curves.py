@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+from hardware.simulators.judging.truths import ExamTruth
 from identification.report.tables import markdown
-from tests.proof.exam.truths import ExamTruth
 from tests.proof.trial.forest import forest
 from tests.proof.trial.rates import Rate, rate
 from tests.proof.trial.rivals import RULES, Content, Pick, Rule, tool

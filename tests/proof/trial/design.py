@@ -10,27 +10,26 @@ from collections.abc import Mapping
 from dataclasses import replace
 from types import MappingProxyType
 
-from tests.proof.exam.cells import draw_cells, shares
-from tests.proof.exam.vocabulary import (
+from hardware.simulators.generator.case import DrawnCase
+from hardware.simulators.generator.drawing import stream
+from hardware.simulators.generator.exam_places import (
     EXAM_FORMS,
     EXAM_OUTSIDE,
-    EXAM_SINGLES,
     Table,
     widened,
 )
-from tests.proof.exam.world import World, world
-from tests.proof.trial.generator.case import Case
-from tests.proof.trial.generator.drawing import stream
-from tests.proof.trial.generator.parameters import ALL_PLANTS, WITHHELD_PLANTS
-from tests.proof.trial.generator.vocabulary import Places
-from tests.proof.trial.later_places import (
+from hardware.simulators.generator.later_places import (
     LATER,
     LATER_REWRITTEN,
+    LATER_SINGLES,
     MIXED_UP,
     WITHHELD_FORMS,
     WITHHELD_OUTSIDE,
-    WRONG_GAIN,
 )
+from hardware.simulators.generator.parameters import ALL_PLANTS, WITHHELD_PLANTS
+from hardware.simulators.generator.vocabulary import Places
+from tests.proof.exam.cells import draw_cells, shares
+from tests.proof.exam.world import World, world
 
 CELLS: Mapping[str, int] = MappingProxyType(
     {
@@ -61,11 +60,9 @@ COUNTS: Mapping[str, int] = MappingProxyType(
 BITS = (12, 14, 16)
 """Widths of the converters that read the sensors."""
 
-_SINGLES: Table = (*widened(EXAM_SINGLES, LATER), *WRONG_GAIN)
-
 SEALED = world(
     tuple(ALL_PLANTS),
-    single=_SINGLES,
+    single=LATER_SINGLES,
     form=widened(EXAM_FORMS, LATER),
     rewritten=LATER_REWRITTEN,
     outside=widened(EXAM_OUTSIDE, LATER),
@@ -97,7 +94,7 @@ DEVELOPMENT = _of_known_plants(SEALED)
 """What development draws from."""
 
 
-def draw_trial(kind: str, entropy: str | int, count: int | None = None) -> list[Case]:
+def draw_trial(kind: str, entropy: str | int, count: int | None = None) -> list[DrawnCase]:
     """Return the cases of a trial in a drawn order.
 
     Parameters
@@ -131,7 +128,7 @@ def draw_trial(kind: str, entropy: str | int, count: int | None = None) -> list[
     ]
 
 
-def _converter(case: Case, kind: str, entropy: str | int, i: int) -> dict[str, float]:
+def _converter(case: DrawnCase, kind: str, entropy: str | int, i: int) -> dict[str, float]:
     """Return width, headroom and bow of the converter; coarse noise is one already."""
     if case.noise["kind"] == "quantised":
         return {}

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from tests.proof.exam.said import told_at
-from tests.proof.exam.truths import ExamTruth
+from hardware.simulators.judging.claims import told_at
+from hardware.simulators.judging.truths import ExamTruth
 from tests.proof.trial.rivals import Content, Pick, Rule
 
 TREES = 300

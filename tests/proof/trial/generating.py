@@ -13,12 +13,12 @@ from joblib import delayed
 from bondgraph.support.errors import UnusableInput
 from bondgraph.support.parallel import results
 from bondgraph.support.whole_file import write_atomically
-from tests.proof.exam.making import exam_record
+from hardware.simulators.generator.case import DrawnCase
+from hardware.simulators.generator.making_exam import exam_record
+from hardware.simulators.generator.parameters import ALL_PLANTS
+from hardware.simulators.generator.writing import Make, generate, load_case
 from tests.proof.trial.commitment import DESIGN, commit
 from tests.proof.trial.design import COUNTS, draw_trial
-from tests.proof.trial.generator.case import Case
-from tests.proof.trial.generator.parameters import ALL_PLANTS
-from tests.proof.trial.generator.writing import Make, generate, load_case
 from tests.proof.trial.layout import Layout
 
 HOLDS: Mapping[str, str] = {"zero": "hold", "linear": "linear"}
@@ -99,7 +99,7 @@ def _begun(layout: Layout, kind: str, seed: int | None) -> str:
 
 
 def make_all(
-    cases: Sequence[Case], layout: Layout, make: Make, jobs: int, progress: Progress | None
+    cases: Sequence[DrawnCase], layout: Layout, make: Make, jobs: int, progress: Progress | None
 ) -> list[dict[str, Any]]:
     """Make the recordings that are not there, list what is public, return all truths."""
     made = results((delayed(_make)(case, layout, make) for case in cases), jobs)
@@ -111,7 +111,7 @@ def make_all(
     return truths
 
 
-def _make(case: Case, layout: Layout, make: Make) -> str:
+def _make(case: DrawnCase, layout: Layout, make: Make) -> str:
     # the list of truths that this call writes is written anew at the end
     generate([case], layout.data, make=make)
     return case.id

@@ -15,9 +15,11 @@ from operator import attrgetter
 from pathlib import Path
 
 from bondgraph.support.errors import UnusableInput
-from tests.proof.exam.judging import ExamOutcome, JudgedClaim, judge_exam
-from tests.proof.exam.said import exam_answer_of, read_exam_answers
-from tests.proof.exam.truths import read_exam_truths, truth_of
+from hardware.simulators.judging.claims import exam_answer_of
+from hardware.simulators.judging.outcome import ExamOutcome, JudgedClaim, judge_exam
+from hardware.simulators.judging.truths import truth_of
+from tests.proof.exam.said import read_exam_answers
+from tests.proof.exam.truths import read_exam_truths
 from tests.proof.trial.commitment import truths_hash
 from tests.proof.trial.layout import Layout
 from tests.proof.trial.rates import Rate

@@ -13,6 +13,8 @@ from typing import Any
 
 from bondgraph.signals.split import kept_back
 from bondgraph.support.errors import BondsightError
+from hardware.simulators.judging.outcome import ExamOutcome
+from hardware.simulators.judging.truths import ConcealedEffect, ExamTruth
 from identification.diagnosis.catalogue import CATALOGUE, by_name
 from identification.diagnosis.catalogue.effect import Hint
 from identification.diagnosis.diagnose import judged_on
@@ -32,9 +34,7 @@ from identification.diagnosis.search.nominal import (
 from identification.estimation.single_record import Fit
 from identification.estimation.threads import calm
 from identification.study.factors import drives
-from tests.proof.exam.judging import ExamOutcome
 from tests.proof.exam.said import read_each
-from tests.proof.exam.truths import ConcealedEffect, ExamTruth
 from tests.proof.trial.commitment import verify
 from tests.proof.trial.layout import Layout
 from tests.proof.trial.running import Progress, graph_of, recording_of, run_all

@@ -14,8 +14,8 @@ from typing import Any
 
 import numpy as np
 
+from hardware.simulators.judging.claims import Claim, exam_answer_of, told_at
 from identification.diagnosis.catalogue import UNNAMED
-from tests.proof.exam.said import Claim, exam_answer_of, told_at
 from tests.proof.trial.rates import rate
 
 Content = Mapping[str, Any]

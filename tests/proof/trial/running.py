@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from joblib import delayed
 
+from actuators.models.plants import plant_model
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import Source, TwoPort, Valued
 from bondgraph.graph.sensors import Sensor
@@ -22,7 +23,6 @@ from bondgraph.support.whole_file import write_atomically
 from identification.diagnosis.localisation.element_kind import element_kind
 from tests.proof.trial.commitment import read_commitment
 from tests.proof.trial.layout import Layout
-from tests.proof.trial.models import blind_model
 from tests.proof.trial.truths import Public
 
 Progress = Callable[[str, float], None]
@@ -36,7 +36,7 @@ def recording_of(layout: Layout, public: Public) -> Recording:
     Units of coarse converters that are declared go to ``meta["resolution"]``.
     """
     path = layout.recordings / f"{public.id}.npz"
-    graph = blind_model(public.plant, public.sensors)
+    graph = plant_model(public.plant, public.sensors)
     names = [e.name for e in graph.of_type(Source, Sensor)]
     with np.load(path, allow_pickle=False) as file:
         channels = {n: np.asarray(file[n], float) for n in names}
@@ -50,7 +50,7 @@ def recording_of(layout: Layout, public: Public) -> Recording:
 
 def graph_of(public: Public) -> BondGraph:
     """Model of the plant with the sensors and the dead time that the public list states."""
-    return blind_model(public.plant, public.sensors, public.delay)
+    return plant_model(public.plant, public.sensors, public.delay)
 
 
 def ports_of(graph: BondGraph) -> dict[str, str]:

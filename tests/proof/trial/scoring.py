@@ -8,10 +8,10 @@ from dataclasses import dataclass
 from typing import Any
 
 from bondgraph.support.errors import UnusableInput
+from hardware.simulators.judging.claims import ExamAnswer
+from hardware.simulators.judging.outcome import ExamOutcome
+from hardware.simulators.judging.truths import ExamTruth
 from tests.proof.exam.counting import ExamScore, score_exam, stated
-from tests.proof.exam.judging import ExamOutcome
-from tests.proof.exam.said import ExamAnswer
-from tests.proof.exam.truths import ExamTruth
 from tests.proof.trial.calibration import log_score, plain_log_score
 from tests.proof.trial.curves import Curve
 from tests.proof.trial.gates import Gate, gates

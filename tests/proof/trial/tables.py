@@ -7,8 +7,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
+from hardware.simulators.judging.outcome import ExamOutcome, JudgedClaim
 from tests.proof.exam.counting import sorted_out
-from tests.proof.exam.judging import ExamOutcome, JudgedClaim
 from tests.proof.trial.rates import Rate, rate
 
 NOTHING = "(nothing)"

@@ -14,10 +14,10 @@ from pathlib import Path
 from typing import Any
 
 from bondgraph.support.whole_file import write_atomically
+from hardware.simulators.judging.claims import ExamAnswer
+from hardware.simulators.judging.outcome import ExamOutcome, judge_exam
+from hardware.simulators.judging.truths import ExamTruth
 from tests.proof.exam.answering import exam_answer
-from tests.proof.exam.judging import ExamOutcome, judge_exam
-from tests.proof.exam.said import ExamAnswer
-from tests.proof.exam.truths import ExamTruth
 from tests.proof.trial.gates import MISNAMED, Gate, withheld_gates
 from tests.proof.trial.layout import Layout
 from tests.proof.trial.nesting import containing

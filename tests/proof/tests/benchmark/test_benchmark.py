@@ -14,21 +14,21 @@ import jsonschema
 import numpy as np
 import pytest
 
+from actuators.models.plants import plant_model
 from bondgraph.export.graph_json.read_graph import from_json
+from hardware.simulators.generator.families import FAMILIES, FAMILY_OF
+from hardware.simulators.judging.claims import exam_answer_of
+from hardware.simulators.judging.truths import truth_of
 from tests.proof.benchmark import scorer
 from tests.proof.benchmark.__main__ import main
 from tests.proof.benchmark.converting import entry_of
 from tests.proof.benchmark.exporting import HERE, open_truths, truth_row
 from tests.proof.exam.counting import score_exam, stated
 from tests.proof.exam.generating import generate_exam
-from tests.proof.exam.said import exam_answer_of
-from tests.proof.exam.truths import truth_of
 from tests.proof.trial.layout import Layout
-from tests.proof.trial.models import blind_model
 from tests.proof.trial.rates import Rate
 from tests.proof.trial.running import recording_of
 from tests.proof.trial.truths import read_public
-from tests.proof.trial.vocabulary import FAMILIES, FAMILY_OF
 
 EFFECTS = ("backlash", "coulomb_friction", "stribeck_friction", "creep")
 KINDS = ("restoring", "dissipative", "slow")
@@ -282,7 +282,7 @@ def test_what_an_entrant_gets(tmp_path: Path, capsys: pytest.CaptureFixture[str]
             assert table[:, k] == pytest.approx(recording[name], rel=1e-9)
         assert set(p.sensors) <= set(row["elements"])
         model = out / "models" / f"{p.plant}.json"
-        assert from_json(model).elements.keys() == blind_model(p.plant).elements.keys()
+        assert from_json(model).elements.keys() == plant_model(p.plant).elements.keys()
         assert "/dt := " in model.with_suffix(".txt").read_text()
         assert (out / "models" / f"{p.plant}.fmu").stat().st_size > 10_000
     told = json.loads((out / "vocabulary.json").read_text())

@@ -6,10 +6,10 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
+from hardware.simulators.judging.claims import exam_answer_of
+from hardware.simulators.judging.outcome import ExamOutcome, judge_exam
+from hardware.simulators.judging.truths import truth_of
 from tests.proof.exam.counting import ExamScore, score_exam
-from tests.proof.exam.judging import ExamOutcome, judge_exam
-from tests.proof.exam.said import exam_answer_of
-from tests.proof.exam.truths import truth_of
 
 Pair = tuple[Mapping[str, Any], Mapping[str, Any]]
 """A truth and an answer, as they stand in their files."""

@@ -10,35 +10,33 @@ import numpy as np
 import pytest
 
 from bondgraph.support.errors import UnusableInput
-from tests.proof.exam.cells import CELLS, CONTROLS, draw_exam, shares
-from tests.proof.exam.making import exam_record
-from tests.proof.exam.truths import read_exam_truths, truth_of
-from tests.proof.exam.vocabulary import (
+from hardware.simulators.generator.accepted import KINDS, kinds_of, names_of, places_of
+from hardware.simulators.generator.case import DrawnCase
+from hardware.simulators.generator.exam_places import (
     EXAM_FORMS,
     EXAM_OUTSIDE,
     EXAM_SINGLES,
-    KINDS,
     REWRITTEN,
-    kinds_of,
-    names_of,
-    places_of,
 )
+from hardware.simulators.generator.families import FAMILY_OF
+from hardware.simulators.generator.laws import LAWS
+from hardware.simulators.generator.making_exam import exam_record
+from hardware.simulators.generator.parameters import ALL_PLANTS
+from hardware.simulators.generator.sensing import SENSOR_LAWS
+from hardware.simulators.judging.truths import truth_of
+from tests.proof.exam.cells import CELLS, CONTROLS, draw_exam, shares
+from tests.proof.exam.truths import read_exam_truths
 from tests.proof.exam.world import EXAM
-from tests.proof.trial.generator.case import Case
-from tests.proof.trial.generator.laws import LAWS
-from tests.proof.trial.generator.parameters import ALL_PLANTS
-from tests.proof.trial.generator.sensing import SENSOR_LAWS
-from tests.proof.trial.vocabulary import FAMILY_OF
 
 TABLES = (*EXAM_SINGLES, *EXAM_FORMS, *REWRITTEN, *EXAM_OUTSIDE)
 
 
 @pytest.fixture(scope="module")
-def cases() -> list[Case]:
+def cases() -> list[DrawnCase]:
     return draw_exam(0, sum(CELLS.values()))
 
 
-def test_the_usual_exam_has_every_cell_and_a_quarter_of_controls(cases: list[Case]) -> None:
+def test_the_usual_exam_has_every_cell_and_a_quarter_of_controls(cases: list[DrawnCase]) -> None:
     counted = Counter(c.cell for c in cases)
     assert counted == CELLS
     assert len({c.id for c in cases}) == len(cases) == 420
@@ -86,7 +84,7 @@ def test_words_of_laws_that_are_one_function() -> None:
     assert places_of("chain", "coulomb", "b_2") == ("b_2",)
 
 
-def test_sizes_of_several_effects(cases: list[Case]) -> None:
+def test_sizes_of_several_effects(cases: list[DrawnCase]) -> None:
     for c in cases:
         names = [e.effect for e in c.effects]
         assert len(set(names)) == len(names)
@@ -100,7 +98,7 @@ def test_sizes_of_several_effects(cases: list[Case]) -> None:
 
 
 @pytest.mark.long
-def test_further_effects_come_out_weak(cases: list[Case]) -> None:
+def test_further_effects_come_out_weak(cases: list[DrawnCase]) -> None:
     shares = []
     for case in [c for c in cases if c.cell == "weak_further"][:10]:
         main, *further = (max(e["moved"].values()) for e in exam_record(case)[1]["effects"])
@@ -110,24 +108,24 @@ def test_further_effects_come_out_weak(cases: list[Case]) -> None:
     assert max(shares) < 1
 
 
-def test_quiet_records_are_among_the_slow_and_broadband(cases: list[Case]) -> None:
+def test_quiet_records_are_among_the_slow_and_broadband(cases: list[DrawnCase]) -> None:
     for cell in ("slow", "broadband"):
         quiet = sum(not c.effects for c in cases if c.cell == cell)
         assert quiet == pytest.approx(CELLS[cell] / 4, abs=1)
 
 
-def first(cases: list[Case], cell: str) -> Case:
+def first(cases: list[DrawnCase], cell: str) -> DrawnCase:
     return next(c for c in cases if c.cell == cell and c.effects)
 
 
-def test_a_rare_effect_acts_in_few_stretches(cases: list[Case]) -> None:
+def test_a_rare_effect_acts_in_few_stretches(cases: list[DrawnCase]) -> None:
     rare = [c for c in cases if c.cell == "rare"]
     active = [exam_record(c)[1]["active"] for c in rare[:8]]
     assert np.median(active) <= 4
     assert max(active) <= 8
 
 
-def test_the_truth_says_what_was_moved_over_the_noise(cases: list[Case]) -> None:
+def test_the_truth_says_what_was_moved_over_the_noise(cases: list[DrawnCase]) -> None:
     case = first(cases, "single")
     channels, row = exam_record(case)
     # the same recording with nothing concealed: what is left is what the effect moved
@@ -143,7 +141,7 @@ def test_the_truth_says_what_was_moved_over_the_noise(cases: list[Case]) -> None
     assert truth.shows == (max(row["moved"].values()) > 3)
 
 
-def test_noise_is_counted_as_it_came_out(cases: list[Case]) -> None:
+def test_noise_is_counted_as_it_came_out(cases: list[DrawnCase]) -> None:
     case = next(c for c in cases if c.control_kind == "outliers")
     _, with_hits = exam_record(case)
     _, without = exam_record(replace(case, control_kind="plain"))
@@ -151,7 +149,7 @@ def test_noise_is_counted_as_it_came_out(cases: list[Case]) -> None:
         assert with_hits["noise_std"][name] > 1.05 * level
 
 
-def test_a_broadband_record_begins_in_motion(cases: list[Case]) -> None:
+def test_a_broadband_record_begins_in_motion(cases: list[DrawnCase]) -> None:
     case = first(cases, "broadband")
     channels, _ = exam_record(case)
     assert len(np.asarray(channels["time"])) == case.samples - case.samples // 10

@@ -12,13 +12,13 @@ import numpy as np
 import pytest
 
 from bondgraph.signals.recording import Recording
+from hardware.simulators.judging.claims import exam_answer_of
+from hardware.simulators.judging.truths import truth_of
 from identification.diagnosis.diagnose import Diagnosis
 from tests.proof.exam.__main__ import main
 from tests.proof.exam.answering import transplant
 from tests.proof.exam.counting import score_exam, stated
 from tests.proof.exam.printing import bad_lines, table_lines
-from tests.proof.exam.said import exam_answer_of
-from tests.proof.exam.truths import truth_of
 from tests.proof.tests.exam.made_up import (
     BACKLASH,
     MISSING,

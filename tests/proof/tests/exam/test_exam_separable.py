@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from hardware.simulators.judging.truths import ConcealedEffect, ExamTruth
 from tests.proof.exam.separable import kind_separable, name_separable
-from tests.proof.exam.truths import ConcealedEffect, ExamTruth
 
 STRETCHES = 40
 FLOORS = {"x": 2e-6, "v": 1e-3}

@@ -16,6 +16,8 @@ from scipy.stats import binom
 
 from bondgraph.laws import Coulomb
 from bondgraph.signals.recording import Recording
+from hardware.simulators.judging.claims import exam_answer_of
+from hardware.simulators.judging.truths import ConcealedEffect, ExamTruth
 from identification.diagnosis.diagnose import diagnose
 from identification.diagnosis.evidence.answer import RIGHT
 from identification.diagnosis.evidence.decision import decide
@@ -27,9 +29,7 @@ from identification.diagnosis.verdict import verdict
 from tests.identification.diagnosis.decision_cases import ROWS, Case, N, lag
 from tests.proof.exam import certifying, stored
 from tests.proof.exam.certifying import GATES, GRID, UNTOLD, certify_lines, replayed, settings
-from tests.proof.exam.said import exam_answer_of
 from tests.proof.exam.stored import evidence_of, recorded
-from tests.proof.exam.truths import ConcealedEffect, ExamTruth
 from tests.settled import simulate
 from tests.spring import spring
 

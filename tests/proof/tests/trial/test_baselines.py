@@ -8,6 +8,7 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
+from actuators.models.plants import plant_model
 from bondgraph.signals.split import interleaved
 from identification.diagnosis.catalogue import CATALOGUE, UNNAMED
 from identification.diagnosis.diagnose import Diagnosis
@@ -19,7 +20,6 @@ from identification.study.problem import Data, Problem
 from tests.proof.trial.alongside import alongside
 from tests.proof.trial.black_box import black_box
 from tests.proof.trial.columns import Columns, columns_of
-from tests.proof.trial.models import blind_model
 from tests.proof.trial.sparse import OPTIMISERS, sparse_terms
 from tests.settled import simulate
 
@@ -48,7 +48,7 @@ def test_black_box_learns_a_bent_filter_and_nothing_from_noise() -> None:
 @pytest.fixture(scope="module")
 def screened() -> tuple[Fit, list[Screened]]:
     """The stack, which has a two-port, with a force that its model does not have."""
-    graph, n, dt = blind_model("stack", ("i", "x")), 700, 2e-5
+    graph, n, dt = plant_model("stack", ("i", "x")), 700, 2e-5
     rng = np.random.default_rng(5)
     time = dt * np.arange(n)
     drive = 20.0 * np.convolve(rng.standard_normal(n), np.hanning(25), "same")

@@ -11,6 +11,7 @@ import pytest
 
 from bondgraph.support.errors import UnusableInput
 from bondsight.cli.main import main
+from hardware.simulators.generator.writing import seal
 from tests.proof.tests.exam.made_up import MISSING, effect, finding, said, truth
 from tests.proof.trial import commitment
 from tests.proof.trial.commitment import (
@@ -25,7 +26,6 @@ from tests.proof.trial.commitment import (
     verify,
     with_note,
 )
-from tests.proof.trial.generator.writing import seal
 from tests.proof.trial.layout import Layout
 from tests.proof.trial.parts import committed
 
@@ -59,6 +59,13 @@ def test_the_hash_is_of_salt_and_canonical_text() -> None:
     assert truths_hash("ab13", [{"id": "r0", "a": [1.5, None]}]) != by_hand
     # the generator's own seal, written independently, agrees
     assert truths_hash("ab12", ROWS) == seal(ROWS, "ab12")
+
+
+def test_generator_and_judge_belong_to_the_proof(monkeypatch: pytest.MonkeyPatch) -> None:
+    tool, proof = source_hash(("hardware",)), source_hash(PROOF)
+    monkeypatch.setattr(commitment, "JUDGES", ())
+    assert source_hash(("hardware",)) != tool
+    assert source_hash(PROOF) == proof
 
 
 def test_the_commitment_holds_what_must_be_fixed_before_the_run(layout: Layout) -> None:

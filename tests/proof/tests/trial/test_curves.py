@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.proof.exam.truths import ConcealedEffect, ExamTruth
+from hardware.simulators.generator.families import FAMILY_OF
+from hardware.simulators.judging.truths import ConcealedEffect, ExamTruth
 from tests.proof.trial.curve_figure import draw_curves
 from tests.proof.trial.curves import (
     FOREST,
@@ -23,7 +24,6 @@ from tests.proof.trial.curves import (
 )
 from tests.proof.trial.forest import forest
 from tests.proof.trial.rivals import RULES, Pick, fit_line, fits_beside, held_out, tool
-from tests.proof.trial.vocabulary import FAMILY_OF
 
 
 def truth(name: str, effect: str = "", place: str = "k_1") -> ExamTruth:

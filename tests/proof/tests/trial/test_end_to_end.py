@@ -10,21 +10,21 @@ import joblib
 import pytest
 
 from bondsight.cli.main import main
+from hardware.simulators.generator.case import DrawnCase
+from hardware.simulators.generator.making_exam import exam_record
 from tests.proof.exam.answering import exam_answer
 from tests.proof.exam.cells import draw_exam
-from tests.proof.exam.making import exam_record
 from tests.proof.exam.said import read_exam_answers
 from tests.proof.trial import generating
 from tests.proof.trial.commitment import commit, verify
 from tests.proof.trial.generating import make_all
-from tests.proof.trial.generator.case import Case
 from tests.proof.trial.layout import Layout
 from tests.proof.trial.oracles import read_oracles
 from tests.proof.trial.running import run_all
 from tests.proof.trial.truths import read_public
 
 
-def three(kind: str = "", salt: str = "") -> list[Case]:
+def three(kind: str = "", salt: str = "") -> list[DrawnCase]:
     """Return the shortest controls and the shortest single effect that has few readings."""
     drawn = sorted(draw_exam(11, 120), key=lambda c: c.samples)
     single = next(c for c in drawn if c.cell == "form" and len(c.sensors) == 1)

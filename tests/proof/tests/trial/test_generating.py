@@ -10,12 +10,12 @@ import pytest
 
 from bondgraph.support.errors import UnusableInput
 from bondsight.cli.main import main
-from tests.proof.exam.truths import truth_of
+from hardware.simulators.generator.parameters import ALL_PLANTS as PLANTS
+from hardware.simulators.judging.truths import truth_of
 from tests.proof.trial import generating
 from tests.proof.trial.commitment import truths_hash, verify
 from tests.proof.trial.design import draw_trial
 from tests.proof.trial.generating import generate_trial
-from tests.proof.trial.generator.parameters import ALL_PLANTS as PLANTS
 from tests.proof.trial.layout import Layout
 from tests.proof.trial.running import graph_of, recording_of
 from tests.proof.trial.truths import read_public

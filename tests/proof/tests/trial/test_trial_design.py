@@ -8,26 +8,26 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.proof.exam.making import exam_record
-from tests.proof.exam.truths import truth_of
-from tests.proof.exam.vocabulary import kinds_of, names_of, places_of
+from hardware.simulators.generator.accepted import kinds_of, names_of, places_of
+from hardware.simulators.generator.case import DrawnCase
+from hardware.simulators.generator.families import FAMILY_OF
+from hardware.simulators.generator.laws import LAWS
+from hardware.simulators.generator.laws_withheld import WITHHELD_LAWS
+from hardware.simulators.generator.making_exam import exam_record
+from hardware.simulators.generator.parameters import ALL_PLANTS, WITHHELD_PLANTS
+from hardware.simulators.generator.sensing import SENSOR_LAWS
+from hardware.simulators.judging.truths import truth_of
 from tests.proof.trial.design import CELLS, COUNTS, DEVELOPMENT, SEALED, draw_trial
-from tests.proof.trial.generator.case import Case
-from tests.proof.trial.generator.laws import LAWS
-from tests.proof.trial.generator.laws_withheld import WITHHELD_LAWS
-from tests.proof.trial.generator.parameters import ALL_PLANTS, WITHHELD_PLANTS
-from tests.proof.trial.generator.sensing import SENSOR_LAWS
-from tests.proof.trial.vocabulary import FAMILY_OF
 
 SALT = "a" * 64
 
 
 @pytest.fixture(scope="module")
-def cases() -> list[Case]:
+def cases() -> list[DrawnCase]:
     return draw_trial("trial", SALT)
 
 
-def test_every_gate_can_be_certified(cases: list[Case]) -> None:
+def test_every_gate_can_be_certified(cases: list[DrawnCase]) -> None:
     counted = Counter(c.cell for c in cases)
     assert counted == CELLS
     assert len({c.id for c in cases}) == len(cases) >= 1000
@@ -38,7 +38,7 @@ def test_every_gate_can_be_certified(cases: list[Case]) -> None:
     assert {c.extra["bits"] for c in read} == {12, 14, 16}
 
 
-def test_development_has_no_plant_and_no_law_that_is_kept(cases: list[Case]) -> None:
+def test_development_has_no_plant_and_no_law_that_is_kept(cases: list[DrawnCase]) -> None:
     seen = draw_trial("development", 3, 400)
     assert not {c.plant for c in seen} & set(WITHHELD_PLANTS)
     laws = {e.law for c in seen for e in c.effects}
@@ -86,11 +86,11 @@ def test_every_law_has_places_and_true_words() -> None:
                 assert {e for place in at for e in places_of(plant, law, place)} <= known
 
 
-def one(cases: list[Case], law: str) -> Case:
+def one(cases: list[DrawnCase], law: str) -> DrawnCase:
     return next(c for c in cases if any(e.law == law for e in c.effects))
 
 
-def test_channels_are_exchanged_with_their_noise(cases: list[Case]) -> None:
+def test_channels_are_exchanged_with_their_noise(cases: list[DrawnCase]) -> None:
     case = one(cases, "swapped")
     mixed, row = exam_record(case)
     plain, _ = exam_record(replace(case, effects=()))
@@ -106,7 +106,7 @@ def test_channels_are_exchanged_with_their_noise(cases: list[Case]) -> None:
     assert not truth.single
 
 
-def test_a_wrong_unit_takes_the_noise_along(cases: list[Case]) -> None:
+def test_a_wrong_unit_takes_the_noise_along(cases: list[DrawnCase]) -> None:
     case = one(cases, "wrong_unit")
     got, row = exam_record(case)
     plain, usual = exam_record(replace(case, effects=()))
@@ -117,7 +117,7 @@ def test_a_wrong_unit_takes_the_noise_along(cases: list[Case]) -> None:
     assert row["noise_std"][place] == pytest.approx(factor * usual["noise_std"][place], rel=0.3)
 
 
-def test_a_converter_rounds_to_declared_units_and_hides_no_noise(cases: list[Case]) -> None:
+def test_a_converter_rounds_to_declared_units_and_hides_no_noise(cases: list[DrawnCase]) -> None:
     for case in [c for c in cases if c.noise["kind"] == "white"][:6]:
         channels, row = exam_record(case)
         units = np.asarray(channels["declared_resolution"])

@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 
 from bondgraph.support.errors import UnknownName, UnusableInput
+from hardware.simulators.generator.drawing import draw
+from hardware.simulators.generator.native import run
+from hardware.simulators.generator.parameters import PLANTS
+from hardware.simulators.generator.sizing import COARSEST, bench_of
 from hardware.simulators.plant_contract import EdgeDriven, Rewindable
 from hardware.simulators.rig import Rig
 from tests.proof.trial.bench_plant import TrialPlant, drawn
-from tests.proof.trial.generator.drawing import draw
-from tests.proof.trial.generator.native import run
-from tests.proof.trial.generator.parameters import PLANTS
-from tests.proof.trial.generator.sizing import COARSEST, bench_of
 
 MOVING = [n for n, p in PLANTS.items() if "m" in p.sensors.values()]
 

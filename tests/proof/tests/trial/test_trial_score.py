@@ -11,9 +11,10 @@ from xml.etree import ElementTree
 import pytest
 
 from bondgraph.support.errors import UnusableInput
+from hardware.simulators.generator.families import FAMILIES, FAMILY_OF
+from hardware.simulators.judging.claims import exam_answer_of
+from hardware.simulators.judging.truths import truth_of
 from identification.diagnosis.catalogue import CATALOGUE
-from tests.proof.exam.said import exam_answer_of
-from tests.proof.exam.truths import truth_of
 from tests.proof.tests.exam.made_up import (
     BACKLASH,
     MISSING,
@@ -34,7 +35,6 @@ from tests.proof.trial.publishing import publish
 from tests.proof.trial.rates import Rate
 from tests.proof.trial.rivals import Pick
 from tests.proof.trial.scoring import TrialScore, plain, score_trial
-from tests.proof.trial.vocabulary import FAMILIES, FAMILY_OF
 
 COULOMB = truth("form", effect("coulomb_friction", "b_1", 40.0))
 PAIRS: tuple[Pair, ...] = (

@@ -9,8 +9,8 @@ from typing import Any
 
 import pytest
 
-from tests.proof.exam.said import ExamAnswer, exam_answer_of
-from tests.proof.exam.truths import ExamTruth, truth_of
+from hardware.simulators.judging.claims import ExamAnswer, exam_answer_of
+from hardware.simulators.judging.truths import ExamTruth, truth_of
 from tests.proof.tests.exam.made_up import (
     BACKLASH,
     MISSING,

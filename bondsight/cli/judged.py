@@ -1,0 +1,128 @@
+"""A verdict beside the truth that was opened: whether it is right, in a word."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from bondgraph.graph.elements import Source, TwoPort, Valued
+from bondgraph.graph.sensors import Sensor
+from hardware.simulators import Truth
+from hardware.simulators.generator.accepted import kinds_of
+from hardware.simulators.generator.families import FAMILY_OF
+from hardware.simulators.judging.claims import exam_answer_of
+from hardware.simulators.judging.outcome import ExamOutcome, judge_exam
+from hardware.simulators.judging.truths import ConcealedEffect, ExamTruth
+from identification.diagnosis.diagnose import Diagnosis
+from identification.diagnosis.verdict.document import verdict
+
+PLACES = {"b": "R_nl"}
+"""Names the stack bench has for places, in the words of the model."""
+
+RESULTS = ("right", "look-alikes", "abstained", "missed", "wrong", "false alarm")
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """One recording's verdict beside its truth.
+
+    Attributes
+    ----------
+    truth, said : str
+        What was concealed and what was found, in a few words.
+    result : str
+        One of `RESULTS`: ``look-alikes`` is a set, a family or a name without a place that holds
+        the truth; ``abstained`` says that something is missing, and nothing wrong of it.
+    """
+
+    plant: str
+    effect: str
+    truth: str
+    said: str
+    kind: str
+    result: str
+    confidence: float
+    misfit_before: float
+    misfit_after: float | None
+    seconds: float
+
+
+def judge(truth: ExamTruth, d: Diagnosis) -> Outcome:
+    """Compare a verdict with the opened truth, by the judge of the sealed trial."""
+    v = verdict(d)
+    ports = [e.name for e in d.graph.of_type(Valued, TwoPort, Source, Sensor)]
+    outcome = judge_exam(truth, exam_answer_of({"id": truth.id, "verdict": v, "ports": ports}))
+    return Outcome(
+        truth.plant,
+        truth.effects[0].effect if truth.effects else "none",
+        describe(truth),
+        outcome.answer.words,
+        v["verdict"],
+        result_of(outcome),
+        v["findings"][0]["confidence"] if v["findings"] else 0.0,
+        d.nominal.chi2("test") if d.nominal else float("nan"),
+        d.repaired.chi2("test") if d.repaired else None,
+        d.seconds,
+    )
+
+
+def result_of(outcome: ExamOutcome) -> str:
+    """Return the outcome as one of `RESULTS`."""
+    if outcome.truth.empty:
+        return "false alarm" if outcome.false_alarm else "right"
+    if {"wrong name", "wrong place"} & set(outcome.wrong):
+        return "wrong"
+    if outcome.outcome == "right":
+        return "right"
+    if "wrong kind" in outcome.wrong:
+        return "wrong"
+    if outcome.outcome in ("name only", "set", "family"):
+        return "look-alikes"
+    return "abstained" if outcome.answer.alarm else "missed"
+
+
+def on_stack_bench(truth: Truth) -> ExamTruth:
+    """Return a truth of the stack bench in the words of its model."""
+    hidden = truth.effect
+    effects: tuple[ConcealedEffect, ...] = ()
+    if hidden.name != "none":
+        place, effect = PLACES.get(hidden.place, hidden.place), hidden.name
+        late = "sensor_dead_time" if hidden.place in ("x", "i") else "dead_time"
+        kinds = frozenset(kinds_of(effect, late if effect == "delay" else ""))
+        effects = (
+            ConcealedEffect(
+                effect, frozenset({effect}), FAMILY_OF[effect], kinds, frozenset({place}),
+                truth.strength, float("nan"),
+            ),
+        )  # fmt: skip
+    return ExamTruth(str(truth.seed), "single", "stack_with_payload", effects, {}, {})
+
+
+def describe(truth: ExamTruth) -> str:
+    """Return what was concealed, in words."""
+    said = [f"{e.effect} at {min(e.places)}{_size(e.moved)}" for e in truth.effects]
+    return " and ".join(said) or "nothing was concealed"
+
+
+def _size(moved: float) -> str:
+    return f", {moved:.2g} times the noise" if math.isfinite(moved) else ""
+
+
+def describe_bench(truth: Truth) -> str:
+    """Return what a stack bench concealed, in words."""
+    return f"{truth.strength} {describe(on_stack_bench(truth))}".strip()
+
+
+def summary(found: Sequence[Outcome], seconds: float) -> str:
+    """Return counts, in total and by effect."""
+    total = Counter(o.result for o in found)
+    lines = [
+        "",
+        ", ".join(f"{k} {total[k]}" for k in RESULTS) + f" of {len(found)} in {seconds:.0f} s",
+    ]
+    for name in sorted({o.effect for o in found}):
+        part = Counter(o.result for o in found if o.effect == name)
+        lines.append(f"  {name:24s} " + ", ".join(f"{k} {part[k]}" for k in RESULTS if part[k]))
+    return "\n".join(lines)
