@@ -25,6 +25,8 @@ from bondgraph.support.parallel import results
 from bondgraph.support.whole_file import write_atomically
 from bondsight.cli.judged import Outcome, judge, summary
 from bondsight.cli.progress import Bar
+from hardware.simulators.generator.compiling import compilable
+from hardware.simulators.generator.prepared import PREPARED, prepared
 from hardware.simulators.generator.showing import SHOWN, effects_of, plants_of, shown
 from hardware.simulators.judging.truths import truth_of
 from hardware.simulators.seal import SealedEnvelope
@@ -89,10 +91,33 @@ def conceal(seed: int, wish: Wish, path: Path) -> Concealed:
     try:
         channels, truth = shown(seed, wish.plant, wish.effect)
     except OSError as error:
-        raise UnusableInput(f"demo: {error}") from None
+        raise UnusableInput(
+            f"demo: {error}, or leave --seed, --plant, --effect and --seeds out: then a recording "
+            "is shown that was made beforehand"
+        ) from None
+    return _written(seed, channels, truth, path)
+
+
+def _written(
+    seed: int, channels: Mapping[str, Any], truth: Mapping[str, Any], path: Path
+) -> Concealed:
     recording = _recording(channels, path.stem)
     recording.write_csv(path)
     return Concealed(seed, truth["plant"], path, recording, SealedEnvelope.closed(truth))
+
+
+def begun(seed: int | None, wish: Wish, path: Path) -> Concealed:
+    """Conceal something; where nothing is asked for and nothing compiles, show what is there.
+
+    Raises
+    ------
+    UnusableInput
+        Something is asked for, and the plants cannot be compiled.
+    """
+    if seed is None and wish == Wish() and not compilable():
+        print("There is no gcc to compile the virtual plants: this recording was made beforehand.")
+        return _written(PREPARED[0], *prepared(), path)
+    return conceal(secrets.randbits(32) if seed is None else seed, wish, path)
 
 
 def _recording(channels: Mapping[str, Any], name: str) -> Recording:
@@ -119,9 +144,8 @@ def demo(seed: int | None, folder: Path, jobs: int, wish: Wish) -> int:
     """Seal a truth, diagnose its recording, open the seal; prints as it goes."""
     from identification.diagnosis.verdict.text import in_words
 
-    seed = secrets.randbits(32) if seed is None else seed
     folder.mkdir(parents=True, exist_ok=True)
-    made = conceal(seed, wish, folder / "recording.csv")
+    made = begun(seed, wish, folder / "recording.csv")
     units = made.recording.units
     print(f"{SHOWN[made.plant]} Something may be concealed in it.")
     print(f"truth sealed:   sha256 {made.sealed.hash}")
@@ -132,7 +156,7 @@ def demo(seed: int | None, folder: Path, jobs: int, wish: Wish) -> int:
     print(f"\n{in_words(found)}")
     written, report = write_verdict(found, folder), write_report(found, folder)
     outcome = made.opened(found)
-    print(f"\nseal opened:    {outcome.truth} (seed {seed})")
+    print(f"\nseal opened:    {outcome.truth} (seed {made.seed})")
     print(f"the verdict is: {outcome.result}")
     print(f"verdict:        {written}\nreport:         {report}")
     again = f"bondsight diagnose {quote(str(made.path))} --model {made.plant} --hold {HOLD}"

@@ -17,6 +17,7 @@ from actuators.models.catalogue import stack_with_payload
 from actuators.models.plants import plant_model
 from bondgraph import BondGraph
 from bondsight.cli import judged as module
+from bondsight.cli.demonstration import Wish, begun
 from bondsight.cli.judged import (
     Outcome,
     describe,
@@ -119,6 +120,27 @@ def test_without_gcc_it_is_said_in_a_line(
     monkeypatch.setenv("PATH", str(tmp_path))
     assert main(["demo", "--seed", "1", "--out", str(tmp_path)]) == 2
     assert "demo: no gcc found" in capsys.readouterr().err
+
+
+@pytest.mark.long
+def test_without_gcc_and_wishes_a_recording_that_was_made_beforehand_is_shown(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setenv("PATH", str(tmp_path))
+    assert main(["demo", "--out", str(tmp_path)]) == 0
+    text = capsys.readouterr().out
+    assert "made beforehand" in text.splitlines()[0]
+    assert "the verdict is: right" in text
+
+
+def test_what_was_made_beforehand_is_written_and_sealed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr("bondsight.cli.demonstration.compilable", lambda: False)
+    made = begun(None, Wish(), tmp_path / "recording.csv")
+    assert "made beforehand" in capsys.readouterr().out
+    assert made.path.read_text(encoding="utf-8").count("\n") > 2000
+    assert made.sealed.truth()["plant"] == made.plant == "tanks"
 
 
 @cache

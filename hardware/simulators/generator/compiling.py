@@ -13,6 +13,11 @@ from pathlib import Path
 _FLAGS = ("-O2", "-std=c11", "-shared", "-fPIC")
 
 
+def compilable() -> bool:
+    """Whether there is a compiler."""
+    return shutil.which("gcc") is not None
+
+
 def compiled(name: str, *before: str) -> ctypes.CDLL:
     """Compile ``c/<name>.c`` if no library of these sources is there, and load it.
 

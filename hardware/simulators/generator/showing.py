@@ -19,6 +19,7 @@ from hardware.simulators.generator.sizing import bench_of
 from hardware.simulators.generator.vocabulary import Choice
 
 Array = NDArray[np.float64]
+Channels = dict[str, Array | str]
 
 SHOWN: Mapping[str, str] = MappingProxyType(
     {
@@ -136,7 +137,7 @@ def draw_shown(
 
 def shown(
     seed: int, plant: str | None = None, effect: str | None = None
-) -> tuple[dict[str, Array | str], dict[str, Any]]:
+) -> tuple[Channels, dict[str, Any]]:
     """Return a recording and its truth, as `exam_record` does; what it conceals shows.
 
     Raises

@@ -176,7 +176,8 @@ def activity(fit: Fit, among: Array) -> float:
     found = []
     for c in np.flatnonzero(among):
         y = fit.simulated[inside, c]
-        stretches = [s for s in np.array_split(np.arange(y.size), STRETCHES) if s.size > 4]
+        few = max(min(STRETCHES, y.size // 5), 1)
+        stretches = np.array_split(np.arange(y.size), few)
         misfit = np.array([np.log(np.mean(r[s, c]) + 1e-300) for s in stretches])
         for signal in (y - np.mean(y), np.gradient(y)):
             found.append(_follows(signal, misfit, stretches))

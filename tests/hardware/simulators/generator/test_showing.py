@@ -10,6 +10,7 @@ from hardware.simulators.generator.case import DrawnCase
 from hardware.simulators.generator.laws_withheld import WITHHELD_LAWS
 from hardware.simulators.generator.making_exam import exam_record
 from hardware.simulators.generator.parameters import ALL_PLANTS, WITHHELD_PLANTS
+from hardware.simulators.generator.prepared import PREPARED, prepared
 from hardware.simulators.generator.showing import (
     HIDES,
     NOTHING,
@@ -28,6 +29,18 @@ def test_the_same_seed_is_the_same_recording() -> None:
     assert truth == same
     assert all(np.array_equal(one[k], other[k]) for k in one)
     assert draw_shown(8) != draw_shown(9)
+
+
+def test_the_recording_made_beforehand_is_a_draw() -> None:
+    (kept, truth), (made, same) = prepared(), shown(*PREPARED)
+    assert (truth["effects"][0]["law"], truth["parameters"]) == ("turbulent", same["parameters"])
+    assert kept.keys() == made.keys()
+    for name, values in made.items():
+        if isinstance(values, str):
+            assert kept[name] == values
+            continue
+        near = np.asarray(kept[name], float)
+        assert near == pytest.approx(values, rel=1e-6, abs=1e-6 * float(np.ptp(values)))
 
 
 def test_plants_and_laws_of_sealed_trials_are_not_shown() -> None:
