@@ -92,7 +92,10 @@ def turning(value: float, damping: float, stiffness: float | None = None) -> Bon
     ("stiffness", "factor", "says"),
     [
         # it drifts so far that an error of a fifth of its spread is never reached
-        (None, 180 / np.pi, "th looks about 57.3 times too large (its unit?)"),
+        pytest.param(
+            *(None, 180 / np.pi, "th looks about 57.3 times too large (its unit?)"),
+            marks=pytest.mark.long,
+        ),
         (None, 2048 / np.pi, "times too large (its unit, or counts?)"),
         # a state that is fitted to degrees hides that they are
         (0.5, 180 / np.pi, "th looks about 57.3 times too large (its unit?)"),
