@@ -28,7 +28,7 @@ from identification.study.study import ESTIMATED, Study
 from tests.settled import simulate
 from tests.spring import spring
 
-N, DT, NOISE = 1500, 0.005, 2e-6
+N, DT, NOISE = 750, 0.01, 2e-6
 OPTIONS = DiagnosisOptions(jobs=1, keep=3, more=1, effects=1)
 
 
@@ -47,6 +47,11 @@ def record(name: str = "run", seed: int = 3, cubic: float = 4e4, gain: float = 1
 def study(**more: object) -> Study:
     given: dict[str, object] = {"fixed": {"m": 0.5}, "hold": "linear", "noise": {"x": NOISE}}
     return Study(spring(m=0.7), record(), **(given | more))  # type: ignore[arg-type]
+
+
+def straight(**more: object) -> Study:
+    """The study of a recording in which nothing is missing: there is nothing to search for."""
+    return study(**more).changed(recordings=(record(cubic=0.0),))
 
 
 @lru_cache
@@ -104,7 +109,7 @@ def test_a_study_of_a_fit_ends_where_the_fit_ended() -> None:
     )
     graph = spring().with_parameters(known)
     graph = graph.with_element("k", stiffness="k_0").with_element("d", value="d_0")
-    split = Split(slice(0, 900), slice(900, N), "the last 600")
+    split = Split(slice(0, 450), slice(450, N), "the last 300")
     asked = asked_of(graph, record(cubic=0.0), split, "linear", {})
     made = fit(asked.problem(material_of(asked).data))
     assert (made.values["k_0"], made.values["d_0"]) == pytest.approx((180.0, 1.9))
@@ -126,11 +131,11 @@ def test_recordings_to_judge_are_held_out() -> None:
 
 
 def test_a_split_of_a_study_is_taken() -> None:
-    split = Split(slice(0, 900), slice(900, N), "the last 600")
-    d = diagnose(study(splits=split), options=OPTIONS)
+    split = Split(slice(0, 450), slice(450, N), "the last 300")
+    d = diagnose(straight(splits=split), options=OPTIONS)
     assert d.data is not None
-    assert not d.data.mask("train")[900:].any()
-    assert not d.data.mask("test")[:900].any()
+    assert not d.data.mask("train")[450:].any()
+    assert not d.data.mask("test")[:450].any()
 
 
 @pytest.mark.parametrize("initial", ["rest", {"q_k": 0.0}])
@@ -148,7 +153,7 @@ def test_known_initial_states_reach_every_fit(initial: object) -> None:
 
 
 def test_a_study_that_leaves_the_hold_open_chooses_it() -> None:
-    assert diagnose(study(hold=ESTIMATED, splits=None), options=OPTIONS).data is not None
+    assert diagnose(straight(hold=ESTIMATED, splits=None), options=OPTIONS).data is not None
 
 
 @pytest.mark.parametrize(
@@ -171,7 +176,7 @@ def test_what_a_diagnosis_cannot_take_is_one_line(change: dict[str, object], say
 
 
 def test_windows_of_a_study_are_those_of_the_diagnosis() -> None:
-    asked = study(window=300)
+    asked = study(window=150)
     d = diagnose(asked, options=OPTIONS)
     assert d.nominal is not None
     problem = d.nominal.problem
@@ -186,7 +191,7 @@ def test_windows_of_a_study_are_those_of_the_diagnosis() -> None:
 
 
 def test_windows_of_several_recordings_lie_in_their_recordings() -> None:
-    two = study().changed(recordings=(record(), record("other", 5)), splits=None, window=300)
+    two = study().changed(recordings=(record(), record("other", 5)), splits=None, window=150)
     given = asked_of(two, None, None, None, {})
     problem = given.problem(material_of(given).data)
     assert problem.data.starts == problem.data.thinned(1).starts == (N,)
@@ -194,7 +199,7 @@ def test_windows_of_several_recordings_lie_in_their_recordings() -> None:
     assert len(windows(problem)) == 10
     for w in windows(problem):
         assert len(problem.fine_inputs(w)) == w.stop - w.start - 1
-    one = asked_of(study(window=300), None, None, None, {})
+    one = asked_of(study(window=150), None, None, None, {})
     assert material_of(one).data.breaks
     assert not material_of(one).data.starts
 
@@ -241,10 +246,10 @@ def test_a_sensor_that_no_recording_holds_is_one_line() -> None:
 
 
 def test_samples_that_a_state_is_found_by_are_not_judged() -> None:
-    asked = study(validation=(record("other", 5),), init=100)
+    asked = straight(validation=(record("other", 5, cubic=0.0),), init=50)
     d = diagnose(asked, options=OPTIONS)
     assert d.data is not None
-    assert not d.data.mask("held-out")[: N + 100].any()
+    assert not d.data.mask("held-out")[: N + 50].any()
 
 
 @pytest.mark.parametrize("level", [np.float32(NOISE), np.array(NOISE), [NOISE]])
@@ -301,7 +306,7 @@ def test_recordings_beside_a_study_and_none_beside_a_graph() -> None:
 
 def test_recordings_that_train_and_are_held_out_keep_one_state_each() -> None:
     """The states of both were fitted to the held-out parts, and what trains looked wrong."""
-    parts = [Split(slice(0, 1000), slice(1000, N), "its end")] * 2
+    parts = [Split(slice(0, 500), slice(500, N), "its end")] * 2
     records = [record(name, seed, cubic=0.0) for name, seed in (("a", 3), ("b", 4))]
     asked = Study(spring(m=0.7), records, splits=parts, hold="linear", noise={"x": NOISE})
     d = diagnose(asked, options=OPTIONS)

@@ -112,7 +112,7 @@ def test_wrong_parameters_are_not_missing_physics() -> None:
 
 def test_a_law_that_the_catalogue_does_not_have_gets_no_exact_name() -> None:
     t = DT * np.arange(1000)
-    disturbance = 1.5 * np.sign(np.sin(2 * np.pi * 0.77 * t))  # a force of its own from outside
+    disturbance = 0.5 * np.sign(np.sin(2 * np.pi * 0.77 * t))  # a force of its own from outside
     run = recorded(spring(), 1, disturbance, {}, t.size)
     v = verdict(diagnose(spring(), run, options=OPTIONS, seed=1))
     assert v["verdict"] in ("unknown_physics", "missing_physics")

@@ -21,7 +21,7 @@ from identification.diagnosis.verdict.text import in_words, retold
 from tests.settled import simulate
 from tests.spring import spring
 
-N, DT, G = 400, 0.01, 9.80665
+N, DT, G = 200, 0.02, 9.80665
 UNITS = {"F": "N", "x": "m", "w": "m/s", "a": "m/s^2", "f": "N"}
 A, X, W = Da("a", unit="m/s^2"), Dq("x", unit="m"), Df("w", unit="m/s")
 CELL = Reading("f", effort("k"), unit="N")
@@ -105,8 +105,8 @@ def test_alone_it_is_told_where_a_parameter_is_bounded(
     stiffness: float | None, factor: float, says: str
 ) -> None:
     rng = np.random.default_rng(8)
-    t = np.asarray(2e-3 * np.arange(1500), np.float64)
-    torque = 0.05 * np.repeat(rng.standard_normal(75), 20)
+    t = np.asarray(8e-3 * np.arange(375), np.float64)
+    torque = 0.05 * np.repeat(rng.standard_normal(75), 5)
     angle = np.asarray(simulate(turning(0.01, 0.02, stiffness), t, {"T": torque})["th"])
     seen = factor * (angle + 1e-4 * angle.std() * rng.standard_normal(t.size))
     record = Recording("turns", t, {"T": torque, "th": seen}, {"T": "N*m", "th": "rad"})

@@ -55,7 +55,7 @@ def recorded(g: BondGraph, t: np.ndarray, u: np.ndarray, share: float = 0.0) -> 
 
 
 def diagnosed(g: BondGraph, r: Recording) -> Diagnosis:
-    return diagnose(g, r, options=DiagnosisOptions(jobs=1))
+    return diagnose(g, r, options=DiagnosisOptions(jobs=1, keep=4, more=2))
 
 
 SLOW = 0.01 * np.arange(2000)

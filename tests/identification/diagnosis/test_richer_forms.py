@@ -117,7 +117,7 @@ def silent(text: str, part: float) -> None:
     ("true", "law"),
     [
         pytest.param(creeping, "hysteresis_with_creep", marks=pytest.mark.long),
-        (saturating, "stops_in_a_potential"),
+        pytest.param(saturating, "stops_in_a_potential", marks=pytest.mark.long),
         (widening, "rate_dependent_prandtl_ishlinskii"),
     ],
 )

@@ -98,18 +98,24 @@ def fitted(
     return _fitted(cubic_k2, friction_b1, cubic_x2, pushes, split.rule)
 
 
-@cache
-@single_threaded
-def _fitted(
-    cubic_k2: float, friction_b1: float, cubic_x2: float, pushes: float, rule: str
-) -> Fit:
-    split = SPLITS[rule]
+def question(
+    cubic_k2: float, friction_b1: float, cubic_x2: float, pushes: float, split: Split
+) -> Problem:
+    """What is fitted: parameters begin a fifth off."""
     force, x, _ = course(cubic_k2, friction_b1, pushes)
     seen = x + NOISE * np.random.default_rng(1).standard_normal(x.shape)
     seen[:, 1] += cubic_x2 * x[:, 1] ** 3
     names = ("x1", "x2", "x3")
     data = Data("run", DT * np.arange(N), {"F": force}, seen, names, np.full(3, NOISE), split)
-    return fit(Problem(chain(1.2 * MASS, 0.85 * STIFFNESS, 0.8 * DAMPING), data))
+    return Problem(chain(1.2 * MASS, 0.85 * STIFFNESS, 0.8 * DAMPING), data)
+
+
+@cache
+@single_threaded
+def _fitted(
+    cubic_k2: float, friction_b1: float, cubic_x2: float, pushes: float, rule: str
+) -> Fit:
+    return fit(question(cubic_k2, friction_b1, cubic_x2, pushes, SPLITS[rule]))
 
 
 def relations(f: Fit) -> tuple[BlindRelation, ...]:
