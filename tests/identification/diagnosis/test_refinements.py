@@ -42,7 +42,7 @@ def plant() -> BondGraph:
 @cache
 def found(gamma: float, friction: float = 0.0) -> Diagnosis:
     """Diagnose the plant; without friction a second effect is looked for beside its spring."""
-    t = np.asarray(0.01 * np.arange(1200), np.float64)
+    t = np.asarray(0.01 * np.arange(800), np.float64)
     f, rng = np.arange(0.5, 6.0, 0.13), np.random.default_rng(1)
     u = 1.2 * np.sin(2 * np.pi * np.outer(t, f) + rng.uniform(0, 6, f.size)).sum(axis=1)
     true, values = plant(), {**TRUE, "gamma_k": gamma}
