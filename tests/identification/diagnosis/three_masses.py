@@ -112,9 +112,7 @@ def question(
 
 @cache
 @single_threaded
-def _fitted(
-    cubic_k2: float, friction_b1: float, cubic_x2: float, pushes: float, rule: str
-) -> Fit:
+def _fitted(cubic_k2: float, friction_b1: float, cubic_x2: float, pushes: float, rule: str) -> Fit:
     return fit(question(cubic_k2, friction_b1, cubic_x2, pushes, SPLITS[rule]))
 
 
