@@ -89,7 +89,7 @@ def test_a_model_that_runs_away_gets_an_answer(cubic: float, n: int, seed: int) 
 
 DRY, STOP = Coulomb(0.4), EndStop(2000.0, -0.02, 0.02)
 FURTHER = EndStop(2000.0, -0.03, 0.03)
-"""A stop whose misfit is not so gross that the recording is in question first."""
+"""Reached less deeply: a short record tells it, and the model is bent less."""
 
 
 @pytest.mark.parametrize(

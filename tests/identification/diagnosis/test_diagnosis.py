@@ -73,7 +73,10 @@ def rubbing() -> Diagnosis:
     ("law", "effect", "place"),
     [
         (Coulomb(1.0), "coulomb_friction", "d"),
-        (Polynomial(0.0, 0.1, 2.0, orders=(3,)), "nonlinear_stiffness", "k"),
+        pytest.param(
+            *(Polynomial(0.0, 0.1, 2.0, orders=(3,)), "nonlinear_stiffness", "k"),
+            marks=pytest.mark.long,
+        ),
     ],
     ids=["coulomb", "cubic"],
 )

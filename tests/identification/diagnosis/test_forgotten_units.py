@@ -65,7 +65,11 @@ def found(wrong: str, factor: float, *read: Sensor) -> Diagnosis:
             "x looks about 57.3 times too large (its unit?)",
             marks=pytest.mark.long,
         ),
-        ("f", -1.0, (CELL, X), "f looks recorded with the wrong sign"),
+        # a quicker one of a sign: test_other_quantity
+        pytest.param(
+            *("f", -1.0, (CELL, X), "f looks recorded with the wrong sign"),
+            marks=pytest.mark.long,
+        ),
     ],
 )
 def test_beside_another_sensor_the_channel_is_named(
