@@ -46,6 +46,7 @@ from tests.identification.diagnosis.three_masses import (
     chain,
     course,
     fitted,
+    question,
     relations,
 )
 from tests.settled import simulate
@@ -97,7 +98,7 @@ def test_what_the_beginning_leaves_in_question_is_held_against_all() -> None:
 
 @pytest.mark.usefixtures("brief_from_400")
 def test_what_begins_late_is_not_judged_on_the_beginning() -> None:
-    plain = fitted(split=INTERLEAVED).problem
+    plain = question(0.0, 0.0, 0.0, 0.0, INTERLEAVED)
     readings = plain.data.readings.copy()
     readings[600:, 1] += 5.0 * readings[600:, 1] ** 3
     f = fit(replace(plain, data=replace(plain.data, readings=readings)))

@@ -17,7 +17,7 @@ from tests.spring import spring
 
 pytestmark = pytest.mark.slow
 
-N, DT, NOISE = 3000, 0.02, 0.2
+N, DT, NOISE = 1500, 0.04, 0.14
 ONE = DiagnosisOptions(jobs=1, effects=1, keep=4, more=2)
 
 
@@ -74,7 +74,7 @@ def swept(
 ) -> Recording:
     """A mass on a spring, its place read by a sensor of that gain."""
     rng = np.random.default_rng(17)
-    t = np.asarray(1e-3 * np.arange(1500), np.float64)
+    t = np.asarray(2e-3 * np.arange(750), np.float64)
     force = np.asarray(8.0 * np.sin(2 * np.pi * (0.5 + 3.0 * t) * t), np.float64)
     values = {"a_3_k": cubic} if law is not None else {}
     run = simulate(spring(k=800.0, law=law, speed=speed), t, {"F": push * force}, values)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
 from itertools import product
 from typing import Any
 
@@ -387,8 +388,13 @@ def drawn(seed: int) -> Case:
     return case
 
 
+@cache
+def answered(seed: int) -> Decision:
+    return drawn(seed).decided()
+
+
 def test_the_draws_reach_every_answer() -> None:
-    found = {drawn(seed).decided().answer for seed in SEEDS}
+    found = {answered(seed).answer for seed in SEEDS}
     assert found == {"exact", "approximate", "family", "look_alikes", "kind", "unknown"}
 
 
@@ -397,8 +403,7 @@ SEEDS = range(150)
 
 @pytest.mark.parametrize("seed", SEEDS)
 def test_whatever_the_scores_the_answer_hangs_together(seed: int) -> None:
-    case = drawn(seed)
-    d = case.decided()
+    case, d = drawn(seed), answered(seed)
     assert d.kind in ("explained", "missing_physics", "unknown_physics")
     assert d.reasons
     assert 0.0 <= d.share <= 1.0

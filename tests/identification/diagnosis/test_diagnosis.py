@@ -10,7 +10,7 @@ import pytest
 from scipy.signal import lfilter
 
 from bondgraph import BondGraph
-from bondgraph.laws import Coulomb, Law, Polynomial
+from bondgraph.laws import Coulomb, Law, Polynomial, QuadraticDrag
 from bondgraph.signals.recording import Recording
 from bondgraph.signals.split import interleaved, kept_back
 from identification.diagnosis.catalogue import CATALOGUE
@@ -57,24 +57,26 @@ def recorded(
 
 def judged(
     truth: BondGraph, model: BondGraph, seed: int = 1, extra: np.ndarray | float = 0.0,
-    parameters: dict[str, float] | None = None,
+    parameters: dict[str, float] | None = None, n: int = N,
 ) -> Diagnosis:  # fmt: skip
-    return diagnose(
-        model, recorded(truth, seed, extra, parameters or {}), options=OPTIONS, seed=seed
-    )
+    run = recorded(truth, seed, extra, parameters or {}, n)
+    return diagnose(model, run, options=OPTIONS, seed=seed)
 
 
 @cache
 def rubbing() -> Diagnosis:
     """Dry friction that the model does not have."""
-    return judged(spring().with_element("d", law=Coulomb(1.0)), spring())
+    return judged(spring().with_element("d", law=Coulomb(1.0)), spring(), n=1000)
 
 
 @pytest.mark.parametrize(
     ("law", "effect", "place"),
     [
         (Coulomb(1.0), "coulomb_friction", "d"),
-        (Polynomial(0.0, 0.1, 2.0, orders=(3,)), "nonlinear_stiffness", "k"),
+        pytest.param(
+            *(Polynomial(0.0, 0.1, 2.0, orders=(3,)), "nonlinear_stiffness", "k"),
+            marks=pytest.mark.long,
+        ),
     ],
     ids=["coulomb", "cubic"],
 )
@@ -82,7 +84,7 @@ def test_a_missing_law_is_named(law: Law, effect: str, place: str) -> None:
     if isinstance(law, Polynomial):
         (cubic,) = law.parameters(place)
         truth = spring().with_element(place, law=law)
-        v = verdict(judged(truth, spring(), parameters={cubic.name: 2.0}))
+        v = verdict(judged(truth, spring(), parameters={cubic.name: 2.0}, n=1000))
     else:
         v = verdict(rubbing())
     assert v["verdict"] == "missing_physics", v
@@ -189,18 +191,26 @@ def test_what_shows_where_no_choice_looks_is_no_explanation() -> None:
 
 
 @pytest.mark.parametrize(
-    ("n", "rivals"), [(1000, BESIDE), pytest.param(N, (), marks=pytest.mark.long)]
+    ("damper", "effect", "values", "n", "rivals"),
+    [
+        (QuadraticDrag(), "quadratic_drag", {"c_2_d": 3.0}, 600, BESIDE),
+        # friction jumps: every fit of it takes several times as long
+        pytest.param(*(Coulomb(1.0), "coulomb_friction", {}, 1000, BESIDE), marks=pytest.mark.long),
+        pytest.param(*(Coulomb(1.0), "coulomb_friction", {}, N, ()), marks=pytest.mark.long),
+    ],
 )
-def test_two_laws_that_are_missing_are_both_named(n: int, rivals: tuple[str, ...]) -> None:
+def test_two_laws_that_are_missing_are_both_named(
+    damper: Law, effect: str, values: dict[str, float], n: int, rivals: tuple[str, ...]
+) -> None:
     """Held against the whole catalogue with the proofs."""
     cubic = Polynomial(0.0, 0.1, 2.0, orders=(3,))
-    truth = spring().with_element("d", law=Coulomb(1.0)).with_element("k", law=cubic)
-    strong = {p.name: 2.0 for p in cubic.parameters("k")}
+    truth = spring().with_element("d", law=damper).with_element("k", law=cubic)
+    strong = {p.name: 2.0 for p in cubic.parameters("k")} | values
     others = tuple(e.name for e in CATALOGUE if rivals and e.name not in rivals)
     options = replace(OPTIONS, without=others)
     d = diagnose(spring(), recorded(truth, 1, 0.0, strong, n), options=options)
     assert d.kind == "missing_physics"
     named = {(f["effect"], f["location"]["element"]) for f in verdict(d)["findings"]}
-    assert named == {("coulomb_friction", "d"), ("nonlinear_stiffness", "k")}
+    assert named == {(effect, "d"), ("nonlinear_stiffness", "k")}
     assert d.left is not None
     assert d.left.most < 1.5

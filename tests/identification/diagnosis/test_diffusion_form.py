@@ -14,7 +14,7 @@ from identification.diagnosis.diagnose import diagnose
 from identification.diagnosis.search.candidates import DiagnosisOptions
 from tests.settled import simulate
 
-N, DT, NOISE = 1500, 0.5, 1e-4
+N, DT, NOISE = 990, 0.5, 1e-4
 
 
 def cell(*, diffuses: bool = False, unit: str = "F") -> BondGraph:

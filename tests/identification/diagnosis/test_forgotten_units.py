@@ -21,13 +21,13 @@ from identification.diagnosis.verdict.text import in_words, retold
 from tests.settled import simulate
 from tests.spring import spring
 
-N, DT, G = 400, 0.01, 9.80665
+N, LONG, G = 200, 4.0, 9.80665
 UNITS = {"F": "N", "x": "m", "w": "m/s", "a": "m/s^2", "f": "N"}
 A, X, W = Da("a", unit="m/s^2"), Dq("x", unit="m"), Df("w", unit="m/s")
 CELL = Reading("f", effort("k"), unit="N")
 
 
-def found(wrong: str, factor: float, *read: Sensor) -> Diagnosis:
+def found(wrong: str, factor: float, *read: Sensor, n: int = N) -> Diagnosis:
     """Diagnose a spring whose values are declared 15 to 25 % off, one channel by a factor."""
 
     def model(**values: Any) -> BondGraph:
@@ -40,14 +40,14 @@ def found(wrong: str, factor: float, *read: Sensor) -> Diagnosis:
         return g
 
     rng = np.random.default_rng(3)
-    t = np.asarray(DT * np.arange(N), np.float64)
+    t = np.asarray(LONG / n * np.arange(n), np.float64)
     waves = np.sin(2 * np.pi * np.outer(t, (0.7, 1.9, 4.1)) + rng.uniform(0, 6, 3))
     channels = {"F": waves @ np.array([2.0, 1.0, 0.5])}
     run = simulate(model(), t, channels)
     for s in read:
         y = np.asarray(run[s.name])
         scale = factor if s.name == wrong else 1.0
-        channels[s.name] = scale * (y + 1e-3 * y.std() * rng.standard_normal(N))
+        channels[s.name] = scale * (y + 1e-3 * y.std() * rng.standard_normal(n))
     record = Recording("run", t, channels, {n: UNITS[n] for n in channels})
     options = DiagnosisOptions(jobs=1, keep=3, more=1, effects=1)
     return diagnose(model(m=0.6, d=1.5, k=230.0), record, options=options)
@@ -55,23 +55,24 @@ def found(wrong: str, factor: float, *read: Sensor) -> Diagnosis:
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("wrong", "factor", "read", "says"),
+    ("wrong", "factor", "read", "says", "n"),
     [
-        ("a", 1 / G, (A, X), "a looks about 9.81 times too small (its unit?)"),
+        ("a", 1 / G, (A, X), "a looks about 9.81 times too small (its unit?)", N),
         pytest.param(
-            "x",
-            180 / np.pi,
-            (X, W),
-            "x looks about 57.3 times too large (its unit?)",
+            *("x", 180 / np.pi, (X, W), "x looks about 57.3 times too large (its unit?)", 2 * N),
             marks=pytest.mark.long,
         ),
-        ("f", -1.0, (CELL, X), "f looks recorded with the wrong sign"),
+        # a quicker one of a sign: test_other_quantity
+        pytest.param(
+            *("f", -1.0, (CELL, X), "f looks recorded with the wrong sign", 2 * N),
+            marks=pytest.mark.long,
+        ),
     ],
 )
 def test_beside_another_sensor_the_channel_is_named(
-    wrong: str, factor: float, read: tuple[Sensor, ...], says: str
+    wrong: str, factor: float, read: tuple[Sensor, ...], says: str, n: int
 ) -> None:
-    d = found(wrong, factor, *read)
+    d = found(wrong, factor, *read, n=n)
     assert d.kind not in ("explained", "parameters_only")
     assert d.advice[0].startswith(says)
 
@@ -92,7 +93,10 @@ def turning(value: float, damping: float, stiffness: float | None = None) -> Bon
     ("stiffness", "factor", "says"),
     [
         # it drifts so far that an error of a fifth of its spread is never reached
-        (None, 180 / np.pi, "th looks about 57.3 times too large (its unit?)"),
+        pytest.param(
+            *(None, 180 / np.pi, "th looks about 57.3 times too large (its unit?)"),
+            marks=pytest.mark.long,
+        ),
         (None, 2048 / np.pi, "times too large (its unit, or counts?)"),
         # a state that is fitted to degrees hides that they are
         (0.5, 180 / np.pi, "th looks about 57.3 times too large (its unit?)"),
@@ -102,8 +106,8 @@ def test_alone_it_is_told_where_a_parameter_is_bounded(
     stiffness: float | None, factor: float, says: str
 ) -> None:
     rng = np.random.default_rng(8)
-    t = np.asarray(2e-3 * np.arange(1500), np.float64)
-    torque = 0.05 * np.repeat(rng.standard_normal(75), 20)
+    t = np.asarray(8e-3 * np.arange(375), np.float64)
+    torque = 0.05 * np.repeat(rng.standard_normal(75), 5)
     angle = np.asarray(simulate(turning(0.01, 0.02, stiffness), t, {"T": torque})["th"])
     seen = factor * (angle + 1e-4 * angle.std() * rng.standard_normal(t.size))
     record = Recording("turns", t, {"T": torque, "th": seen}, {"T": "N*m", "th": "rad"})

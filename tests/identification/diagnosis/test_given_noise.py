@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -34,15 +35,18 @@ def run(truth: BondGraph) -> Recording:
     return Recording("run", t, {"F": u, "x": x}, {"F": "N", "x": "m"})
 
 
-def judged(truth: BondGraph, noise: float | None = None) -> Diagnosis:
+@cache
+def judged(noise: float | None = None, dry: float = 0.0) -> Diagnosis:
+    """Diagnose a spring, or one that rubs, with a noise that is given."""
     options = DiagnosisOptions(jobs=1, keep=2, more=0, effects=1)
+    truth = spring().with_element("d", law=Coulomb(dry)) if dry else spring()
     return diagnose(
         spring(), run(truth), options=options, noise=None if noise is None else {"x": noise}
     )
 
 
 def test_what_is_given_is_used_and_counts_as_measured() -> None:
-    told, read = judged(spring(), 1.1 * NOISE), judged(spring())
+    told, read = judged(1.1 * NOISE), judged()
     assert told.data is not None
     assert read.data is not None
     assert told.data.floor.tolist() == [1.1 * NOISE]
@@ -86,18 +90,17 @@ def test_what_the_recording_declares_is_used_unless_the_user_says_otherwise() ->
 
 @pytest.mark.parametrize("factor", [0.1, 10.0])
 def test_a_noise_unlike_that_of_the_recording_is_told(factor: float) -> None:
-    d = judged(spring(), factor * NOISE)
+    d = judged(factor * NOISE)
     (note,) = [n for n in d.notes if "the noise given for x" in n]
     assert f"{factor * NOISE:.3g}" in note
 
 
 def test_far_above_a_given_noise_nothing_is_called_explained() -> None:
-    assert judged(spring(), NOISE / 10).kind == "unknown_physics"
+    assert judged(0.1 * NOISE).kind == "unknown_physics"
 
 
 def test_a_true_noise_that_is_given_hides_nothing() -> None:
-    weak = spring().with_element("d", law=Coulomb(0.05))
-    assert judged(weak, NOISE).kind in ("missing_physics", "unknown_physics")
+    assert judged(NOISE, dry=0.05).kind in ("missing_physics", "unknown_physics")
 
 
 @pytest.mark.parametrize("value", [0.0, -1.0, float("nan"), float("inf")])

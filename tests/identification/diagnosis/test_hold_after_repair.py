@@ -42,18 +42,21 @@ def stepped(n: int, seed: int) -> Recording:
 
 
 @pytest.mark.parametrize(
-    ("n", "seed"),
+    ("n", "seed", "keep"),
     [
-        pytest.param(2000, 8, marks=pytest.mark.long),
+        pytest.param(2000, 8, 3, marks=pytest.mark.long),
         # the nominal fit has capacitors 200 times too large and takes steps for ramps
-        (1200, 1),
+        pytest.param(1200, 1, 3, marks=pytest.mark.long),
+        # it takes steps for ramps with capacitors half too large
+        (600, 1, 2),
     ],
 )
-def test_a_step_that_was_taken_for_a_ramp_is_one_once_the_law_is_known(n: int, seed: int) -> None:
+def test_a_step_that_was_taken_for_a_ramp_is_one_once_the_law_is_known(
+    n: int, seed: int, keep: int
+) -> None:
     """A coarse step with the wrong behaviour may seem to fit better than a fine one with it."""
-    d = diagnose(
-        circuit(), stepped(n, seed), options=DiagnosisOptions(jobs=1, effects=1, keep=3, more=1)
-    )
+    options = DiagnosisOptions(jobs=1, effects=1, keep=keep, more=1)
+    d = diagnose(circuit(), stepped(n, seed), options=options)
     assert d.repaired is not None
     assert d.repaired.problem.data.hold == "hold"
     assert d.repaired.chi2("test") == pytest.approx(1.0, abs=0.2)

@@ -64,7 +64,7 @@ def thousandfold(c: Channels) -> Channels:
     ("mistake", "word"),
     [
         (exchanged, "exchanged"),
-        # quicker ones of both: test_forgotten_units
+        # quicker ones of both: test_other_quantity, test_forgotten_units
         pytest.param(turned, "wrong sign", marks=pytest.mark.long),
         pytest.param(thousandfold, "times too large", marks=pytest.mark.long),
     ],

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
+from typing import NamedTuple
 
 import numpy as np
 import pytest
@@ -61,6 +62,14 @@ ANYTHING = ("sensing", "time", "exogenous")
 whatever there is."""
 
 
+class Seen(NamedTuple):
+    made: Fit
+    plain: BlockScore
+    kinds: list[KindScore]
+    looked: FittedModel
+    ranked: list[Screened]
+
+
 T = np.asarray(DT * np.arange(N), np.float64)
 
 
@@ -70,7 +79,7 @@ def seen(
     along_truth: bool = False,
     command: Callable[[Array], Array] = np.asarray,
     reading: Callable[[Array], Array] = np.asarray,
-) -> tuple[Fit, BlockScore, list[KindScore]]:
+) -> Seen:
     t, u = T, 4 * np.sin(2 * np.pi * 0.7 * T) + 3 * np.sin(2 * np.pi * 2.3 * T + 1)
     x = reading(simulate(TRUTHS[truth](), t, {"F": command(u)})["x"])
     y = (x + NOISE * np.random.default_rng(1).standard_normal(N))[:, None]
@@ -81,11 +90,12 @@ def seen(
     better = nominal_fit(TRUTHS[truth](), data, "linear")[1] if along_truth else made
     looked = scene(better)
     ranked = screen(looked, probes(better, spring()), (*CATALOGUE, UNNAMED))
-    return made, score(made), kind_scores(bench_of(made, better), looked, ranked)
+    found = kind_scores(bench_of(made, better), looked, ranked)
+    return Seen(made, score(made), found, looked, ranked)
 
 
 def at(truth: str, element: str, *kinds: str) -> KindScore:
-    return next(k for k in seen(truth)[2] if k.element == element and k.kind in kinds)
+    return next(k for k in seen(truth).kinds if k.element == element and k.kind in kinds)
 
 
 SPRING, DAMPER = ("restoring", "surface"), ("dissipative", "memory", "surface")
@@ -103,7 +113,7 @@ SPRING, DAMPER = ("restoring", "surface"), ("dissipative", "memory", "surface")
 def test_the_kind_of_the_truth_is_best(
     truth: str, along_truth: bool, place: str, kinds: tuple[str, ...]
 ) -> None:
-    made, plain, found = seen(truth, along_truth)
+    made, plain, found, *_ = seen(truth, along_truth)
     assert made.chi2("train") > 4.0  # else there is nothing to find
     best = next(k for k in found if k.kind not in ANYTHING)
     assert (best.element, best.kind in kinds) == (place, True)
@@ -119,14 +129,13 @@ def test_a_kind_that_has_nothing_to_do_with_it_explains_less() -> None:
 
 
 def test_no_kind_beats_a_model_that_is_right() -> None:
-    _, plain, found = seen("nothing")
+    _, plain, found, *_ = seen("nothing")
     assert plain.noise[0] == pytest.approx(1.0, abs=0.1)
     assert max(plain.behind(k.score) for k in found) < 3.0
 
 
 def test_two_effects_show_in_the_pairs_that_hold_them() -> None:
-    made, _, found = seen("both")
-    looked = scene(made)
+    made, _, found, looked, _ = seen("both")
     asked = [k for k in found if k.kind in ("restoring", "dissipative", "slow")]
     pairs = pair_scores(bench_of(made, made), looked, (), asked)
     alone = min((k.score for k in found), key=lambda s: s.loss)
@@ -166,15 +175,13 @@ def test_of_many_kinds_in_question_every_good_pair_holds_a_true_one(
     place: str,
     kind: str,
 ) -> None:
-    made, plain, found = seen(truth, command=command, reading=reading)
+    made, plain, found, looked, ranked = seen(truth, command=command, reading=reading)
     e = Evidence(
         plain, (), tuple(found), remaining(made), made.chi2("test"), made.chi2("train")
     )  # fmt: skip
     asked = alike_kinds(e, Thresholds())
     assert len({k.element for k in asked}) > 2
     assert decide(e).answer == "unknown"
-    looked = scene(made)
-    ranked = screen(looked, probes(made, spring()), (*CATALOGUE, UNNAMED))
     pairs = pair_scores(bench_of(made, made), looked, ranked, asked)
     alone = min((k.score for k in found), key=lambda s: s.loss)
     held = in_every_pair(pairs, asked, alone, Thresholds())
@@ -185,7 +192,7 @@ def test_of_many_kinds_in_question_every_good_pair_holds_a_true_one(
 
 @pytest.mark.parametrize("truth", list(TRUTHS))
 def test_scores_are_sorted_finite_and_of_one_kind_and_place_each(truth: str) -> None:
-    found = seen(truth)[2]
+    found = seen(truth).kinds
     losses = [k.score.loss for k in found]
     assert losses == sorted(losses)
     assert np.isfinite(losses).all()
@@ -200,8 +207,7 @@ def test_scores_are_sorted_finite_and_of_one_kind_and_place_each(truth: str) -> 
 
 def test_the_fitted_form_is_the_force_that_was_left_out() -> None:
     """Up to what mass, damping and stiffness can imitate."""
-    made = seen("dry")[0]
-    past = scene(made).past["d"]
+    past = seen("dry").looked.past["d"]
     assert past.moved is not None
     addition = at("dry", "d", "dissipative").addition
     known = np.stack([past.argument, past.moved, np.gradient(past.argument), np.ones(N)], axis=1)
@@ -211,14 +217,14 @@ def test_the_fitted_form_is_the_force_that_was_left_out() -> None:
 
 
 def test_places_can_be_chosen() -> None:
-    made, _, found = seen("cubic")
-    only = kind_scores(bench_of(made, made), scene(made), [], places=["k"])
+    made, _, found, looked, _ = seen("cubic")
+    only = kind_scores(bench_of(made, made), looked, [], places=["k"])
     assert {k.element for k in only} == {"k"}
     assert only[0].score.noise[0] < 2 * found[0].score.noise[0]
 
 
 def test_responses_stand_in_the_order_of_the_residual() -> None:
-    made = seen("cubic")[0]
+    made = seen("cubic").made
     problem = made.problem
     bench = bench_of(made, made)
     clock = np.arange(float(N))[:, None, None]
@@ -228,7 +234,7 @@ def test_responses_stand_in_the_order_of_the_residual() -> None:
 
 def test_columns_that_differ_only_now_and_then_are_not_taken_for_one() -> None:
     """A part that acts in a few samples is all a rare effect shows."""
-    made = seen("cubic")[0]
+    made = seen("cubic").made
     often = np.sin(0.1 * np.arange(N))[:, None]
     rare = often + 0.5 * (np.abs(np.arange(N) - 102) < 2)[:, None]
     forms = {"restoring": Signature(often), "surface": Signature(np.hstack([often, rare]))}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -35,6 +36,9 @@ from tests.identification.diagnosis.three_masses import (
     relations,
 )
 
+related = cache(relations)
+"""Several tests look at the same fits; none changes what relations are judged by."""
+
 
 def test_the_course_is_the_likeliest_of_the_whole_record() -> None:
     rng = np.random.default_rng(2)
@@ -60,7 +64,7 @@ def test_the_course_is_the_likeliest_of_the_whole_record() -> None:
 
 def test_the_course_at_a_spring_is_the_force_that_the_model_lacks() -> None:
     f = fitted(cubic_k2=5e4, split=INTERLEAVED)
-    relation, model = relations(f)[0], latent_model(probes(f))
+    relation, model = related(f)[0], latent_model(probes(f))
     (springs,) = [p for p in equal_ports(model, relation.ports, relation.theta) if "k2" in p]
     assert "b2" in springs
     found = latent_history(f, relation, "k2", model)
@@ -78,11 +82,11 @@ def test_the_course_at_a_spring_is_the_force_that_the_model_lacks() -> None:
 
     assert abs(np.corrcoef(beside(force), beside(5e4 * stretch**3))[0, 1]) > 0.9
     with pytest.raises(BondsightError, match="no signal of its own"):
-        latent_history(f, next(r for r in relations(f) if r.ports == ("x1",)), "x1", model)
+        latent_history(f, next(r for r in related(f) if r.ports == ("x1",)), "x1", model)
 
 
 def look(f: Fit) -> There:
-    found = relations(f)
+    found = related(f)
     where = located(found, f.problem.data.names)
     assert where
     made = look_there(base_of(f), found, where, CATALOGUE, f.problem.with_chain)

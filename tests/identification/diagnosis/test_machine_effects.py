@@ -55,7 +55,7 @@ def recorded(g: BondGraph, t: np.ndarray, u: np.ndarray, share: float = 0.0) -> 
 
 
 def diagnosed(g: BondGraph, r: Recording) -> Diagnosis:
-    return diagnose(g, r, options=DiagnosisOptions(jobs=1))
+    return diagnose(g, r, options=DiagnosisOptions(jobs=1, keep=4, more=2))
 
 
 SLOW = 0.01 * np.arange(2000)
@@ -66,8 +66,11 @@ CONCEALED = [
     (coil(), coil(SaturatingInductance(60.0, 0.12)),
      FAST, 6.0 * tones(FAST, 1.0, 20.0, 2), "nonlinear_stiffness at L", "saturating_inductance",
      {"c_s_L": 60.0, "p_s_L": 0.12}),
-    (heater(), heater(Radiation(0.7, 293.15, "R_h", 8.0)),
-     LONG, HEAT, "nonlinear_resistance at R_h", "radiation", {"radiates_R_h": 0.7}),
+    pytest.param(
+        heater(), heater(Radiation(0.7, 293.15, "R_h", 8.0)),
+        LONG, HEAT, "nonlinear_resistance at R_h", "radiation", {"radiates_R_h": 0.7},
+        marks=pytest.mark.long,
+    ),
 ]  # fmt: skip
 
 

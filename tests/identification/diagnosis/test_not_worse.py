@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
 from types import SimpleNamespace
 from typing import Any, cast
 
@@ -42,7 +43,8 @@ def rubbing() -> Data:
     )
 
 
-def candidates() -> tuple[Problem, list[Candidate]]:
+@cache
+def candidates() -> tuple[Problem, tuple[Candidate, ...]]:
     """Coulomb friction fitted, Stribeck's and a hysteresis hardly begun."""
     template, nominal = nominal_fit(spring(), rubbing(), "linear")
     seen, made = scene(nominal), []
@@ -52,7 +54,7 @@ def candidates() -> tuple[Problem, list[Candidate]]:
         problem = replace(template, graph=i.graph, built=None, starts=begin)
         done = settled_fit(problem, 20) if name[0] == "c" else fit(problem, max_iterations=0)
         made.append(trial_of(i, True, done))
-    return template, made
+    return template, tuple(made)
 
 
 def held(effect: str, element: str, **ends: tuple[float, float]) -> Any:

@@ -14,7 +14,7 @@ from tests.spring import spring
 
 pytestmark = pytest.mark.slow
 
-N, DT = 500, 0.01
+N, DT = 250, 0.02
 
 
 def found(true: Sensor, unit: str, factor: float = 1.0) -> Diagnosis:

@@ -10,32 +10,27 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from bondgraph.laws import Coulomb
 from bondgraph.signals.recording import Recording
 from bondgraph.signals.split import stretches
 from bondgraph.support.errors import UnusableInput
 from identification.diagnosis.diagnose import Diagnosis, diagnose
 from identification.diagnosis.search.asked import asked_of
-from identification.diagnosis.search.candidates import DiagnosisOptions
 from identification.estimation.estimate import estimate
 from identification.study.study import Study
+from tests.identification.diagnosis import rubbing_spring
+from tests.identification.diagnosis.rubbing_spring import T, U
 from tests.settled import simulate
 from tests.spring import spring
 
-T = np.asarray(0.01 * np.arange(1200), np.float64)
-U = 4 * np.sin(2 * np.pi * 0.7 * T) + 3 * np.sin(2 * np.pi * 2.3 * T)
 
-
-@pytest.fixture(scope="module")
+@pytest.fixture
 def frame() -> pd.DataFrame:
-    x = simulate(spring().with_element("d", law=Coulomb(0.3)), T, {"F": U})["x"]
-    x = x + 1e-5 * np.random.default_rng(1).standard_normal(T.size)
-    return pd.DataFrame({"t[s]": T, "push[N]": U, "x[m]": x})
+    return rubbing_spring.frame()
 
 
-@pytest.fixture(scope="module")
-def found(frame: pd.DataFrame) -> Diagnosis:
-    return diagnose(spring(), frame, options=DiagnosisOptions(jobs=1, effects=1))
+@pytest.fixture
+def found() -> Diagnosis:
+    return rubbing_spring.diagnosed()
 
 
 def test_a_verdict_prints_on_a_screen(found: Diagnosis) -> None:

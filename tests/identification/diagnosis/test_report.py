@@ -50,6 +50,7 @@ from identification.diagnosis.verdict.document import verdict
 from identification.diagnosis.verdict.reading import parse_verdict
 from identification.diagnosis.verdict.text import in_words, retold
 from identification.report.numbers import axis_scale, interval, percent, prefixed, quantity, short
+from tests.identification.diagnosis import rubbing_spring
 from tests.patience import HANGS
 from tests.settled import simulate
 from tests.spring import spring
@@ -72,18 +73,14 @@ def recording(n: int = N) -> Recording:
     return Recording(HOSTILE, t, {"F": u, "x": x}, {"F": "N", "x": "m"})
 
 
-def quick(without: tuple[str, ...] = ()) -> Diagnosis:
-    """A diagnosis whose search is cut short: only its shape matters here."""
+@pytest.fixture(scope="module")
+def found() -> Diagnosis:
+    """A diagnosis with a few effects only, cut short: only its shape matters here."""
+    few = ("coulomb_friction", "delay", "quadratic_drag")
+    without = tuple(e.name for e in CATALOGUE if e.name not in few)
     cheap = DiagnosisOptions(jobs=1, keep=3, more=0, effects=1, without=without)
     split = Split(slice(0, 300), slice(300, N), "first three quarters train")
     return diagnose(spring(), recording(), split, model=HOSTILE, options=cheap)
-
-
-@pytest.fixture(scope="module")
-def found() -> Diagnosis:
-    """A diagnosis with a few effects only."""
-    few = ("coulomb_friction", "delay", "quadratic_drag")
-    return quick(tuple(e.name for e in CATALOGUE if e.name not in few))
 
 
 @pytest.fixture(scope="module")
@@ -358,10 +355,9 @@ def test_written_atomically(
     assert [p.name for p in target.parent.iterdir()] == ["report.html"]
 
 
-@pytest.mark.slow
 def test_every_fitted_effect_has_a_figure_and_a_settable_formula() -> None:
     """All that the whole catalogue's screening sends to a fit."""
-    found = quick()
+    found = rubbing_spring.diagnosed()
     assert found.nominal is not None
     assert len({t.effect for t in found.trials}) >= 3
     for t in found.trials:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -72,11 +73,16 @@ def widening() -> BondGraph:
     return with_law(rated).with_values({"b_k": 1.5})
 
 
+def stopping() -> BondGraph:
+    return with_law(STOPS)
+
+
+@cache
 def found(
-    true: BondGraph, seed: int = 0
+    plant: Callable[[], BondGraph],
 ) -> tuple[Scored, Scored | None, FittedModel, tuple[Insertion, ...]]:
-    """Return plain stops fitted to a record of `true`, the best form, and what was seen."""
-    rng = np.random.default_rng(seed)
+    """Return plain stops fitted to a record of `plant`, the best form, and what was seen."""
+    true, rng = plant(), np.random.default_rng(0)
     t = DT * np.arange(N)
     tones = [(0.11, 14.0), (0.43, 8.0), (1.3, 6.0), (2.9, 4.0)]
     u = sum(a * np.sin(2 * np.pi * f * t + rng.uniform(0, 6)) for f, a in tones) * np.minimum(t, 1)
@@ -111,12 +117,12 @@ def silent(text: str, part: float) -> None:
     ("true", "law"),
     [
         pytest.param(creeping, "hysteresis_with_creep", marks=pytest.mark.long),
-        (saturating, "stops_in_a_potential"),
+        pytest.param(saturating, "stops_in_a_potential", marks=pytest.mark.long),
         (widening, "rate_dependent_prandtl_ishlinskii"),
     ],
 )
 def test_the_form_that_is_there_is_found(true: Callable[[], BondGraph], law: str) -> None:
-    lead, form, _, _ = found(true())
+    lead, form, _, _ = found(true)
     assert form is not None
     assert (form.trial.effect, form.trial.insertion.law) == ("hysteresis", law)
     assert form.trial.train < 0.5 * lead.trial.train
@@ -130,7 +136,7 @@ def test_plain_stops_keep_their_name() -> None:
 
     And a form without its strengths is the plain law.
     """
-    lead, form, seen, forms = found(with_law(STOPS))
+    lead, form, seen, forms = found(stopping)
     assert lead.left.most > 1.5
     assert form is None
     t = np.asarray(seen.data.time)
@@ -152,7 +158,7 @@ def test_plain_stops_keep_their_name() -> None:
 
 
 def test_a_law_of_a_signal_has_no_forms() -> None:
-    _, _, seen, _ = found(with_law(STOPS))
+    _, _, seen, _ = found(stopping)
     assert by_name("hysteresis").forms(seen, seen.graph["F"], {}) == ()
 
 

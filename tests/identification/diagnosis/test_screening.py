@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
+from scipy.integrate import ode
 
 from actuators.models.plants.chain import chain
 from bondgraph.signals.split import interleaved
@@ -45,8 +45,10 @@ def moved(extra: Callable[[Array, Array], Array]) -> Array:
         force[0] += np.interp(t_now, t, u)
         return np.concatenate([v, force / MASS])
 
-    run = solve_ivp(rates, (0.0, t[-1]), np.zeros(6), "RK45", t, rtol=1e-7, atol=1e-10, max_step=DT)
-    return run.y[[0, 2]].T
+    solver = ode(rates).set_initial_value(np.zeros(6))
+    solver.set_integrator("dopri5", rtol=1e-7, atol=1e-10, max_step=DT)
+    states = np.stack([np.zeros(6), *(solver.integrate(s) for s in t[1:])])
+    return states[:, [0, 2]]
 
 
 def nothing(stretch: Array, speed: Array) -> Array:

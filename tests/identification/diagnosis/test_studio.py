@@ -17,16 +17,13 @@ from urllib.request import Request, urlopen
 import numpy as np
 import pytest
 
-from bondgraph.laws import Coulomb
 from bondgraph.signals.recording import Recording
 from bondgraph.signals.split import stretches
-from bondgraph.simulation.simulate import simulate
 from bondgraph.support.errors import UnusableInput
 from bondsight.cli.studio import MOST, recordings_of, stoppable
 from identification.diagnosis.diagnose import Diagnosis, characterised, diagnose
 from identification.diagnosis.explanation.next_experiment import Experiment
 from identification.diagnosis.report.found import confidence_of, warmth_of
-from identification.diagnosis.search.candidates import DiagnosisOptions
 from identification.diagnosis.studio import page, write_report
 from identification.diagnosis.studio.content import content
 from identification.diagnosis.studio.law_plane import planes
@@ -34,12 +31,10 @@ from identification.diagnosis.studio.live import LiveStudio
 from identification.diagnosis.studio.packing import embedded, kept, packed, rolling_level
 from identification.diagnosis.studio.page import policy
 from identification.diagnosis.verdict import write_verdict
+from tests.identification.diagnosis.rubbing_spring import FORCE, T, U, diagnosed
 from tests.patience import HANGS
 from tests.spring import spring
 
-T = np.asarray(0.01 * np.arange(1200), np.float64)
-U = 4 * np.sin(2 * np.pi * 0.7 * T) + 3 * np.sin(2 * np.pi * 2.3 * T)
-FORCE = 0.3
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 QUIET = (
     "--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
@@ -51,10 +46,7 @@ browser = pytest.mark.skipif(CHROMIUM is None, reason="no Chromium here")
 
 @pytest.fixture(scope="module")
 def found() -> Diagnosis:
-    x = simulate(spring().with_element("d", law=Coulomb(FORCE)), T, {"F": U})["x"]
-    x = x + 1e-5 * np.random.default_rng(1).standard_normal(T.size)
-    r = Recording("run", T, {"F": U, "x": x}, {"F": "N", "x": "m"})
-    return characterised(diagnose(spring(), r, options=DiagnosisOptions(jobs=1, effects=1)))
+    return characterised(diagnosed())
 
 
 @pytest.fixture(scope="module")

@@ -7,37 +7,23 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 
-from bondgraph.laws import Coulomb
-from bondgraph.signals.recording import Recording, Split
-from identification.diagnosis.diagnose import Diagnosis, diagnose
+from identification.diagnosis.diagnose import Diagnosis
 from identification.diagnosis.evidence.answer import Decision
 from identification.diagnosis.evidence.remaining import Remaining
 from identification.diagnosis.localisation.recording.region import Region
 from identification.diagnosis.screening.flexible_forms import KINDS
-from identification.diagnosis.search.candidates import DiagnosisOptions
 from identification.diagnosis.verdict.document import verdict, write_verdict
 from identification.diagnosis.verdict.reading import parse_verdict
 from identification.diagnosis.verdict.text import retold, sentence
-from tests.settled import simulate
-from tests.spring import spring
-
-N = 450
+from tests.identification.diagnosis.rubbing_spring import diagnosed
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture
 def dry() -> Diagnosis:
-    """Dry friction that is missing in the model; the search is cut short."""
-    t = np.asarray(np.arange(N) * 0.01, np.float64)
-    u = 4 * np.sin(2 * np.pi * 0.7 * t) + 2 * np.sin(2 * np.pi * 2.3 * t)
-    x = simulate(spring().with_element("d", law=Coulomb(0.8)), t, {"F": u})["x"]
-    x = x + 2e-5 * np.random.default_rng(1).standard_normal(N)
-    run = Recording("run", t, {"F": u, "x": x}, {"F": "N", "x": "m"})
-    split = Split(slice(0, 320), slice(320, N), "first part")
-    options = DiagnosisOptions(jobs=1, keep=3, more=0, effects=1)
-    return diagnose(spring(), run, split, options=options)
+    """Dry friction that is missing in the model."""
+    return diagnosed()
 
 
 def decided(d: Diagnosis, kind: str, **more: Any) -> Diagnosis:
