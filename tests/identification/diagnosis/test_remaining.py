@@ -20,14 +20,15 @@ FLOOR = np.array([0.01, 0.5])
 
 
 def left(noise: np.ndarray, measured: bool = True, *known: str) -> Remaining:
-    split = Split(slice(0, N // 2), slice(N // 2, N), "first half")
+    n, moved = len(noise), MOVED[: len(noise)]
+    split = Split(slice(0, n // 2), slice(n // 2, n), "first half")
     data = Data(
-        "run", T, {}, MOVED + FLOOR * noise, ("x", "v"), FLOOR, split, floor_measured=measured,
+        "run", T[:n], {}, moved + FLOOR * noise, ("x", "v"), FLOOR, split, floor_measured=measured,
         floor_known=frozenset(known),
     )  # fmt: skip
     fit: Any = SimpleNamespace(
-        problem=SimpleNamespace(data=data), simulated=MOVED,
-        residuals=lambda part: (data.readings - MOVED)[data.mask(part)],
+        problem=SimpleNamespace(data=data), simulated=moved,
+        residuals=lambda part: (data.readings - moved)[data.mask(part)],
     )  # fmt: skip
     return remaining(fit)
 
@@ -42,6 +43,13 @@ def test_noise_is_noise() -> None:
     assert found.over_noise["v"] == pytest.approx(1.0, abs=0.1)
     assert found.follows < 3.5
     assert found.is_noise(1.3)
+
+
+@pytest.mark.parametrize("n", [2, 30, 150])
+def test_a_short_record_is_asked_in_fewer_stretches(n: int) -> None:
+    found = left(white()[:n])
+    assert np.isfinite(found.follows)
+    assert found.follows < 3.5
 
 
 def test_a_few_outliers_are_no_misfit() -> None:
