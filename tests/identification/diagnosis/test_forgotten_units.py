@@ -59,7 +59,8 @@ def found(wrong: str, factor: float, *read: Sensor, n: int = N) -> Diagnosis:
     [
         ("a", 1 / G, (A, X), "a looks about 9.81 times too small (its unit?)", N),
         pytest.param(
-            *("x", 180 / np.pi, (X, W), "x looks about 57.3 times too large (its unit?)", 2 * N),
+            # a length has no degrees: no conversion is named
+            *("x", 180 / np.pi, (X, W), "x looks about 57 times too large (its unit, or", 2 * N),
             marks=pytest.mark.long,
         ),
         # a quicker one of a sign: test_other_quantity
