@@ -1,7 +1,7 @@
 """The step of a model with its sensitivities, and the loop over a record in one compiled call.
 
-With gcc the march over the record is compiled, with the laws' CasADi code inside, and cached by
-content; without gcc one whole step is a CasADi function that runs in CasADi's virtual machine.
+With gcc the march over the record and the laws' CasADi code are compiled, and cached by content;
+without gcc one whole step is a CasADi function that runs in CasADi's virtual machine.
 """
 
 from __future__ import annotations
@@ -23,13 +23,14 @@ from bondgraph.simulation.lure_closing import ClosedLaws, closed_laws
 from bondgraph.simulation.lure_layout import KernelLayout, layout
 from bondgraph.simulation.lure_march import (
     blocks_of,
+    compiled_march,
     has_slopes,
     lanes_of,
-    march_source,
-    native_functions,
+    law_functions,
+    law_table,
 )
 from bondgraph.support.arrays import Array
-from bondgraph.support.native import FLAGS, build, compiler
+from bondgraph.support.native import compiler
 
 MANY_STATES = 32
 """States from which a linear model runs in blocks."""
@@ -154,26 +155,16 @@ def _runner(key: _Key) -> Runner:
         left, taken = without_banks(key.compiled)
         inner = layout(left, key.n_d)
         slopes = has_slopes(inner, taken.banks)
-        laws, flags = closed_laws(left, slopes), _flags(slopes)
-        library = build(march_source(inner, laws, taken.banks), flags)
-        if library is not None:
-            run = _native_runner(library, laws, inner, taken.banks)
+        laws = closed_laws(left, slopes)
+        libraries = compiled_march(inner, laws, slopes)
+        if libraries:
+            run = _native_runner(libraries, laws, inner, taken.banks)
             return _reordered(run, lay, inner, taken) if taken.banks else run
     return _machine_runner(step_function(key.compiled, key.n_d), lay)
 
 
-def _flags(slopes: bool) -> tuple[str, ...]:
-    """Return flags of gcc: rows are vectors already, which plays without derivatives are not.
-
-    Products are rounded before they are added: what sticks stands still to the last bit. Without
-    the expensive optimizations a call of the C library would wait for the registers of the rows.
-    """
-    level = ("-O1", "-fexpensive-optimizations") if slopes else ("-O2",)
-    return (*level, *(f for f in FLAGS if f != "-O2"), "-ffp-contract=off")
-
-
 def _blocked_runner(lay: KernelLayout) -> Runner:
-    """Run a large linear model: its unrolled step would take gcc minutes."""
+    """Run a large linear model: many steps at once are a product of matrices."""
 
     def run(moving: Packed, _standing: Packed, q: Array, dq: Array) -> March:
         m, at = moving[0], np.cumsum([0, *(r * c for r, c in lay.pieces)])
@@ -231,17 +222,22 @@ def _reordered(run: Runner, lay: KernelLayout, inner: KernelLayout, taken: Taken
 
 
 def _native_runner(
-    library: Path, laws: ClosedLaws, lay: KernelLayout, banks: tuple[PlacedBank, ...]
+    libraries: tuple[Path, ...],
+    laws: ClosedLaws,
+    lay: KernelLayout,
+    banks: tuple[PlacedBank, ...],
 ) -> Runner:
-    native = ctypes.CDLL(str(library)).run_record
+    march_library, *code = libraries
+    native = ctypes.CDLL(str(march_library)).run_record
     native.restype = None
+    table = law_table(lay, laws, banks, code[0] if code else None)
     pointer = ctypes.POINTER(ctypes.c_double)
     width, each, blocks = 1 + lay.n_d, lanes_of(lay, banks), blocks_of(lay, banks)
     row = each * blocks
     inputs, number = _entries(lay)
-    used = native_functions(laws)
+    used = law_functions(laws) if lay.n_w else ()
     sizes = [
-        max(1, *(size(f) for f in used))
+        max((size(f) for f in used), default=1) + 1
         for size in (ca.Function.sz_iw, ca.Function.sz_w, ca.Function.sz_arg, ca.Function.sz_res)
     ]
     sizes[3] += 1  # the deviations come before what follows from them
@@ -281,8 +277,8 @@ def _native_runner(
             counts = map(ctypes.c_longlong, shape)
             arg, res = (pointer * sizes[2])(), (pointer * sizes[3])()
             native(
-                at(u), at(before), *counts, at(live), at(carried), *map(at, given),
-                at(y), at(seen), iw, at(work), arg, res, *map(at, held),
+                ctypes.byref(table), at(u), at(before), *counts, at(live), at(carried),
+                *map(at, given), at(y), at(seen), iw, at(work), arg, res, *map(at, held),
             )  # fmt: skip
             plays = unloaded(banks, *held, width)
             return y, seen, np.concatenate([carried[:, :width], plays])

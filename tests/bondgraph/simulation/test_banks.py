@@ -23,7 +23,7 @@ from bondgraph.hysteresis import (
 )
 from bondgraph.hysteresis.plays.play import play
 from bondgraph.laws import Hysteretic, Law, LawSum, Polynomial, StopSum, Stribeck
-from bondgraph.simulation import banks
+from bondgraph.simulation import banks, lure_march
 from bondgraph.simulation import lure_kernel as kernel
 from bondgraph.simulation.exact_run import KernelRun, run_record
 from bondgraph.simulation.lure import Compiled
@@ -54,7 +54,7 @@ def path(monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[[bool], None]]:
         assert library is not None, "gcc refused the source"
         return library
 
-    for module in (kernel, recorder):
+    for module in (lure_march, recorder):
         monkeypatch.setattr(module, "build", built)
 
     def choose(banked: bool) -> None:
