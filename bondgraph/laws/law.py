@@ -42,6 +42,8 @@ class Law(ABC):
     energy: ClassVar[str] = "signal"
     set_valued: ClassVar[bool] = False
     """The deviation jumps and is held at its end value over a step: a line would ring."""
+    level: ClassVar[bool] = False
+    """While its argument keeps its sign the deviation does not follow it, as in dry friction."""
     closed: ClassVar[bool] = False
     """`solve` is a formula to be differentiated; otherwise the deviation has a slope at the root
     and the implicit function theorem gives the derivatives."""

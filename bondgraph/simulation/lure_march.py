@@ -39,13 +39,17 @@ typedef double row_block;
 """
 
 
+FEW = 4
+"""Laws whose derivatives cost little beside a second library without them."""
+
+
 def has_slopes(lay: KernelLayout, banks: Sequence[PlacedBank] = ()) -> bool:
     """Whether a step carries derivatives.
 
-    Without directions it is the step with one lane of them, so that one library serves both; only
-    plays, which are vectors themselves, have a step without.
+    Without directions it is the step with one lane of them, so that one library serves both; but
+    plays, which are vectors themselves, and many laws have a step without.
     """
-    return lay.n_d > 0 or not banks
+    return lay.n_d > 0 or (not banks and lay.n_w <= FEW)
 
 
 def lanes_of(lay: KernelLayout, banks: Sequence[PlacedBank] = ()) -> int:

@@ -7,7 +7,7 @@ import secrets
 import sys
 import time
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from shlex import quote
 from typing import Any
@@ -25,7 +25,6 @@ from bondgraph.support.parallel import results
 from bondgraph.support.whole_file import write_atomically
 from bondsight.cli.judged import Outcome, judge, summary
 from bondsight.cli.progress import Bar
-from hardware.simulators.generator.compiling import compilable
 from hardware.simulators.generator.prepared import PREPARED, prepared
 from hardware.simulators.generator.showing import SHOWN, effects_of, plants_of, shown
 from hardware.simulators.judging.truths import truth_of
@@ -35,6 +34,7 @@ from identification.diagnosis.search.candidates import DiagnosisOptions
 from identification.diagnosis.studio import write_report
 from identification.diagnosis.verdict.document import write_verdict
 
+AGAIN = f" --plant {PREPARED[1]} --effect {PREPARED[2]}"
 HOLD = "linear"
 """What the command does between the samples, which a laboratory knows of its converter."""
 
@@ -74,6 +74,8 @@ class Concealed:
     path: Path
     recording: Recording
     sealed: SealedEnvelope
+    again: str = ""
+    """What draws it again beside its seed."""
 
     def opened(self, found: Diagnosis) -> Outcome:
         """Open the seal and compare; the truth is checked against its hash."""
@@ -92,8 +94,8 @@ def conceal(seed: int, wish: Wish, path: Path) -> Concealed:
         channels, truth = shown(seed, wish.plant, wish.effect)
     except OSError as error:
         raise UnusableInput(
-            f"demo: {error}, or leave --seed, --plant, --effect and --seeds out: then a recording "
-            "is shown that was made beforehand"
+            f"demo: {error}; without --seed, --seeds, --plant and --effect a recording is shown "
+            "that was made beforehand"
         ) from None
     return _written(seed, channels, truth, path)
 
@@ -114,10 +116,15 @@ def begun(seed: int | None, wish: Wish, path: Path) -> Concealed:
     UnusableInput
         Something is asked for, and the plants cannot be compiled.
     """
-    if seed is None and wish == Wish() and not compilable():
-        print("There is no gcc to compile the virtual plants: this recording was made beforehand.")
-        return _written(PREPARED[0], *prepared(), path)
-    return conceal(secrets.randbits(32) if seed is None else seed, wish, path)
+    if seed is not None or wish != Wish():
+        return conceal(secrets.randbits(32) if seed is None else seed, wish, path)
+    drawn = secrets.randbits(32)
+    try:
+        channels, truth = shown(drawn, None, None)
+    except OSError as error:
+        print(f"Made beforehand, since the virtual plants cannot be compiled here ({error}):")
+        return replace(_written(PREPARED[0], *prepared(), path), again=AGAIN)
+    return _written(drawn, channels, truth, path)
 
 
 def _recording(channels: Mapping[str, Any], name: str) -> Recording:
@@ -156,7 +163,7 @@ def demo(seed: int | None, folder: Path, jobs: int, wish: Wish) -> int:
     print(f"\n{in_words(found)}")
     written, report = write_verdict(found, folder), write_report(found, folder)
     outcome = made.opened(found)
-    print(f"\nseal opened:    {outcome.truth} (seed {made.seed})")
+    print(f"\nseal opened:    {outcome.truth} (--seed {made.seed}{made.again})")
     print(f"the verdict is: {outcome.result}")
     print(f"verdict:        {written}\nreport:         {report}")
     again = f"bondsight diagnose {quote(str(made.path))} --model {made.plant} --hold {HOLD}"

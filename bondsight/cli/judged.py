@@ -7,6 +7,7 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import Source, TwoPort, Valued
 from bondgraph.graph.sensors import Sensor
 from hardware.simulators import Truth
@@ -49,10 +50,14 @@ class Outcome:
     seconds: float
 
 
+def places_of(graph: BondGraph) -> list[str]:
+    """Return every element that may hold an effect."""
+    return [e.name for e in graph.of_type(Valued, TwoPort, Source, Sensor)]
+
+
 def judge(truth: ExamTruth, d: Diagnosis) -> Outcome:
     """Compare a verdict with the opened truth, by the judge of the sealed trial."""
-    v = verdict(d)
-    ports = [e.name for e in d.graph.of_type(Valued, TwoPort, Source, Sensor)]
+    v, ports = verdict(d), places_of(d.graph)
     outcome = judge_exam(truth, exam_answer_of({"id": truth.id, "verdict": v, "ports": ports}))
     return Outcome(
         truth.plant,

@@ -85,8 +85,8 @@ class Profile:
         text = f"{self.name} = {self.value:.4g}{u}, "
         text += {
             "two-sided": f"95 % from {low:.4g} to {high:.4g}",
-            "open below": f"at most {high:.4g} (95 %); nothing keeps it from below",
-            "open above": f"at least {low:.4g} (95 %); nothing keeps it from above",
+            "open below": f"at most {high:.4g} (95 %); {self._open('below', self.grid[0])}",
+            "open above": f"at least {low:.4g} (95 %); {self._open('above', self.grid[-1])}",
             "flat": "not determined: the misfit stays the same wherever it is held",
             "multimodal": f"more than one minimum {self._within()}",
             "at a bound": f"95 % from {low:.4g} to {high:.4g}, stopped by a bound",
@@ -98,9 +98,16 @@ class Profile:
             )
         return text if self.status == "complete" else f"{text} ({self.status})"
 
+    def _open(self, side: str, last: float) -> str:
+        if self.status == "complete":
+            return f"nothing keeps it from {side}"
+        return f"not followed {side} {last:.4g}"
+
     def _within(self) -> str:
         low, high = self.interval
         opened = (low <= 0.0 if self.log else np.isinf(low), np.isinf(high))
+        if any(opened) and self.status != "complete":
+            return f"between {self.grid[0]:.4g} and {self.grid[-1]:.4g}, as far as it was followed"
         return {
             (False, False): f"within {low:.4g} to {high:.4g}",
             (True, False): f"up to {high:.4g}; nothing keeps it from below",
@@ -169,7 +176,7 @@ def profile(
     reach : float, optional
         Largest distance in the coordinate: ln 1000 if `log`, else 1000 scales.
     most : int
-        Refits a side.
+        Steps a side; those that lie above the next one out are refitted once more.
     beyond : int
         Further held values on each closed side, each twice as far out as the last: another valley
         behind the hill shows as ``multimodal``.
@@ -235,11 +242,15 @@ class _Walk:
         lower, it is tried again from there, so that a hill is one of the profile.
         """
         steps, side = self._out(step, most)
+        way_back = range(len(steps) - 1) if side.end != "cancelled" else range(0)
         try:
-            for i in reversed(range(len(steps) - 1)):
+            for i in reversed(way_back):
                 (x, rise, _), (_, outer, warm) = steps[i], steps[i + 1]
-                if rise - outer <= HILL * self.threshold or self._stopped():
+                if rise - outer <= HILL * self.threshold:
                     continue
+                if self._stopped():
+                    side = Side("cancelled", side.reached)
+                    break
                 total, again = self.refit(x, warm)
                 if total - self.cost < rise:
                     steps[i] = (x, total - self.cost, again)

@@ -15,7 +15,7 @@ import pytest
 
 from actuators.models.catalogue import stack_with_payload
 from actuators.models.plants import plant_model
-from bondgraph import BondGraph
+from bondgraph import BondGraph, UnusableInput
 from bondsight.cli import judged as module
 from bondsight.cli.demonstration import Wish, begun
 from bondsight.cli.judged import (
@@ -129,18 +129,33 @@ def test_without_gcc_and_wishes_a_recording_that_was_made_beforehand_is_shown(
     monkeypatch.setenv("PATH", str(tmp_path))
     assert main(["demo", "--out", str(tmp_path)]) == 0
     text = capsys.readouterr().out
-    assert "made beforehand" in text.splitlines()[0]
+    assert "Made beforehand" in text.splitlines()[0]
     assert "the verdict is: right" in text
 
 
+@pytest.mark.parametrize("broken", [False, True])
 def test_what_was_made_beforehand_is_written_and_sealed(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    broken: bool,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
 ) -> None:
-    monkeypatch.setattr("bondsight.cli.demonstration.compilable", lambda: False)
+    """Without gcc, and with one that cannot compile."""
+    if broken:
+        gcc = tmp_path / "gcc"
+        gcc.write_text("#!/bin/sh\necho no headers >&2\nexit 1\n", encoding="utf-8")
+        gcc.chmod(0o755)
+    _library.cache_clear()
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    monkeypatch.setenv("PATH", str(tmp_path))
     made = begun(None, Wish(), tmp_path / "recording.csv")
-    assert "made beforehand" in capsys.readouterr().out
+    said = capsys.readouterr().out
+    assert "Made beforehand" in said
+    assert ("no headers" if broken else "no gcc found") in said
     assert made.path.read_text(encoding="utf-8").count("\n") > 2000
     assert made.sealed.truth()["plant"] == made.plant == "tanks"
+    with pytest.raises(UnusableInput, match="without --seed"):
+        begun(1, Wish(), tmp_path / "other.csv")
 
 
 @cache

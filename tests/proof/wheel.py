@@ -16,6 +16,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGES = {"bondsight", "bondgraph", "actuators", "identification", "hardware"}
 GENERATOR = "hardware/simulators/generator/c/"
+DATA = ("hardware/simulators/generator/prepared/tanks_1.npz", "bondgraph/simulation/march.c")
 VERBS: tuple[tuple[str, ...], ...] = (
     ("--help",),
     ("check", "stack_bond_graph"),
@@ -78,6 +79,8 @@ def main() -> int:
         assert contents(wheel) == PACKAGES, contents(wheel)
         own = {p.relative_to(ROOT).as_posix() for p in (ROOT / GENERATOR).glob("*.[ch]")}
         assert c_sources(wheel) == own != set(), c_sources(wheel)
+        with zipfile.ZipFile(wheel) as archive:
+            assert set(DATA) <= set(archive.namelist())
         venv.create(folder / "env", with_pip=True)
         python, command = folder / "env/bin/python", folder / "env/bin/bondsight"
         must([python, "-m", "pip", "install", "--quiet", f"{wheel}[data]"], folder)

@@ -13,11 +13,6 @@ from pathlib import Path
 _FLAGS = ("-O2", "-std=c11", "-shared", "-fPIC")
 
 
-def compilable() -> bool:
-    """Whether there is a compiler."""
-    return shutil.which("gcc") is not None
-
-
 def compiled(name: str, *before: str) -> ctypes.CDLL:
     """Compile ``c/<name>.c`` if no library of these sources is there, and load it.
 
@@ -30,7 +25,7 @@ def compiled(name: str, *before: str) -> ctypes.CDLL:
     Raises
     ------
     OSError
-        Without gcc.
+        Without gcc, or one that does not work.
     """
     here = Path(__file__).parent / "c"
     text = b"".join(file.read_bytes() for file in sorted(here.iterdir()))
@@ -45,6 +40,9 @@ def compiled(name: str, *before: str) -> ctypes.CDLL:
             made = Path(scratch) / "made.so"
             first = [word for file in before for word in ("-include", str(here / file))]
             command = [gcc, *_FLAGS, "-o", str(made), *first, str(here / f"{name}.c"), "-lm"]
-            subprocess.run(command, check=True)
+            done = subprocess.run(command, check=False, capture_output=True, text=True)
+            if done.returncode:
+                said = (done.stderr.strip().splitlines() or ["nothing"])[-1]
+                raise OSError(f"gcc cannot compile the virtual plants; it says: {said}")
             made.replace(target)
     return ctypes.CDLL(str(target))

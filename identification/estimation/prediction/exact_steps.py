@@ -239,7 +239,7 @@ def _update(compiled: Compiled, at: ExactPlaces, feedthrough: bool) -> list[ca.F
 
 
 def _through_laws(compiled: Compiled, at: ExactPlaces, z: ca.SX, u: ca.SX, m: ca.SX) -> ca.SX:
-    """How readings follow the state through the slopes of the laws; a jump has none."""
+    """How readings follow the state through the slopes of the laws; a level has none."""
     x, _, w, memory = _cut(z, at)
     q, _, direct, h = _law_numbers(compiled, m, at)
     cs, ds = _matrices(m, at)[3:5]
@@ -249,7 +249,7 @@ def _through_laws(compiled: Compiled, at: ExactPlaces, z: ca.SX, u: ca.SX, m: ca
     for j, (port, ms, qs) in enumerate(law_slices(compiled)):
         arguments = law_arguments(port.law, q[qs], h)
         value = ca.SX(port.law.deviation(CASADI, s[j], split(memory[ms]), arguments))
-        slopes.append(ca.SX(0) if port.law.set_valued else ca.jacobian(value, s[j]))
+        slopes.append(ca.jacobian(value, s[j]))
     slope = ca.diag(ca.substitute(ca.vertcat(*slopes), s, cs @ x + ds @ u + direct @ w))
     return dyw @ slope @ ca.solve(ca.SX.eye(at.lay.n_w) - direct @ slope, cs)
 

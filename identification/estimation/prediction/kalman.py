@@ -63,9 +63,9 @@ class KalmanFilter:
 
     @property
     def coarse(self) -> bool:
-        """Whether sub-steps change something: smooth laws, or a step that is not exact."""
+        """Whether sub-steps change something: laws that bend, or a step that is not exact."""
         laws = [law for _, law in self.plants[0].laws]
-        return self.first.engine.lure is None or any(not law.set_valued for law in laws)
+        return self.first.engine.lure is None or any(not law.level for law in laws)
 
     @cached_property
     def names(self) -> tuple[str, ...]:

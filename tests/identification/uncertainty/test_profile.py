@@ -128,6 +128,34 @@ def test_interrupt_keeps_what_is_done() -> None:
     assert walk(cost).status.startswith("cancelled")
 
 
+def test_the_way_back_is_cancelled_too() -> None:
+    """A profile of which only a part was tried again does not call itself complete."""
+    calls = 0
+
+    def refit(x: float, outer: bool) -> tuple[float, bool]:
+        nonlocal calls
+        calls += 1
+        outer = outer or x < -1.5
+        return (0.3 - 0.3 * x if outer else x**2), outer
+
+    whole = profile(refit, "k", 1.0, 0.0, False, width=0.1, threshold=threshold_of(), reach=3.0)
+    forth = int(np.sum(whole.grid < 1.0))
+    assert whole.status == "complete"
+    calls = 0
+    part = profile(
+        refit, "k", 1.0, 0.0, False, width=0.1, threshold=threshold_of(), reach=3.0,
+        cancelled=lambda: calls >= forth,
+    )  # fmt: skip
+    assert part.status.startswith("cancelled")
+    assert calls == forth
+
+
+def test_a_side_that_was_not_followed_to_its_end_is_not_called_open() -> None:
+    p = walk(lambda x: 1e-6 * x**2, most=3)
+    assert p.status.startswith("ended")
+    assert "nothing keeps it" not in str(p)
+
+
 def test_failing_refits_end_the_walk() -> None:
     p = walk(lambda x: np.inf if x > 0.05 else (x / 0.1) ** 2)
     assert np.isfinite(p.cost).all()

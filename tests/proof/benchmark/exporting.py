@@ -27,7 +27,7 @@ from hardware.simulators.judging.truths import ExamTruth, truth_of
 from identification.diagnosis.catalogue import CATALOGUE
 from tests.proof.exam.separable import kind_separable, name_separable, no_law_fits
 from tests.proof.trial.layout import Layout
-from tests.proof.trial.running import graph_of, ports_of, recording_of
+from tests.proof.trial.running import graph_of, kinds_of_ports, recording_of
 from tests.proof.trial.truths import Public, read_public
 
 HERE = Path(__file__).parent
@@ -85,7 +85,7 @@ def known(public: Public) -> dict[str, Any]:
         "resolution": {
             k: r for k, r in zip(public.sensors, public.resolution, strict=False) if r > 0
         },
-        "elements": ports_of(graph),
+        "elements": kinds_of_ports(graph),
     }
 
 
@@ -132,7 +132,7 @@ def open_truths(
         effects moved, and an oracle separates everything.
     """
     rows = [
-        truth_row(truths[p.id], len(ports_of(graph_of(p))), answers.get(p.id))
+        truth_row(truths[p.id], len(kinds_of_ports(graph_of(p))), answers.get(p.id))
         for p in public
         if p.id in truths
     ]

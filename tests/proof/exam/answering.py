@@ -15,13 +15,14 @@ import numpy as np
 
 from bondgraph.signals.recording import Recording
 from bondgraph.support.errors import BondsightError
+from bondsight.cli.judged import places_of
 from identification.diagnosis.diagnose import Diagnosis, diagnose
 from identification.diagnosis.search.candidates import DiagnosisOptions
 from identification.diagnosis.verdict.document import verdict
 from tests.proof.exam.stored import recorded
 from tests.proof.trial.alongside import alongside
 from tests.proof.trial.layout import Layout
-from tests.proof.trial.running import graph_of, ports_of, recording_of
+from tests.proof.trial.running import graph_of, recording_of
 from tests.proof.trial.truths import Public
 
 BLOCKS = 40
@@ -123,7 +124,7 @@ def _timed(public: Public, work: Callable[[], Diagnosis]) -> dict[str, Any]:
         "id": public.id, "verdict": None, "error": None, "nominal_rms": None, "repaired_rms": None
     }  # fmt: skip
     try:
-        content["ports"] = sorted(ports_of(graph_of(public)))
+        content["ports"] = sorted(places_of(graph_of(public)))
         with recorded() as evidence:
             found = work()
         said = verdict(found)

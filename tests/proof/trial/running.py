@@ -12,7 +12,7 @@ from joblib import delayed
 
 from actuators.models.plants import plant_model
 from bondgraph.graph.bond_graph import BondGraph
-from bondgraph.graph.elements import Source, TwoPort, Valued
+from bondgraph.graph.elements import Source
 from bondgraph.graph.sensors import Sensor
 from bondgraph.signals.recording import Recording
 from bondgraph.signals.recording_file import sha256_of
@@ -20,6 +20,7 @@ from bondgraph.signals.units import parse_unit
 from bondgraph.support.errors import UnusableInput
 from bondgraph.support.parallel import results
 from bondgraph.support.whole_file import write_atomically
+from bondsight.cli.judged import places_of
 from identification.diagnosis.localisation.element_kind import element_kind
 from tests.proof.trial.commitment import read_commitment
 from tests.proof.trial.layout import Layout
@@ -53,10 +54,9 @@ def graph_of(public: Public) -> BondGraph:
     return plant_model(public.plant, public.sensors, public.delay)
 
 
-def ports_of(graph: BondGraph) -> dict[str, str]:
+def kinds_of_ports(graph: BondGraph) -> dict[str, str]:
     """Kind of every element that may hold an effect."""
-    elements = graph.of_type(Valued, TwoPort, Source, Sensor)
-    return {e.name: element_kind(graph, e.name) for e in elements}
+    return {name: element_kind(graph, name) for name in places_of(graph)}
 
 
 def run_all(

@@ -8,7 +8,7 @@ from scipy.linalg import expm, solve_discrete_are
 from scipy.stats import multivariate_normal
 
 from bondgraph import BondGraph, C, De, I, One, R, Se, Zero
-from bondgraph.laws import Coulomb, Polynomial, QuadraticDrag, StopSum
+from bondgraph.laws import Coulomb, Law, Polynomial, QuadraticDrag, StopSum, Stribeck
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import BondsightError
 from identification.estimation.prediction.exact_plant import ExactPlant
@@ -301,6 +301,16 @@ def test_gradient_with_laws(graph: object, n_sub: int) -> None:
     u, y = measured(120)
     model = filter_of(graph(), recording_of(y, DT, u), ("m", "F"), n_sub=n_sub)
     assert_gradient(model, 1e-5, 0.02)
+
+
+@pytest.mark.parametrize(
+    ("law", "coarse"), [(Coulomb(0.4), False), (Stribeck(0.4, 0.2, 0.05), True)]
+)
+def test_what_bends_while_it_slides_asks_for_finer_steps(law: Law, coarse: bool) -> None:
+    """Friction that falls with speed jumps as dry friction does, but is no level."""
+    u, y = measured(20)
+    model = filter_of(spring().with_element("d", law=law), recording_of(y, DT, u), ("m", "F"))
+    assert model.coarse is coarse
 
 
 def test_gradient_where_a_reading_contains_a_law() -> None:
