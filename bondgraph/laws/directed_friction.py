@@ -21,7 +21,7 @@ class DirectedFriction(Law, ABC):
 
     energy: ClassVar[str] = "dissipates"
     set_valued: ClassVar[bool] = True
-    level: ClassVar[bool] = True
+    slides_level: ClassVar[bool] = True
     closed: ClassVar[bool] = True
 
     @abstractmethod

@@ -40,7 +40,7 @@ class Coulomb(Law):
     name: ClassVar[str] = "coulomb"
     energy: ClassVar[str] = "dissipates"
     set_valued: ClassVar[bool] = True
-    level: ClassVar[bool] = True
+    slides_level: ClassVar[bool] = True
     closed: ClassVar[bool] = True
 
     def parameters(self, element: str) -> tuple[Parameter, ...]:

@@ -42,7 +42,7 @@ class Law(ABC):
     energy: ClassVar[str] = "signal"
     set_valued: ClassVar[bool] = False
     """The deviation jumps and is held at its end value over a step: a line would ring."""
-    level: ClassVar[bool] = False
+    slides_level: ClassVar[bool] = False
     """While its argument keeps its sign the deviation does not follow it, as in dry friction."""
     closed: ClassVar[bool] = False
     """`solve` is a formula to be differentiated; otherwise the deviation has a slope at the root

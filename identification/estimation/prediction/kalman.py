@@ -65,7 +65,7 @@ class KalmanFilter:
     def coarse(self) -> bool:
         """Whether sub-steps change something: laws that bend, or a step that is not exact."""
         laws = [law for _, law in self.plants[0].laws]
-        return self.first.engine.lure is None or any(not law.level for law in laws)
+        return self.first.engine.lure is None or any(not law.slides_level for law in laws)
 
     @cached_property
     def names(self) -> tuple[str, ...]:
