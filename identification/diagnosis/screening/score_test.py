@@ -33,6 +33,8 @@ WEAKEST = 1e-7
 """Singular values below this share of the largest are a combination without effect."""
 ROUNDING = 1e-12
 """The same of the eigenvalues of normal equations, which are rounded."""
+HUGE = 1e100
+"""Response beyond which a linearisation has run away; its square may be no number."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -177,7 +179,7 @@ def _best(
         edges = np.cumsum([factors.size for _, factors in sized])[:-1]
         parts = np.split(onto.rows(response), edges, axis=1)
         for signature, (_, factors), x in zip(some, sized, parts, strict=True):
-            if not factors.any() or not np.isfinite(x).all():
+            if not factors.any() or not np.abs(x).max(initial=0.0) < HUGE:
                 continue
             weights = _weights(x, onto.residual)
             gain = _gain(x, onto.residual, weights)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cache
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -11,11 +12,13 @@ import pytest
 from scipy.integrate import ode
 
 from actuators.models.plants.chain import chain
+from bondgraph import C
 from bondgraph.signals.split import interleaved
 from identification.diagnosis.catalogue import CATALOGUE, UNNAMED
+from identification.diagnosis.catalogue.effect import Signature
 from identification.diagnosis.screening.observation import scene
 from identification.diagnosis.screening.port_response import probes
-from identification.diagnosis.screening.score_test import Screened, projection, screen
+from identification.diagnosis.screening.score_test import Screened, _best, projection, screen
 from identification.estimation.single_record import Fit, fit
 from identification.study.problem import Data, Problem
 from identification.study.residual import evaluate
@@ -92,6 +95,24 @@ def test_noise_alone_has_no_pattern() -> None:
     assert all(s.z < 4.0 for s in ranked)
     # two weights and a free frequency fit 1 % of some thousand readings of noise
     assert all(s.share < 0.02 for s in ranked)
+
+
+@pytest.mark.parametrize("size", [1e120, 1e200, np.inf, np.nan])
+def test_a_response_that_runs_away_is_left_out(size: float) -> None:
+    """Its square is no number, and eigenvalues of that are none."""
+    rng = np.random.default_rng(1)
+    columns = rng.standard_normal((480, 2))
+    onto: Any = SimpleNamespace(
+        residual=columns[:, 0], total=float(columns[:, 0] @ columns[:, 0]),
+        blocks=np.arange(480) // 20, rows=lambda response: response,
+    )  # fmt: skip
+    wild: Any = SimpleNamespace(respond=lambda name, given, flow: size * given)
+    calm: Any = SimpleNamespace(respond=lambda name, given, flow: given)
+    element, signature = C("k"), Signature(columns)
+    assert _best(onto, wild, element, [signature]) is None
+    found = _best(onto, calm, element, [signature])
+    assert found is not None
+    assert found[0] == pytest.approx(1.0)
 
 
 def test_what_the_fit_can_do_is_projected_out() -> None:
