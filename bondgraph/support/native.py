@@ -47,8 +47,8 @@ def _machine(gcc: str) -> str:
 def vector_length() -> int:
     """Return how many doubles a register of this processor holds.
 
-    Longer vectors are possible, but gcc takes each of their operations through memory, which costs
-    ten times what the operation does.
+    Longer vectors are possible, but gcc takes each of their operations through memory
+    (``bondsight bench rows`` prints what that costs).
     """
     known = _machine(compiler() or "")
     return 8 if "__AVX512F__" in known else 4 if "__AVX__" in known else 2

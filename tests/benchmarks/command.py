@@ -7,17 +7,20 @@ import tempfile
 import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
+from unittest.mock import patch
 
 import numpy as np
 
 from actuators import stack_bond_graph
 from bondgraph.equations.derivation import equations
 from bondgraph.laws import StopSum
+from bondgraph.simulation import lure_kernel
 from bondgraph.simulation.exact_run import run_record
 from bondgraph.simulation.lure import compile_model
 from bondgraph.simulation.start import equilibrium, inputs_of
 from bondgraph.support.errors import UnusableInput, unknown_name
-from tests.benchmarks.diagnosis import diagnosis
+from bondgraph.support.native import vector_length
+from tests.benchmarks.diagnosis import chain, diagnosis
 from tests.benchmarks.fit import bench_fit
 from tests.benchmarks.graphs import graphs
 from tests.benchmarks.operators import operators
@@ -90,6 +93,54 @@ def _simulate(samples: int, operators: int) -> None:
         "sample, with 6 "
         f"derivatives {1e9 * b / samples:7.0f} ns (first call {first:.2f} s)"
     )
+
+
+def rows() -> None:
+    """What a row of derivatives costs as long as the registers, and twice as long."""
+    model = compile_model(chain(3, 3))
+    p, samples = model.nominal(), 5_000
+    u, x0 = np.zeros((samples, model.n_u)), np.zeros(model.n_x)
+    u[:, 0] = np.sin(0.02 * np.arange(samples))
+    directions = range(len(p))
+
+    def run() -> object:
+        return run_record(model, p, u, 1e-3, x0, directions=directions)
+
+    length = vector_length()
+    for what, lanes in (("as long as the registers", length), ("twice as long", 2 * length)):
+        with patch("bondgraph.simulation.lure_march.vector_length", lambda n=lanes: n):
+            lure_kernel._runner.cache_clear()
+            run()
+            spent = _best(run, 15) / samples / (1 + len(p))
+        print(
+            f"rows {what} ({lanes} numbers), {model.n_x} states, {len(p)} derivatives: "
+            f"{1e9 * spent:.0f} ns a sample and number"
+        )
+    lure_kernel._runner.cache_clear()
+
+
+def compilation() -> None:
+    """Diagnose a draw of the virtual plants on an empty cache: programs, and seconds in gcc."""
+    from bondsight.cli.demonstration import Wish, conceal, run
+
+    with tempfile.TemporaryDirectory() as folder:
+        made = conceal(1, Wish("chain", "nonlinear_stiffness"), Path(folder) / "recording.csv")
+        with patch.dict("os.environ", {"XDG_CACHE_HOME": folder}):
+            lure_kernel._runner.cache_clear()
+            before, begin = _children(), time.process_time()
+            run(made, 1, None)
+            own, gcc = time.process_time() - begin, _children() - before
+            programs = len(list((Path(folder) / "bondsight" / "kernels").iterdir()))
+    lure_kernel._runner.cache_clear()
+    print(
+        f"a chain of masses, {made.recording.n} samples, empty cache: {programs} programs, "
+        f"{gcc:.1f} s of processor time in gcc, {own:.1f} s elsewhere"
+    )
+
+
+def _children() -> float:
+    spent = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return spent.ru_utime + spent.ru_stime
 
 
 def demonstration() -> None:
@@ -167,6 +218,8 @@ def loops() -> None:
 MEASUREMENTS: dict[str, Callable[[], None]] = {
     "derivation": derivation,
     "simulation": simulation,
+    "rows": rows,
+    "compilation": compilation,
     "operators": operators,
     "integrators": integrators,
     "graphs": graphs,

@@ -231,7 +231,7 @@ def test_one_march_serves_all_and_equal_laws_share_their_code(
 def test_a_row_fills_the_registers_that_there_are(
     macros: str, length: int, compiled_files: Callable[[], list[str]], monkeypatch: Any
 ) -> None:
-    """Longer ones go through memory, ten times slower; each length gives the same."""
+    """Longer ones go through memory, see `bondsight bench rows`; each length gives the same."""
     model = oscillator(Polynomial(size=1.0), Stribeck(0.3, 0.2, 0.1))
     p, u, x0 = point(model), inputs(model), np.array([0.11, -0.23])
     here = run_record(model, p, u, STEP, x0, directions=range(7))

@@ -31,7 +31,7 @@ def figures(score: TrialScore, paper: bool = True) -> dict[str, str]:
     table: dict[str, tuple[Draw, float, float, bool]] = {
         "names": (_names, 2.6 + 0.26 * len(c.columns), 2.0 + 0.24 * len(c.rows), bool(c.rows)),
         "power": (_power, 6.2, 3.6, "all" in score.power and bool(score.power["all"])),
-        "power_by_cell": (_by_cell, 8.4, 1.6 * rows + 0.3, len(score.power) > 2),
+        "power_by_cell": (_by_cell, 8.4, 1.6 * rows + 0.8, len(score.power) > 2),
         "reliability": (_reliability, 4.4, 4.0, bool(score.exam.reliability)),
         "error_over_oracle": (_ratios, 6.2, 3.2, bool(score.ratios)),
         "baselines": (_baselines, 8.4, HEIGHT, any(c.points for c in score.curves)),
@@ -104,12 +104,15 @@ def _by_cell(figure: Any, score: TrialScore) -> None:
     for axes in grid.flat[len(groups) :]:
         axes.set_axis_off()
     for axes, (cell, powers) in zip(grid.flat, groups, strict=False):
-        _curve(axes, powers, "placed", color=GOOD)
-        _curve(axes, powers, "named", 1.04, color=AFTER)
+        _curve(axes, powers, "placed", color=GOOD, label="right place, and name or kind")
+        _curve(axes, powers, "named", 1.04, color=AFTER, label="right name and place")
         axes.set_title(spaced(cell))
         axes.set_xscale("log")
         logarithmic(axes.xaxis)
         axes.set_ylim(-0.05, 1.05)
+    figure.supxlabel("what the effect moves a reading by, over its noise (rms)", fontsize="medium")
+    figure.supylabel("share of the recordings", fontsize="medium")
+    figure.legend(*grid.flat[0].get_legend_handles_labels(), loc="outside upper right", ncols=2)
 
 
 def _reliability(axes: Any, score: TrialScore) -> None:
