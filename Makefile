@@ -99,6 +99,7 @@ $(BIN)/python:
 	if "$$chosen" -c 'import ensurepip' 2>/dev/null; then "$$chosen" -m venv --clear $(VENV); \
 	else "$$chosen" -m venv --clear --without-pip $(VENV); \
 	  "$$chosen" -m pip --python $(BIN)/python install --quiet pip; fi
+	-@$(BIN)/python -m pip install --quiet --disable-pip-version-check --upgrade pip
 
 $(VENV)/.core: pyproject.toml | $(BIN)/python
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e .

@@ -60,7 +60,10 @@ def played(words: Sequence[str], effect: str, out: Path, capsys: pytest.CaptureF
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("plant", "effect", "place"),
-    [("cylinder", "quadratic_drag", "b"), ("tanks", "square_root_flow", "R_")],
+    [
+        pytest.param("cylinder", "quadratic_drag", "b", marks=pytest.mark.long),
+        ("tanks", "square_root_flow", "R_"),
+    ],
 )
 def test_what_is_concealed_in_a_plant_is_found(
     plant: str,

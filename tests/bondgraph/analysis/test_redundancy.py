@@ -248,13 +248,14 @@ def sensed_relations(seed: int) -> tuple[BondGraph, Redundancy] | None:
     return None if g is None else (g, redundancy(g))
 
 
-def test_random_graphs_satisfy_their_relations() -> None:
+@pytest.mark.parametrize("count", [30, pytest.param(60, marks=pytest.mark.long)])
+def test_random_graphs_satisfy_their_relations(count: int) -> None:
     """Forced at random complex s, by a solve that knows neither causality nor this package's rows.
 
     A parameter in a relation breaks it when changed; one that is not in it does not.
     """
     graphs = changes = 0
-    for seed in range(60):
+    for seed in range(count):
         if (known_relations := sensed_relations(seed)) is None:
             continue
         g, found = known_relations
@@ -274,14 +275,15 @@ def test_random_graphs_satisfy_their_relations() -> None:
                 elif abs(known[r.name]) > 1e-9:
                     changes += changed > 1e-9
                 assert (n in r.parameters) <= (n in r.touched)
-    assert graphs > 40
-    assert changes > 200
+    assert graphs > 2 * count / 3
+    assert changes > 200 * count / 60
 
 
-def test_random_graphs_satisfy_their_relations_in_free_motion() -> None:
+@pytest.mark.parametrize("count", [30, pytest.param(60, marks=pytest.mark.long)])
+def test_random_graphs_satisfy_their_relations_in_free_motion(count: int) -> None:
     """Every natural motion without input: no factor in s has been lost."""
     modes = 0
-    for seed in range(60):
+    for seed in range(count):
         if (known_relations := sensed_relations(seed)) is None:
             continue
         g, relations = known_relations[0], known_relations[1].relations
@@ -304,7 +306,7 @@ def test_random_graphs_satisfy_their_relations_in_free_motion() -> None:
                     abs(r.laplace(rate, {n: float(n == k) for n in known}, values)) for k in r.known
                 )
                 assert abs(r.laplace(rate, known, values)) < 1e-6 * max(size, 1e-12), seed
-    assert modes > 60
+    assert modes > count
 
 
 def test_every_parameter_of_a_relation_breaks_it() -> None:

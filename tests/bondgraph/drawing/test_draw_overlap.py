@@ -223,6 +223,7 @@ def test_heading_and_legend_stand_clear(name: str | int) -> None:
             assert not any(passes(a, b, t) for a, b in itertools.pairwise(points))
 
 
+@pytest.mark.sampled(every=3)
 @pytest.mark.parametrize("name", NAMES)
 def test_nothing_overlaps_in_the_layout(name: str | int) -> None:
     graph, plan, _ = drawn(name)

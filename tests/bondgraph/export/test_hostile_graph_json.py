@@ -266,7 +266,7 @@ def places(value: Any, path: tuple[Any, ...] = ()) -> list[tuple[Any, ...]]:
 PLACES = [places(d)[1:] for d in SOUND]
 
 
-@settings(max_examples=500, deadline=None, suppress_health_check=list(HealthCheck))
+@settings(max_examples=250, deadline=None, suppress_health_check=list(HealthCheck))
 @given(st.data())
 def test_mutated_documents_never_surprise(data: st.DataObject) -> None:
     i = data.draw(st.integers(0, len(SOUND) - 1))

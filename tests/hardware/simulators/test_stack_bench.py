@@ -145,7 +145,7 @@ def test_recording_is_finite_and_inside_the_range(name: Any, place: Any) -> None
 
 
 @pytest.mark.sampled(every=4)
-@pytest.mark.parametrize(("name", "place"), SIZED)
+@pytest.mark.parametrize(("name", "place"), slowest_are_long(SIZED))
 def test_mark_is_in_the_promised_class(name: Any, place: Any) -> None:
     """Deviation from the twin over noise lies in the range of the class.
 
@@ -162,7 +162,7 @@ def test_mark_is_in_the_promised_class(name: Any, place: Any) -> None:
 
 
 @pytest.mark.sampled(every=4)
-@pytest.mark.parametrize(("name", "place"), SIZED)
+@pytest.mark.parametrize(("name", "place"), slowest_are_long(SIZED))
 def test_what_is_concealed_shows(name: Any, place: Any) -> None:
     assert shows(truth(name, place), SEED) > 0.95
 

@@ -122,7 +122,7 @@ def test_a_calibration_beyond_its_bounds_is_a_finding(gain: float, speed: str) -
     assert not any("ends at its bound" in n for n in d.notes)
 
 
-@pytest.mark.parametrize("gain", [1.06, 1.01])
+@pytest.mark.parametrize("gain", [1.06, pytest.param(1.01, marks=pytest.mark.long)])
 def test_a_bounded_gain_of_the_model_itself_is_one_that_was_stated(gain: float) -> None:
     graph = spring(m=0.6, k=800.0, speed="")
     graph = graph.with_parameters([Parameter("g", 1.0, lower=0.98, upper=1.02)])

@@ -111,6 +111,7 @@ def test_what_was_decided_is_left_as_it_is() -> None:
     assert refined([unknown], OPTIONS, Thresholds()) == (unknown,)
 
 
+@pytest.mark.long
 def test_an_effect_that_was_named_before_another_is_refined_beside_it() -> None:
     """Its new numbers are its own in the verdict, not those of the last finding."""
     d = found(60.0, 0.3)

@@ -162,6 +162,7 @@ def test_a_law_of_a_signal_has_no_forms() -> None:
     assert by_name("hysteresis").forms(seen, seen.graph["F"], {}) == ()
 
 
+@pytest.mark.long
 def test_loops_that_harden_are_named_though_stops_explain_next_to_nothing() -> None:
     """Of Bouc and Wen with beta + gamma < 0; a damper takes the place of what stops could explain.
 

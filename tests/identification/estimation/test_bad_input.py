@@ -152,6 +152,7 @@ def test_tiny_records_end_with_multiple_shooting_too(n: int) -> None:
     assert np.isfinite(found.cost)
 
 
+@pytest.mark.sampled(every=3)
 @pytest.mark.parametrize("noise", ["white", "coloured"])
 @pytest.mark.parametrize("method", METHODS)
 def test_exact_data_give_exact_values(noise: str, method: str) -> None:

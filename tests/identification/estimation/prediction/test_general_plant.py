@@ -81,7 +81,7 @@ def test_it_tends_to_the_exact_filter_of_a_linear_model() -> None:
     assert off[0] / off[1] == pytest.approx(8.0, rel=0.2)
 
 
-@pytest.mark.sampled(every=2)
+@pytest.mark.sampled(every=4)
 @pytest.mark.parametrize(
     "name",
     # the tangents of every model are held against differences where the kernel is tested
@@ -92,7 +92,8 @@ def test_gradient_equals_differences(name: str) -> None:
     assert_gradient(made, 1e-5, 0.02)
 
 
-@pytest.mark.parametrize("name", ["silverbox", "implicit loop", "plays", "rate of an input"])
+@pytest.mark.sampled(every=2)
+@pytest.mark.parametrize("name", ["implicit loop", "silverbox", "plays", "rate of an input"])
 def test_without_process_noise_it_predicts_the_free_run(name: str) -> None:
     made = driven(name, process_noise=(), n_sub=2)
     theta = made.start()

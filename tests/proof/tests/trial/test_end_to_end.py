@@ -24,17 +24,17 @@ from tests.proof.trial.running import run_all
 from tests.proof.trial.truths import read_public
 
 
-def three(kind: str = "", salt: str = "") -> list[DrawnCase]:
-    """Return the shortest controls and the shortest single effect that has few readings."""
+def two(kind: str = "", salt: str = "") -> list[DrawnCase]:
+    """Return the shortest control and the shortest single effect that has few readings."""
     drawn = sorted(draw_exam(11, 120), key=lambda c: c.samples)
     single = next(c for c in drawn if c.cell == "form" and len(c.sensors) == 1)
-    return [*[c for c in drawn if c.cell == "control"][:2], single]
+    return [next(c for c in drawn if c.cell == "control"), single]
 
 
 @pytest.fixture(scope="module")
 def layout(tmp_path_factory: pytest.TempPathFactory) -> Layout:
     found = Layout(tmp_path_factory.mktemp("small") / "trial")
-    truths = make_all(three(), found, exam_record, 1, None)
+    truths = make_all(two(), found, exam_record, 1, None)
     commit(found, truths, "salt of a test", "development")
     verify(found)
     assert main(["blind", "run", "--folder", str(found.folder), "--jobs", "1"]) == 0
@@ -50,14 +50,14 @@ def content(path: Path) -> dict[str, Any]:
 
 
 def test_opened_and_scored(layout: Layout, capsys: pytest.CaptureFixture[str]) -> None:
-    # three recordings certify nothing: the command says so by its status
+    # two recordings certify nothing: the command says so by its status
     assert main(["blind", "score", "--folder", str(layout.folder), "--jobs", "1"]) == 1
     said = capsys.readouterr().out
-    assert "false alarms, of the controls: 0/2" in said
+    assert "false alarms, of the controls: 0/1" in said
     assert "none seen          called explained, of those where an effect shows: 0/1" in said
     assert "Open until bondsight blind withheld has counted it" in said
     data = json.loads((layout.score / "score.json").read_text(encoding="utf-8"))
-    assert [r["wrong"] for r in data["each"]] == [[], [], []]
+    assert [r["wrong"] for r in data["each"]] == [[], []]
     assert len(read_oracles(layout)) == 1
     for path in layout.oracle.iterdir():
         reached = json.loads(path.read_text(encoding="utf-8"))
@@ -70,7 +70,7 @@ def test_opened_and_scored(layout: Layout, capsys: pytest.CaptureFixture[str]) -
     assert (layout.score / "report.html").is_file()
     # nothing is left to be done
     assert main(["blind", "run", "--folder", str(layout.folder), "--jobs", "1"]) == 0
-    assert "0 recordings diagnosed, 3 were there" in capsys.readouterr().out
+    assert "0 recordings diagnosed, 2 were there" in capsys.readouterr().out
 
 
 @pytest.mark.long
@@ -91,7 +91,7 @@ def test_without_the_true_law(layout: Layout, capsys: pytest.CaptureFixture[str]
 def test_a_quick_trial_in_one_command(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr(generating, "draw_trial", lambda kind, salt, count: three()[:1])
+    monkeypatch.setattr(generating, "draw_trial", lambda kind, salt, count: two()[:1])
     folder = tmp_path / "quick"
     assert main(["blind", "quick", "--folder", str(folder), "--jobs", "1"]) == 0
     said = capsys.readouterr().out
@@ -113,7 +113,7 @@ def test_dask_gives_the_same_answers(layout: Layout, tmp_path: Path) -> None:
         distributed.Client(cluster),
         joblib.parallel_config(backend="dask"),
     ):  # fmt: skip
-        assert run_all(layout, public, tmp_path, exam_answer, jobs=2) == 3
+        assert run_all(layout, public, tmp_path, exam_answer, jobs=2) == 2
     assert set(read_exam_answers(tmp_path)) == {p.id for p in public}
     for p in public:
         assert content(tmp_path / f"{p.id}.json") == content(layout.answers / f"{p.id}.json")
@@ -128,7 +128,7 @@ def test_ray_gives_the_same_answers(layout: Layout, tmp_path: Path) -> None:
     ray.init(num_cpus=2, include_dashboard=False, logging_level="ERROR")
     try:
         with joblib.parallel_config(backend="ray"):
-            assert run_all(layout, public, tmp_path, exam_answer, jobs=2) == 3
+            assert run_all(layout, public, tmp_path, exam_answer, jobs=2) == 2
     finally:
         ray.shutdown()
     for p in public:
