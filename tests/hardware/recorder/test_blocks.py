@@ -31,7 +31,9 @@ def with_sensor(station: Any, **settings: Any) -> None:
     station.settings = replace(now, interferometer=replace(now.interferometer, **settings))
 
 
-@pytest.mark.parametrize(("way", "samples"), [pytest.param("start", 529 * 4, marks=pytest.mark.long), ("clock", 525)])
+@pytest.mark.parametrize(
+    ("way", "samples"), [pytest.param("start", 529 * 4, marks=pytest.mark.long), ("clock", 525)]
+)
 def test_a_block_longer_than_the_patience_is_kept(
     bench: Make, target: Path, way: Any, samples: int
 ) -> None:
