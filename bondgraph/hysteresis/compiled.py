@@ -22,8 +22,11 @@ import numpy as np
 from bondgraph.hysteresis.checks import numbers
 from bondgraph.hysteresis.errors import NotInvertible
 from bondgraph.hysteresis.operator import Memory, Operator
-from bondgraph.support.native import build, c_source
+from bondgraph.support.native import MACHINE, build, c_source
 from bondgraph.support.ops import CASADI, FloatArray
+
+INLINED = ("-O2", *MACHINE)
+"""The step of an operator is short, and becomes part of the loop over a record."""
 
 
 def compiled_record(
@@ -144,7 +147,7 @@ def loops_of(step: ca.Function) -> RecordLoops:
     The function is called ``operator_step`` and has no sparse output.
     """
     loops = files("bondgraph.hysteresis").joinpath("compiled.c").read_text(encoding="utf-8")
-    library = build(c_source(step) + loops)
+    library = build(c_source(step) + loops, INLINED)
     return _machine_loops(step) if library is None else _native_loops(str(library), step)
 
 

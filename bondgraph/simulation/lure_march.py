@@ -17,12 +17,12 @@ from casadi import Function
 from bondgraph.simulation.banks import PlacedBank, bank_source
 from bondgraph.simulation.lure_closing import ClosedLaws, ClosedPart
 from bondgraph.simulation.lure_layout import KernelLayout
-from bondgraph.support.native import FLAGS, build, c_source, vector_length
+from bondgraph.support.native import MACHINE, STRAIGHT, build, c_source, vector_length
 
 # products are rounded before they are added: what sticks stands still to the last bit
-ROUNDED = (*(f for f in FLAGS if f != "-O2"), "-ffp-contract=off")
+ROUNDED = (*MACHINE, "-ffp-contract=off")
 MARCH = ("-O3", *ROUNDED)
-LAWS = ("-O1", "-fexpensive-optimizations", *ROUNDED)
+LAWS = (*STRAIGHT, *ROUNDED)
 
 ROWS = """
 #include <math.h>

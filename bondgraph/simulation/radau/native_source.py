@@ -13,7 +13,7 @@ import casadi as ca
 
 from bondgraph.equations.program import Program
 from bondgraph.simulation.banks import PlacedBank, bank_source
-from bondgraph.support.native import vector_length
+from bondgraph.support.native import LOOPS, vector_length
 
 PARTS = ("algebra", "loop")
 SHARED = 1e-8
@@ -140,7 +140,7 @@ def general_source(
     loop = [Path(__file__).with_name(f"{n}.c").read_text() for n in PARTS]
     if banks:
         lines += [f"#define LANES {lanes()}", ROWS, "#define NB (b->wide)", bank_source()]
-    return "\n".join([text, "#include <math.h>", "#include <string.h>", *lines, *loop])
+    return "\n".join([text, LOOPS, "#include <math.h>", "#include <string.h>", *lines, *loop])
 
 
 def _patterns(name: str, function: ca.Function, letters: str) -> list[str]:

@@ -13,7 +13,7 @@ import casadi as ca
 import numpy as np
 
 from bondgraph.support.arrays import Array
-from bondgraph.support.native import build
+from bondgraph.support.native import LOOPS, build
 from identification.estimation.prediction.assembly import Numbers
 from identification.estimation.prediction.plant import FilterPlant, FilterSteps
 
@@ -66,7 +66,7 @@ def _source(steps: FilterSteps) -> str:
     text = text.replace("return fmin(x, y);", "return x < y ? x : y;")
     loop = files("identification.estimation.prediction").joinpath("loop.c").read_text()
     return (
-        f"{text}#define BONDSIGHT_LINEAR {int(steps.linear)}\n"
+        f"{text}{LOOPS}#define BONDSIGHT_LINEAR {int(steps.linear)}\n"
         f"#define BONDSIGHT_STEP_AT {steps.step_at}\n{loop}"
     )
 
