@@ -72,7 +72,7 @@ def control_module(program: Program) -> str:
     m = linear_model(program)
     title = " ".join(ascii(m.name)[1:-1].replace('"', "'").replace("\\", "/").split())
     lines = [
-        f'"""Linear state space of {title}, SI units; made by Bondsight."""',
+        f'"""Linear state space of {title}, SI units; by Bondsight (pip install control)."""',
         "",
         "import control",
         "",

@@ -38,7 +38,7 @@ def _first_line(factory: Callable[..., Any]) -> str:
 def _text(factory: Callable[..., Any]) -> str:
     while hasattr(factory, "func"):  # a partial says nothing of itself
         factory = factory.func
-    return inspect.getdoc(factory) or ""
+    return (inspect.getdoc(factory) or "").replace("``", "")
 
 
 def _described(name: str, factory: Callable[..., Any]) -> str:

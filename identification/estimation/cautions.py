@@ -108,7 +108,7 @@ def coarse_steps(
         return ()
     return (
         f"n_sub = {study.n_sub} is too few: twice as many move an unknown by more than {BIAS:g} of "
-        "its standard error; leave n_sub out",
+        "its standard error; study.changed(n_sub=None) lets the fit choose",
     )
 
 

@@ -23,7 +23,9 @@ int main(int argc, char **argv)
   int i, k, first = 1, status;
   @_start(x, z, p, m);
   if (steps < 1 || !read_row(&t, last)) {
-    fprintf(stderr, "give at least one step and one line of time and inputs\n");
+    fprintf(stderr, "usage: %s [steps between two lines] < inputs > outputs\n"
+                    "each line of inputs: time in s, then %d inputs in SI units; at least one line\n",
+            argv[0], @_N_INPUTS);
     return 2;
   }
   begin = t; /* the model counts from its start */

@@ -188,16 +188,14 @@ def moved(
     unit that is wrong. None for those that a found law has `taken_over`.
     """
     declared = {n: p for n, p in declared.items() if n not in taken_over}
-    found, ratios = [], []
-    for e in last.estimates:
-        start = declared[e.name].value if e.name in declared else 0.0
-        ratio = e.value / start if start else 1.0
-        if ratio > 0 and not 1 / MOVED < ratio < MOVED:
-            ratios.append(f"{e.name} {ratio:.3g}")
-            found.append(
-                f"{e.name} is declared as {start:.4g} and fitted as {e.value:.4g} {e.unit}: check "
-                "its value and the units of all channels".replace("  ", " ")
-            )
+    far = far_off(last, declared)
+    found = [
+        f"{e.name} is declared as {declared[e.name].value:.4g} and fitted as {e.value:.4g} "
+        f"{e.unit}".rstrip()
+        + ": check its value and the units of all channels"
+        for e in last.estimates
+        if e.name in far
+    ]
     blamed = " or of ".join(map(str, _blamed(last, declared))) if len(found) > 1 else ""
     if len(found) < SEVERAL and not blamed:
         return tuple(found)
@@ -205,8 +203,24 @@ def moved(
     whose = f" of {blamed}" if blamed else f"s of {channels}"
     return (
         f"{FIRST}{whose} first: {len(found)} parameters are fitted absurdly far "
-        f"from what is declared, at so many times it: {', '.join(ratios)}",
+        f"from what is declared, at so many times it: {times(far)}",
     )
+
+
+def far_off(last: Fit, declared: Mapping[str, Parameter]) -> dict[str, float]:
+    """Return the ratios of fitted to declared values that no data sheet is wrong by."""
+    found = {}
+    for e in last.estimates:
+        start = declared[e.name].value if e.name in declared else 0.0
+        ratio = e.value / start if start else 1.0
+        if ratio > 0 and not 1 / MOVED < ratio < MOVED:
+            found[e.name] = ratio
+    return found
+
+
+def times(ratios: Mapping[str, float]) -> str:
+    """List names and ratios."""
+    return ", ".join(f"{n} {r:.3g}" for n, r in ratios.items())
 
 
 def _blamed(last: Fit, declared: Mapping[str, Parameter]) -> tuple[Suspect, ...]:
