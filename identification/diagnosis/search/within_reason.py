@@ -26,26 +26,31 @@ def within_reason(
     made: list[Decision] = []
     named: list[Candidate] = []
     for d in decisions:
-        if d.kind == "missing_physics" and d.chosen is not None:
-            if named and (far := _far(d.chosen, [*named, d.chosen], declared)):
-                reason = (
-                    f"{d.chosen.label} holds only with values that are absurdly far from what is "
-                    f"declared, at so many times it: {times(far)}; with the spread that they can "
-                    "have (a prior) it would not come to that"
-                )
-                d = replace(
-                    d, kind="unknown_physics", answer="unknown", physics="", places=(),
-                    confidence=0.0, reasons=(*d.reasons, reason),
-                )  # fmt: skip
-            else:
-                named.append(d.chosen)
-        made.append(d)
+        chosen = d.chosen
+        if d.kind != "missing_physics" or chosen is None:
+            made.append(d)
+        elif named and (far := _far(chosen, [*named, chosen], declared)):
+            made.append(_taken_back(d, f"{chosen.label} holds only with values that are {far}"))
+        else:
+            named.append(chosen)
+            made.append(d)
     return tuple(made)
 
 
-def _far(
-    last: Candidate, named: list[Candidate], declared: Mapping[str, Parameter]
-) -> dict[str, float]:
+def _taken_back(d: Decision, reason: str) -> Decision:
+    return replace(
+        d, kind="unknown_physics", answer="unknown", physics="", places=(), confidence=0.0,
+        reasons=(*d.reasons, reason),
+    )  # fmt: skip
+
+
+def _far(last: Candidate, named: list[Candidate], declared: Mapping[str, Parameter]) -> str:
+    """Say how far off values are that no found law has taken over; empty if few are."""
     kept = {n: p for n, p in declared.items() if n not in taken_over(last.fit, named)}
     found = far_off(last.fit, kept)
-    return found if len(found) >= SEVERAL else {}
+    if len(found) < SEVERAL:
+        return ""
+    return (
+        f"absurdly far from what is declared, at so many times it: {times(found)}; with the spread "
+        "that they can have (a prior) it would not come to that"
+    )
