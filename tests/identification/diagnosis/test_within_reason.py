@@ -25,8 +25,8 @@ def named(effect: str, element: str, **ratios: float) -> Decision:
     fit = SimpleNamespace(estimates=estimates, problem=SimpleNamespace(graph=GRAPH))
     chosen: Any = SimpleNamespace(label=f"{effect} at {element}", element=element, fit=fit)
     return Decision(
-        "missing_physics", chosen, (), (), 0.9, 0.96, ("it fits",), answer="exact", physics="restoring",
-        places=(element,),
+        "missing_physics", chosen, (), (), 0.9, 0.96, ("it fits",), answer="exact",
+        physics="restoring", places=(element,),
     )  # fmt: skip
 
 
