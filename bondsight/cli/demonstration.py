@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import secrets
-import sys
 import time
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
@@ -158,7 +157,7 @@ def demo(seed: int | None, folder: Path, jobs: int, wish: Wish) -> int:
     print(f"truth sealed:   sha256 {made.sealed.hash}")
     print(f"recording:      {made.path} ({', '.join(f'{k} [{u}]' for k, u in units.items())})")
     print(f"declared model: {made.plant} (bondsight models {made.plant} describes it)")
-    with Bar(quiet=not sys.stderr.isatty()) as bar:
+    with Bar() as bar:
         found = run(made, jobs, bar)
     print(f"\n{in_words(found)}")
     written, report = write_verdict(found, folder), write_report(found, folder)
@@ -180,7 +179,7 @@ def score(count: int, first: int, folder: Path, jobs: int, wish: Wish) -> int:
     found: dict[int, Outcome] = {}
     calls = (delayed(one)(seed, folder, wish) for seed in range(first, first + count))
     work = results(calls, jobs)
-    with Bar(quiet=not sys.stderr.isatty()) as bar:
+    with Bar() as bar:
         for seed, outcome in work:
             found[seed] = outcome
             bar(f"seed {seed}: {outcome.result}", len(found) / count)

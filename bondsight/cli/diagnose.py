@@ -147,7 +147,7 @@ def _found(
             graph, found, hold=options.hold or ESTIMATED, noise=noise or "white",
             process_noise=moved,
         )  # fmt: skip
-    with Bar(quiet=getattr(options, "quiet", False) or not sys.stderr.isatty()) as bar:
+    with Bar(getattr(options, "quiet", False)) as bar:
 
         def say(text: str, fraction: float) -> None:
             bar(text, fraction)

@@ -66,7 +66,7 @@ def _fit(options: argparse.Namespace) -> int:
         before = ()  # the fit says which start values have no equations
     for finding in before:
         print(f"bondsight: warning: {finding}", file=sys.stderr)
-    with Bar(quiet=options.quiet or not sys.stderr.isatty()) as bar:
+    with Bar(options.quiet) as bar:
         found, starts = _run(options, study, bar)
         archive, values = options.out / "fit.npz", options.out / "fit.json"
         save_fit(found, archive, command=command)  # before anything else can be stopped

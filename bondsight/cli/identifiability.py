@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import sys
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -61,7 +60,7 @@ def _with_recording(
     recording, split, said = open_recording(options.recording, graph, mapping_of(options.maps))
     study = Study(graph, recording, options.free, noise=options.noise, splits=split)
     before = preflight(study)
-    with Bar(quiet=not sys.stderr.isatty()) as bar:
+    with Bar() as bar:
         made = estimate(study, progress=bar)
         fit = from_estimation(made)
         walked = (

@@ -27,14 +27,27 @@ class Deadline:
             raise KeyboardInterrupt
 
 
+PAUSE = 30.0
+"""Seconds between two lines where no bar can be shown."""
+
+
 class Bar:
-    """Progress on standard error; silent when `quiet`."""
+    """Progress on standard error; where that is no terminal a line now and then.
+
+    Parameters
+    ----------
+    quiet : bool
+        Show nothing.
+    """
 
     def __init__(self, quiet: bool = False) -> None:
+        terminal = sys.stderr.isatty()
         self._bar = tqdm(
-            total=100, disable=quiet, file=sys.stderr, leave=False,
+            total=100, disable=quiet or not terminal, file=sys.stderr, leave=False,
             bar_format="{l_bar}{bar}| {elapsed}", dynamic_ncols=True,
         )  # fmt: skip
+        self._lines = not quiet and not terminal
+        self._begin = self._last = monotonic()
 
     def __enter__(self) -> Bar:
         """Show the bar."""
@@ -49,3 +62,7 @@ class Bar:
         self._bar.set_description_str(text[:48].ljust(48))
         self._bar.n = max(self._bar.n, round(100 * fraction))
         self._bar.refresh()
+        now = monotonic()
+        if self._lines and now - self._last >= PAUSE:
+            self._last = now
+            print(f"{now - self._begin:.0f} s: {text}", file=sys.stderr, flush=True)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import sys
 import time
 from typing import Any
 
@@ -61,7 +60,7 @@ def _coverage(options: argparse.Namespace) -> int:
         )  # fmt: skip
     for case in cases:
         begin = time.perf_counter()
-        with Bar(quiet=not sys.stderr.isatty()) as bar:
+        with Bar() as bar:
             made = coverage(
                 case, options.trials, kinds=options.intervals or KINDS, jobs=options.jobs,
                 first=options.first, progress=lambda k, n, text: bar(text, k / n),

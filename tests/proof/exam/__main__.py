@@ -57,7 +57,7 @@ def _generate(options: argparse.Namespace) -> int:
     from tests.proof.exam.generating import generate_exam
 
     layout = Layout(options.folder)
-    with Bar(quiet=not sys.stderr.isatty()) as bar:
+    with Bar() as bar:
         made = generate_exam(
             layout, count=options.count, seed=options.seed, jobs=options.jobs, progress=bar
         )
@@ -79,7 +79,7 @@ def _run(options: argparse.Namespace) -> int:
     public = public[: options.limit]
     usual = layout.answers if options.of == "whole" else layout.folder / f"answers-{options.of}"
     target = options.answers or usual
-    with Bar(quiet=not sys.stderr.isatty()) as bar:
+    with Bar() as bar:
         done = run_all(
             layout, public, target, WORKS[options.of], jobs=options.jobs, seed=options.seed,
             progress=bar,

@@ -64,7 +64,7 @@ def real(
 
     found: list[Outcome] = []
     for name in only or _names():
-        with Bar(quiet=not sys.stderr.isatty()) as bar:
+        with Bar() as bar:
             found += run_cases(folder, (name,), jobs, recordings=recordings, progress=bar)
         told(found[-1])
     print(table(found), end="")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import sys
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -51,7 +50,7 @@ def add_blind_command(verbs: Any) -> None:
 def _bar() -> Any:
     from bondsight.cli.progress import Bar
 
-    return Bar(quiet=not sys.stderr.isatty())
+    return Bar()
 
 
 def _layout(options: argparse.Namespace) -> Layout:
