@@ -1,8 +1,6 @@
 """``python -m bondsight``: the command line."""
 
-import sys
-
-from bondsight.cli.main import main
+from bondsight.cli.main import program
 
 if __name__ == "__main__":
-    sys.exit(main())
+    program()

@@ -21,7 +21,7 @@ from bondsight.cli.arguments import (
     positive_number,
     reading_of,
 )
-from bondsight.cli.output import INTERRUPTED, Stopped, writable
+from bondsight.cli.output import INTERRUPTED, Stopped, ended_like_ctrl_c, writable
 
 if TYPE_CHECKING:
     from bondgraph.graph.bond_graph import BondGraph
@@ -93,7 +93,8 @@ def diagnose_files(
     """
     limit = getattr(options, "time", None)
     try:
-        result = _found(options, graph, watch, limit)
+        with ended_like_ctrl_c():
+            result = _found(options, graph, watch, limit)
     except KeyboardInterrupt as stop:
         when = str(stop) or "stopped"
         raise Stopped(f"{when} before anything was found, so nothing was written") from None

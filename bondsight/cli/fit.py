@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from bondgraph.support.errors import UnusableInput
 from bondsight.cli.arguments import OUT, add_jobs, add_seed, positive
 from bondsight.cli.fit_options import add_study_options, study_from
-from bondsight.cli.output import INTERRUPTED, writable
+from bondsight.cli.output import INTERRUPTED, ended_like_ctrl_c, writable
 
 if TYPE_CHECKING:
     from bondsight.cli.progress import Bar
@@ -67,7 +67,8 @@ def _fit(options: argparse.Namespace) -> int:
     for finding in before:
         print(f"bondsight: warning: {finding}", file=sys.stderr)
     with Bar(options.quiet) as bar:
-        found, starts = _run(options, study, bar)
+        with ended_like_ctrl_c():
+            found, starts = _run(options, study, bar)
         archive, values = options.out / "fit.npz", options.out / "fit.json"
         save_fit(found, archive, command=command)  # before anything else can be stopped
         write_values(found, values)

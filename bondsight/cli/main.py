@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import atexit
 import io
 import os
 import signal
@@ -104,6 +105,21 @@ def main(arguments: Sequence[str] | None = None) -> int:
             whole = "; ".join([f"ended by {_signal(end.code)}", *notes])
             print(f"bondsight: {' '.join(whole.split())}", file=sys.stderr)
         raise
+
+
+def program() -> NoReturn:
+    """Run the command as a program of its own, and end it.
+
+    Threads that hand out work may be writing down a model in C++ when Ctrl-C comes. The end of the
+    interpreter would unwind that, and abort; so all is put away, and then everything ends at once.
+    """
+    code = main()
+    for stream in (sys.stdout, sys.stderr):
+        stream.flush()
+    if code == INTERRUPTED:
+        atexit._run_exitfuncs()
+        os._exit(code)
+    sys.exit(code)
 
 
 def _signal(code: object) -> str:

@@ -209,7 +209,9 @@ def _for_mathtext(tex: str) -> str:
     """Commands that matplotlib's parser spells differently."""
     tex = re.sub(r"\\operatorname\{(\w+)\}", r"\\mathrm{\1}", tex)
     tex = tex.replace(r"\frac", r"\dfrac")
-    return tex.replace(r"\tfrac", r"\frac").replace(r"\lvert", "|").replace(r"\rvert", "|")
+    tex = tex.replace(r"\tfrac", r"\frac").replace(r"\lvert", "|").replace(r"\rvert", "|")
+    # its bars of chosen size are hairs
+    return tex.replace(r"\left|", r"\,|").replace(r"\right|", "|")
 
 
 def words(tex: str) -> str:
