@@ -11,7 +11,7 @@ from identification.diagnosis.evidence.remaining import Remaining
 from identification.diagnosis.search.candidates import Candidate
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Decision:
     """What the evidence supports.
 
@@ -62,6 +62,11 @@ class Decision:
     places: tuple[str, ...] = ()
     law_fit: float = float("nan")
     kinds: tuple[KindScore, ...] = ()
+
+    def __repr__(self) -> str:
+        """Return one line; all that was fitted would fill pages."""
+        what = self.chosen.label if self.chosen is not None else self.physics
+        return f"<Decision {' '.join(filter(None, (self.kind, self.answer, what)))}>"
 
     @property
     def possible(self) -> tuple[Candidate, ...]:

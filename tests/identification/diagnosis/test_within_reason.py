@@ -37,6 +37,7 @@ def test_a_further_name_is_taken_back() -> None:
     first, second = named("coulomb_friction", "F"), named("end_stop", "F", **FAR)
     kept, doubted = within_reason((first, second), DECLARED)
     assert kept is first
+    assert repr(kept) == "<Decision missing_physics exact coulomb_friction at F>"
     assert (doubted.kind, doubted.answer, doubted.places) == ("unknown_physics", "unknown", ())
     assert doubted.confidence == 0.0
     assert doubted.reasons[0] == "it fits"
