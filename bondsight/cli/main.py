@@ -8,6 +8,7 @@ import io
 import os
 import signal
 import sys
+import threading
 from collections.abc import Sequence
 from importlib import import_module
 from typing import Any, Final, NoReturn
@@ -107,6 +108,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
         raise
 
 
+FEEDER = "QueueFeederThread"
+"""Name that multiprocessing gives to a thread that hands out work."""
+
+
 def program() -> NoReturn:
     """Run the command as a program of its own, and end it.
 
@@ -116,7 +121,7 @@ def program() -> NoReturn:
     code = main()
     for stream in (sys.stdout, sys.stderr):
         stream.flush()
-    if code == INTERRUPTED:
+    if code == INTERRUPTED and any(t.name == FEEDER for t in threading.enumerate()):
         atexit._run_exitfuncs()
         os._exit(code)
     sys.exit(code)

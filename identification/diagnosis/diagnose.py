@@ -55,7 +55,6 @@ from identification.diagnosis.search.nominal import (
     split_that_shows,
 )
 from identification.diagnosis.search.refining import refined
-from identification.diagnosis.search.within_reason import within_reason
 from identification.estimation.levenberg_marquardt import FitStatus
 from identification.estimation.single_record import Fit
 from identification.estimation.threads import calm
@@ -317,7 +316,6 @@ def _diagnosed(
     decisions = unthinned(made.decisions, template, options.holds)
     if not stopped:
         decisions = refined(decisions, options, result.limits)
-    decisions = within_reason(decisions, result.graph.parameters)
     declared, nominal = judged_on(declared, unseen), judged_on(nominal, unseen)
     decisions = tuple(_shown(d, unseen, data.n) for d in decisions)
     kind = _kind(made.decisions, declared, nominal)

@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 
 from bondsight.cli.output import ended_like_ctrl_c
+from tests.bondsight.carriage_files import GOOD
 
 
 def test_the_handler_is_there_and_gone_again() -> None:
@@ -40,23 +41,8 @@ def test_another_thread_sets_no_handler() -> None:
     assert seen == [before]
 
 
-MODEL = """
-from bondsight import BondGraph, C, Dq, I, One, R, Se
-
-
-def model():
-    with BondGraph("positioner") as g:
-        body = One("body")
-        Se("F", unit="N") >> body >> I("m", 0.5, unit="kg")
-        body >> R("d", 4.0, unit="N*s/m")
-        body >> C("k", stiffness=2e3, unit="N/m")
-        body >> Dq("x", unit="m")
-    return g
-"""
-
-
 def test_a_batch_system_ends_a_diagnosis_in_words(tmp_path: Path) -> None:
-    (tmp_path / "m.py").write_text(MODEL, encoding="utf-8")
+    (tmp_path / "m.py").write_text(GOOD, encoding="utf-8")
     t = np.arange(6000) * 2e-3
     rng = np.random.default_rng(1)
     rows = np.column_stack([t, np.sin(9.0 * t) + np.sin(40 * t), 1e-3 * rng.standard_normal(6000)])

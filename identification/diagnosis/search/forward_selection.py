@@ -31,6 +31,7 @@ from identification.diagnosis.search.one_step import (
     decided,
     searched,
 )
+from identification.diagnosis.search.within_reason import within_reason
 from identification.estimation.levenberg_marquardt import FitStatus
 from identification.estimation.single_record import Fit
 from identification.estimation.sub_steps import fit_from
@@ -88,7 +89,9 @@ def steps(
             raise
         stopped = True
     seen, ranked = done.of(base.fit)
-    told = _held_to_noise(_together(base.fit, decisions, limits), limits)
+    told = _together(base.fit, decisions, limits)
+    # what is taken back leaves more, and no name beside that is exact
+    told = _held_to_noise(within_reason(told, base.fit.problem.graph.parameters), limits)
     return SelectionStage(told, base, seen, tuple(ranked), done.blind, stopped)
 
 
