@@ -75,6 +75,7 @@ def add_diagnosis_options(p: argparse.ArgumentParser) -> None:
     p.add_argument("--quiet", action="store_true", help="no bar")
 
 
+@ended_like_ctrl_c()
 def diagnose_files(
     options: argparse.Namespace,
     graph: BondGraph | None = None,
@@ -93,8 +94,7 @@ def diagnose_files(
     """
     limit = getattr(options, "time", None)
     try:
-        with ended_like_ctrl_c():
-            result = _found(options, graph, watch, limit)
+        result = _found(options, graph, watch, limit)
     except KeyboardInterrupt as stop:
         when = str(stop) or "stopped"
         raise Stopped(f"{when} before anything was found, so nothing was written") from None

@@ -108,10 +108,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
         raise
 
 
-FEEDER = "QueueFeederThread"
-"""Name that multiprocessing gives to a thread that hands out work."""
-
-
 def program() -> NoReturn:
     """Run the command as a program of its own, and end it.
 
@@ -121,10 +117,18 @@ def program() -> NoReturn:
     code = main()
     for stream in (sys.stdout, sys.stderr):
         stream.flush()
-    if code == INTERRUPTED and any(t.name == FEEDER for t in threading.enumerate()):
+    if code == INTERRUPTED:
+        _others_end()
         atexit._run_exitfuncs()
         os._exit(code)
     sys.exit(code)
+
+
+def _others_end() -> None:
+    """Wait for the threads that the end of the interpreter would wait for."""
+    for thread in threading.enumerate():
+        if thread is not threading.current_thread() and not thread.daemon:
+            thread.join()
 
 
 def _signal(code: object) -> str:
