@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from types import MappingProxyType
 
 from identification.diagnosis.evidence.kind_score import KindScore
+from identification.diagnosis.evidence.nearest import Nearest
 from identification.diagnosis.evidence.remaining import Remaining
 from identification.diagnosis.search.candidates import Candidate
 
@@ -44,6 +45,8 @@ class Decision:
         All that was fitted for this decision.
     nominal : float
         Held-out mean square over the floor before this decision.
+    nearest : tuple of Nearest
+        What comes nearest where neither place nor kind nor name is told.
     """
 
     kind: str
@@ -62,6 +65,7 @@ class Decision:
     places: tuple[str, ...] = ()
     law_fit: float = float("nan")
     kinds: tuple[KindScore, ...] = ()
+    nearest: tuple[Nearest, ...] = ()
 
     def __repr__(self) -> str:
         """Return one line; all that was fitted would fill pages."""

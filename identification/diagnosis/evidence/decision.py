@@ -32,6 +32,7 @@ from identification.diagnosis.evidence.kinds_told import (
     kinds_alike,
     plainest,
 )
+from identification.diagnosis.evidence.nearest import nearest
 from identification.diagnosis.evidence.shares import ANYTHING, UNUSUAL, explained, law_fit, together
 from identification.diagnosis.evidence.unseen import (
     agreed,
@@ -70,7 +71,12 @@ MOST = 3
 def decide(evidence: Evidence, limits: Thresholds | None = None) -> Decision:
     """Decide what the evidence supports."""
     t, e = limits or Thresholds(), _caused(evidence.here)
-    trials = tuple(s.trial for s in evidence.laws)
+    decided = _decided(e, t, tuple(s.trial for s in evidence.laws))
+    untold = decided.kind == "unknown_physics" and decided.answer == "unknown"
+    return replace(decided, nearest=nearest(e)) if untold and not decided.places else decided
+
+
+def _decided(e: Evidence, t: Thresholds, trials: tuple[Candidate, ...]) -> Decision:
     quiet = Decision(
         "explained", None, (), (), 0.0, 0.0, (), nominal=e.nominal, trials=trials,
         remaining=e.before,

@@ -13,6 +13,7 @@ from identification.diagnosis.report.evidence import spoken
 from identification.diagnosis.report.found import NAMED, found_of, places_of
 from identification.diagnosis.report.views import unit_of
 from identification.diagnosis.screening.score_test import Screened
+from identification.diagnosis.verdict.text import hints
 from identification.report import html
 from identification.report.numbers import interval, percent, short
 
@@ -105,7 +106,8 @@ def _left(d: Diagnosis) -> list[str]:
     noise = d.left.is_noise(d.limits.noise)
     if not d.steps or d.steps[-1].kind == "explained" or noise:
         return [f"No law and no kind of physics improves the last fit; {d.left.words}."]
-    return [f"Something is left after the last step; {d.left.words}."]
+    near = [f"What comes nearest: {said}." for said in hints(d)]
+    return [f"Something is left after the last step; {d.left.words}.", *near]
 
 
 def limits(d: Diagnosis) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -19,6 +19,7 @@ from identification.diagnosis.diagnose import Diagnosis
 from identification.diagnosis.evidence.answer import Decision
 from identification.diagnosis.evidence.hypotheses import Thresholds
 from identification.diagnosis.evidence.kinds_told import open_kinds
+from identification.diagnosis.evidence.nearest import Nearest
 from identification.diagnosis.localisation.element_kind import element_kind
 from identification.diagnosis.localisation.places_without_name import places_of
 from identification.diagnosis.localisation.recording.variables import restoring_words
@@ -176,7 +177,21 @@ def _unknown(d: Diagnosis) -> dict[str, Any]:
         "constants": [],
         "also_possible": _possible(step, d) if step else [],
         "share_of_misfit_explained": round(step.share, 4) if step else 0.0,
-    }
+    } | ({"nearest": near_of(step.nearest, d)} if step and step.nearest else {})
+
+
+def near_of(found: Iterable[Nearest], d: Diagnosis) -> list[dict[str, Any]]:
+    """Return what comes nearest as plain data."""
+    return [
+        {
+            "effect": n.effect or "unknown",
+            "element": n.element,
+            "kind": n.kind,
+            "kind_words": _kind_words(n.kind, n.element, d),
+            "share": round(n.part, 4),
+        }
+        for n in found
+    ]
 
 
 def _kind_words(kind: str, element: str, d: Diagnosis) -> str:

@@ -76,6 +76,15 @@ class _Rival:
 
 
 @dataclass(frozen=True, slots=True)
+class _Near:
+    effect: str
+    element: str
+    share: Annotated[float, _share(0.0)]
+    kind: str = ""
+    kind_words: str = ""
+
+
+@dataclass(frozen=True, slots=True)
 class _Finding:
     location: _Location
     effect: str
@@ -92,6 +101,7 @@ class _Finding:
     constants: tuple[_Constant, ...] = ()
     kind_words: str = ""
     sentence: str = ""
+    nearest: tuple[_Near, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

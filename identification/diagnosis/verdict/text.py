@@ -26,6 +26,7 @@ from identification.diagnosis.verdict.document import (
     SORTS,
     effect_parameters,
     law_constants,
+    near_of,
     normalised_error,
     sort_at,
     unresolved_place,
@@ -212,6 +213,7 @@ def in_words(d: Diagnosis) -> str:
     if d.kind in ("missing_physics", "unknown_physics"):
         lines += [f"seen: {s}" for s in summary(d.regions)[:3]]
     lines += _reasons(d)
+    lines += [f"nearest: {said}" for said in hints(d)]
     lines += [f"next: {a}" for a in d.advice if a not in answer]
     lines.append(f"{d.seconds:.1f} s")
     return "\n".join(lines)
@@ -262,6 +264,12 @@ def _reasons(d: Diagnosis) -> list[str]:
         if number > 1 and step.kind == "unknown_physics" and not noise:
             lines.append(f"step {number}: something more is missing that may not be named")
     return lines
+
+
+def hints(d: Diagnosis) -> list[str]:
+    """Say what comes nearest where neither place nor kind is told."""
+    near = [n for step in d.findings for n in near_of(step.nearest, d)]
+    return [coming_near(near)] if near else []
 
 
 def retold(v: Data) -> str:
@@ -390,6 +398,8 @@ def _certainty(f: Data) -> str:
                 f"them: probability {_percent(f['confidence'])}."
             )
         if not close or share <= 0:
+            if f.get("nearest"):
+                return f"No name is given. What comes nearest: {coming_near(f['nearest'])}."
             return "Nothing in the catalogue comes near; no name is given."
         return (
             f"No name is given. The best description, {_trial(close[0])}, accounts for "
@@ -398,6 +408,17 @@ def _certainty(f: Data) -> str:
     fit = f.get("law_fit")
     law = "" if fit is None else f"; its law explains {_percent(fit)} of what its kind could there"
     return f"{_effect(f).capitalize()}: probability {_percent(f['confidence'])}; {explained}{law}."
+
+
+def coming_near(found: Iterable[Data]) -> str:
+    """Say what removes most of a misfit without being told, from a finding's ``nearest``.
+
+    Examples
+    --------
+    >>> coming_near([{"effect": "low_pass", "element": "u", "kind": "", "share": 0.41}])
+    'low pass at u (41 % of the misfit)'
+    """
+    return listed([f"{_trial(n)} ({_percent(n['share'])} of the misfit)" for n in found])
 
 
 def _silence(v: Data) -> list[str]:

@@ -56,6 +56,18 @@ def test_a_place_stays_known_where_laws_explain_little_or_fail() -> None:
     assert (d.answer, d.physics, d.places) == ("unknown", "", ("k",))
 
 
+def test_what_comes_nearest_is_listed_where_neither_place_nor_kind_is_told() -> None:
+    case = Case(9.0).law("backlash at k", 8.0).law("creep at k_2", 8.95).kind("restoring", "k", 7.5)
+    d = case.kind("memory", "k", 8.5).decided()
+    assert (d.answer, d.places) == ("unknown", ())
+    told = [(n.effect, n.kind, n.element) for n in d.nearest]
+    assert told == [("", "restoring", "k"), ("", "memory", "k")]  # creep removes 1 %
+    assert d.nearest[0].part == pytest.approx((81.0 - 56.25) / 81.0, rel=0.02)
+    placed = decide(replace(case.evidence(), located=("k", "b")))
+    assert placed.places == ("k", "b")
+    assert placed.nearest == ()
+
+
 @pytest.mark.parametrize(("left", "places"), [(6.0, ("k",)), (6.8, ())])
 def test_a_form_that_removes_most_tells_its_place_before_its_kind(
     left: float, places: tuple[str, ...]

@@ -132,6 +132,25 @@ def test_an_unknown_without_place_or_candidates() -> None:
     assert "family" not in text
 
 
+def test_what_comes_nearest_is_said_where_nothing_else_is_known() -> None:
+    nowhere = {"element": "", "kind": "junction", "indistinguishable_from": []}
+    near = [
+        {"effect": "unknown", "element": "u", "kind": "command", "share": 0.428,
+         "kind_words": "a distortion of the command"},
+        {"effect": "sensor_lag", "element": "q", "kind": "", "share": 0.31, "kind_words": ""},
+    ]  # fmt: skip
+    f = unknown(
+        location=nowhere, also_possible=[], share_of_misfit_explained=0.0, family="outside",
+        nearest=near,
+    )  # fmt: skip
+    text = said(verdict("unknown_physics", f))
+    assert (
+        "No name is given. What comes nearest: a distortion of the command at u (42.8 % of the "
+        "misfit) and sensor lag at q (31 % of the misfit)." in text
+    )
+    assert "Nothing in the catalogue" not in text
+
+
 def test_how_well_a_named_law_fits() -> None:
     one = finding(answer="approximate", kind="memory", law_fit=0.91, probability=0.98)
     assert "its law explains 91 % of what its kind could there" in said(

@@ -100,9 +100,18 @@ def _kinds_alike(case: RealCase, finding: Mapping[str, Any]) -> tuple[str, str]:
     known = {p for t in case.truth for p in t.places}
     right = [kind in case.kinds and place in known for kind, place in told]
     if not any(right):
-        return "unknown", ""
+        return "unknown", _nearest(finding)
     note = "alike: " + ", ".join(f"{k} at {p}" for k, p in told)
     return ("set of the kind" if all(right) else "look-alike set"), note
+
+
+def _nearest(finding: Mapping[str, Any]) -> str:
+    """What comes nearest where nothing is told: a hint, which counts as no answer."""
+    near = [
+        f"{n.get('kind') or n['effect']} at {n['element']} {100 * n['share']:.0f} %"
+        for n in finding.get("nearest", ())
+    ]
+    return f"nearest: {', '.join(near)}" if near else ""
 
 
 def _of_kind(case: RealCase, said: Claim, kind: str) -> tuple[str, str]:

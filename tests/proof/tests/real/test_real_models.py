@@ -329,6 +329,16 @@ def test_worst_of_several_findings_counts_and_a_control_may_be_quiet() -> None:
     assert judge(REAL_CASES["f16_level1"], quiet).outcome == "right"
 
 
+def test_what_comes_nearest_is_noted_and_counts_as_no_answer() -> None:
+    near = [
+        {"effect": "unknown", "element": "c", "kind": "memory", "share": 0.4},
+        {"effect": "creep", "element": "k", "kind": "", "share": 0.1},
+    ]
+    verdict = said("unknown", "", family="outside", answer="unknown", nearest=near)
+    made = judge(REAL_CASES["mr_damper"], verdict)
+    assert (made.outcome, made.note) == ("unknown", "nearest: memory at c 40 %, creep at k 10 %")
+
+
 def test_kinds_are_judged_among_several_findings() -> None:
     case = REAL_CASES["mr_damper"]
     kind = said("unknown", "c", answer="kind", kind="memory")
