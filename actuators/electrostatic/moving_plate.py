@@ -9,68 +9,15 @@ fields are left out.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from functools import partial
-from math import sqrt
-from typing import Any, final
+from typing import Any
 
 from actuators.materials.ceramics import VACUUM_PERMITTIVITY
 from actuators.stack.charge_drive import current_driven
 from bondgraph import BondGraph, Df, Dq, I, One, R, Se
 from bondgraph.graph.elements import CField
 from bondgraph.graph.modulation import port_variables
-from bondgraph.support.errors import UnusableInput, require_positive
 
 SOURCE = "example: a plate of 0.4 mm by 0.4 mm over 2 um of air"
-
-_check = partial(require_positive, "moving plate")
-
-
-@final
-@dataclass(frozen=True, slots=True)
-class PlateRest:
-    """An operating point at rest: displacement (m), charge (C), voltage (V)."""
-
-    x: float
-    charge: float
-    voltage: float
-
-    def at(self) -> dict[str, float]:
-        """Return the point for ``System.linearise(at=..)`` of `moving_plate`, ``V_in`` driven."""
-        return {"q_plate1": self.charge, "q_plate2": self.x, "V_in": self.voltage}
-
-
-def pull_in_voltage(stiffness: float, gap: float, area: float, permittivity: float) -> float:
-    """Return ``V_pi = sqrt(8 k g^3 / (27 eps A))``, V, where the rest at ``x = g/3`` vanishes.
-
-    Nathanson et al., IEEE Trans. Electron Devices 14 (1967) 117.
-
-    Examples
-    --------
-    >>> round(pull_in_voltage(1.0, 2e-6, 1.6e-7, VACUUM_PERMITTIVITY), 3)
-    1.294
-    """
-    _check(stiffness=stiffness, gap=gap, area=area, permittivity=permittivity)
-    return sqrt(8 * stiffness * gap**3 / (27 * permittivity * area))
-
-
-def plate_rest(
-    x: float, stiffness: float, gap: float, area: float, permittivity: float
-) -> PlateRest:
-    """Return the rest, stable or not, at which the plate stands at `x`.
-
-    ``q = sqrt(2 eps A k x)`` balances the spring, ``V = q (g - x)/(eps A)``.
-
-    Raises
-    ------
-    UnusableInput
-        `x` is not between 0 and the gap.
-    """
-    _check(stiffness=stiffness, gap=gap, area=area, permittivity=permittivity)
-    if not 0 <= x < gap:
-        raise UnusableInput(f"moving plate: x = {x:g} m must lie between 0 and the gap {gap:g} m")
-    charge = sqrt(2 * permittivity * area * stiffness * x)
-    return PlateRest(x, charge, charge * (gap - x) / (permittivity * area))
 
 
 def moving_plate(

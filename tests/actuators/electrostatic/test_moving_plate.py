@@ -2,21 +2,17 @@
 
 from __future__ import annotations
 
-from typing import Any
+from math import sqrt
+from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
 import sympy as sp
 from scipy.optimize import brentq
 
-from actuators.electrostatic.moving_plate import (
-    moving_plate,
-    moving_plate_charge,
-    plate_rest,
-    pull_in_voltage,
-)
+from actuators.electrostatic.moving_plate import moving_plate, moving_plate_charge
 from actuators.materials.ceramics import VACUUM_PERMITTIVITY
-from bondgraph import BondsightError, UnusableInput
+from bondgraph import BondsightError
 from bondgraph.analysis.linear import eigenvalues
 from bondgraph.energy.bond_power import observables
 from bondgraph.energy.ledger import ledger
@@ -24,16 +20,32 @@ from bondgraph.energy.stores import energy_problems
 from bondgraph.equations.derivation import equations
 from tests.settled import simulate
 
-SIZES: dict[str, Any] = {
-    "stiffness": 1.0, "gap": 2e-6, "area": 1.6e-7, "permittivity": VACUUM_PERMITTIVITY,
-}  # fmt: skip
-GAP = SIZES["gap"]
-V_PI = pull_in_voltage(**SIZES)
+STIFFNESS, GAP = 1.0, 2e-6
+EPS_A = VACUUM_PERMITTIVITY * 1.6e-7
+# Nathanson et al., IEEE Trans. Electron Devices 14 (1967) 117: the rest at g/3 vanishes
+V_PI = sqrt(8 * STIFFNESS * GAP**3 / (27 * EPS_A))
+
+
+class PlateRest(NamedTuple):
+    """A rest: displacement (m), charge (C), voltage (V)."""
+
+    x: float
+    charge: float
+    voltage: float
+
+    def at(self) -> dict[str, float]:
+        return {"q_plate1": self.charge, "q_plate2": self.x, "V_in": self.voltage}
+
+
+def plate_rest(x: float) -> PlateRest:
+    """``q = sqrt(2 eps A k x)`` balances the spring, ``V = q (g - x)/(eps A)``."""
+    charge = sqrt(2 * EPS_A * STIFFNESS * x)
+    return PlateRest(x, charge, charge * (GAP - x) / EPS_A)
 
 
 def slowest(model: Any, x: float, extra: dict[str, float] | None = None) -> float:
     """Largest real part of the eigenvalues at rest."""
-    point = plate_rest(x, **SIZES).at() | (extra or {})
+    point = plate_rest(x).at() | (extra or {})
     return float(eigenvalues(model, at=point).real.max())
 
 
@@ -43,12 +55,12 @@ def test_pull_in_is_where_an_eigenvalue_vanishes(resistance: float | None) -> No
     assert slowest(model, 0.3 * GAP) < 0.0 < slowest(model, 0.37 * GAP)
     x = brentq(lambda v: slowest(model, v), 0.3 * GAP, 0.37 * GAP, xtol=1e-14)
     assert x == pytest.approx(GAP / 3, rel=1e-6)
-    assert plate_rest(x, **SIZES).voltage == pytest.approx(V_PI, rel=1e-9)
+    assert plate_rest(x).voltage == pytest.approx(V_PI, rel=1e-9)
 
 
 def test_the_rest_is_one_of_the_model() -> None:
     model = equations(moving_plate())
-    point = plate_rest(0.2 * GAP, **SIZES)
+    point = plate_rest(0.2 * GAP)
     values = {p.symbol: p.value for p in model.parameters.values()}
     values |= {sp.Symbol(n, real=True): v for n, v in point.at().items()}
     values[sp.Symbol("p_m", real=True)] = 0.0
@@ -77,7 +89,7 @@ def test_a_slow_ramp_stands_below_and_falls_above() -> None:
     run = simulate(moving_plate(), t, {"V_in": 0.98 * V_PI * ramp})
     x = run["x"][-1]
     assert 0.2 * GAP < x < GAP / 3
-    assert plate_rest(x, **SIZES).voltage == pytest.approx(0.98 * V_PI, rel=1e-3)
+    assert plate_rest(x).voltage == pytest.approx(0.98 * V_PI, rel=1e-3)
     # above it the plate falls until the law of the empty gap has no meaning
     try:
         above = simulate(moving_plate(), t, {"V_in": 1.05 * V_PI * ramp})
@@ -90,7 +102,7 @@ def test_a_slow_ramp_stands_below_and_falls_above() -> None:
 def test_charge_drive_has_no_pull_in() -> None:
     model = equations(moving_plate_charge())
     for x in np.array([0.1, 1 / 3, 0.6, 0.95]) * GAP:
-        point = plate_rest(x, **SIZES)
+        point = plate_rest(x)
         at = {"q_plate1": point.charge, "q_plate2": point.x}
         real = np.sort(eigenvalues(model, at=at).real)
         assert real[-1] == pytest.approx(0.0, abs=1e-9)  # the charge stays where it is
@@ -106,10 +118,3 @@ def test_ledger_and_reciprocity() -> None:
     account = ledger(g, run)
     assert account.closes
     assert account.relative_residual < 2e-5
-
-
-def test_bad_sizes() -> None:
-    with pytest.raises(UnusableInput, match="between 0 and the gap"):
-        plate_rest(3e-6, **SIZES)
-    with pytest.raises(UnusableInput, match="stiffness = 0"):
-        pull_in_voltage(**{**SIZES, "stiffness": 0.0})
