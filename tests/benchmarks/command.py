@@ -208,6 +208,13 @@ def integrators() -> None:
     bench_integrators(print)
 
 
+def players() -> None:
+    """Measure how well the players of a card keep time, over plain memory and by wire."""
+    from tests.benchmarks.players import bench_players
+
+    bench_players()
+
+
 def loops() -> None:
     """Measure rate and jitter of feedback loops in real time, the runner alone and by wire."""
     from tests.benchmarks.loops import bench_loops
@@ -226,6 +233,7 @@ MEASUREMENTS: dict[str, Callable[[], None]] = {
     "interferometer": interferometer,
     "recorder": recorder,
     "loops": loops,
+    "players": players,
     "demo": demonstration,
     "diagnosis": diagnosis,
     "piezo": piezo,

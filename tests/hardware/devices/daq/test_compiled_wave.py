@@ -15,10 +15,10 @@ from hardware.contracts import WaveProgress
 from hardware.devices.amplifier import Amplifier, Monitors
 from hardware.devices.daq import MF634, CardWiring, CompiledWave, MemoryRegisters, SampleClock
 from hardware.devices.daq.codes import STEP
-from hardware.devices.daq.timing import measure
 from hardware.errors import HardwareError, LinkLost, ProtocolFault, TimedOut
 from hardware.simulators.registers import CardFront
 from hardware.simulators.rig import Rig
+from tests.benchmarks.players import measure
 from tests.hardware.devices.daq.bench import Capacitor, card_on
 
 pytestmark = pytest.mark.skipif(compiler() is None, reason="needs gcc")

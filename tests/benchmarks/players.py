@@ -1,8 +1,8 @@
-"""How well a player keeps time on this machine: ``python -m hardware.devices.daq.timing``.
+"""How well a player keeps time on this machine.
 
 Prints, for rising rates, what 0.3 s of playing do: over plain memory (what program and system cost,
 without a bus), and over TCP to the simulated card. On a busy machine the numbers are those of its
-scheduler; ``chrt -f 20 python -m hardware.devices.daq.timing`` shows what the players can do.
+scheduler; ``chrt -f 20 bondsight bench players`` shows what the players can do.
 """
 
 from __future__ import annotations
@@ -119,13 +119,9 @@ def _table(
             print(measure(kind(card, _AMPLIFIER, CardWiring(monitors=monitors, trigger=0)), rate))
 
 
-def main() -> None:
+def bench_players() -> None:
     """Print the tables."""
     _table(SoftwareTimedWave, MemoryRegisters(), "Python over plain memory", _RATES[:4])
     _table(CompiledWave, MemoryRegisters(), "compiled over plain memory", _RATES)
     with _simulated() as registers:
         _table(SoftwareTimedWave, registers, "Python over TCP to the simulated card", _RATES[:3])
-
-
-if __name__ == "__main__":
-    main()
