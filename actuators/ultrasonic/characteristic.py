@@ -21,7 +21,6 @@ VOLTAGE = (0.0, 2.0, 3.0, 4.0, 5.0, 6.0, 10.0)
 SHARE = (0.0, 0.0, 0.40, 0.72, 0.92, 1.0, 1.0)
 """Share of the largest force at each of `VOLTAGE`."""
 DEAD_ZONE = VOLTAGE[1]
-FULL = VOLTAGE[-2]
 
 
 def voltage_force(largest: float = M661.push_force, join: str = "linear") -> TableLaw:

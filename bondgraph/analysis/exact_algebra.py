@@ -18,7 +18,6 @@ PRIME = 2**61 - 1
 """A Mersenne prime: the field in which ranks are taken."""
 
 Row: TypeAlias = dict[int, Any]
-Entries: TypeAlias = Mapping[int, Any]
 
 
 def solve(

@@ -51,11 +51,6 @@ class FaultSignatures:
         return tuple(e for e in self.elements if any(self.column(e)))
 
     @property
-    def undetectable(self) -> tuple[str, ...]:
-        """Elements whose faults break none."""
-        return tuple(e for e in self.elements if not any(self.column(e)))
-
-    @property
     def classes(self) -> Classes:
         """Detectable elements with equal columns."""
         found: dict[tuple[bool, ...], list[str]] = {}

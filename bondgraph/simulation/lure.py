@@ -11,7 +11,7 @@ Sizes: n_x states, n_u inputs, n_w laws, n_y outputs, n_p parameters.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -377,6 +377,3 @@ def advance_laws(compiled: Compiled, s: ca.SX, memory: ca.SX, p_laws: ca.SX, ste
                 after = (*after[:-2], memory[ms][-1], s[j + 1])
             new.extend(after)
     return ca.vertcat(*new) if new else ca.SX(0, 1)
-
-
-Progress = Callable[[str, float], None]

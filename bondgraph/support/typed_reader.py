@@ -100,6 +100,13 @@ def bad(place: str, value: Any, wanted: str) -> UnusableInput:
     return UnusableInput(f"{place}: {shown(value)} is not {wanted}")
 
 
+def any_text(_: Any, value: Any, place: str) -> str:
+    """Return any text: who prints it takes out what a terminal would obey."""
+    if not isinstance(value, str):
+        raise bad(place, value, "text")
+    return value
+
+
 def hint(name: Any, known: Iterable[str]) -> str:
     """Return the nearest names and some that exist, as the end of an error."""
     known = tuple(known)

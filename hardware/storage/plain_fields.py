@@ -6,7 +6,7 @@ import dataclasses
 from collections.abc import Mapping
 from typing import Any, TypeVar
 
-from bondgraph.support.typed_reader import Rules, bad, record
+from bondgraph.support.typed_reader import Rules, any_text, bad, record
 
 _T = TypeVar("_T")
 
@@ -39,11 +39,5 @@ def _number(_: Any, value: Any, place: str) -> float:
     return float(value)
 
 
-def _text(_: Any, value: Any, place: str) -> str:
-    if not isinstance(value, str):
-        raise bad(place, value, "text")
-    return value
-
-
 # a bench may say infinity, and more than a stranger
-_RULES = Rules({float: _number, str: _text})
+_RULES = Rules({float: _number, str: any_text})

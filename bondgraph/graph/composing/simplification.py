@@ -91,14 +91,6 @@ def bridged(graph: BondGraph, name: str) -> BondGraph:
     return rebuilt(graph, kept, pairs, declared_parameters(graph))
 
 
-def drop_unused_parameters(graph: BondGraph) -> BondGraph:
-    """Return the graph without declared parameters that no element mentions."""
-    gone = {p.name for p in unused_parameters(graph)}
-    kept = [p for p in declared_parameters(graph) if p.name not in gone]
-    pairs = [(b.tail, b.head) for b in graph.bonds]
-    return rebuilt(graph, graph.elements.values(), pairs, kept)
-
-
 def unused_parameters(graph: BondGraph) -> tuple[Parameter, ...]:
     """Return the declared parameters that no element mentions."""
     used = {n for e in graph.elements.values() for n in mentioned_names(e)}

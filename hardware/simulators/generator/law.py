@@ -41,3 +41,8 @@ def between(low: float, high: float, draw: float) -> float:
 def sign(draw: float) -> float:
     """Return either sign."""
     return 1.0 if draw < 0.5 else -1.0
+
+
+def bristle(numbers: Numbers, z: PlaceScale) -> float:
+    """Return the fastest rate (1/s) of bristles that bend with a stiffness and a damping."""
+    return z.f * numbers["stiffness"] / numbers["level"] + numbers["damping"] / z.mass

@@ -6,12 +6,8 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from hardware.simulators.generator.law import CodedLaw, Numbers, between
+from hardware.simulators.generator.law import CodedLaw, Numbers, between, bristle
 from hardware.simulators.generator.scale import PlaceScale
-
-
-def _bristle(numbers: Numbers, z: PlaceScale) -> float:
-    return z.f * numbers["stiffness"] / numbers["level"] + numbers["damping"] / z.mass
 
 
 def _lugre(s: float, z: PlaceScale, d: Sequence[float]) -> Numbers:
@@ -64,7 +60,7 @@ EXAM_LAWS: Mapping[str, CodedLaw] = {
             "round": 0.05 * z.c * z.qr,
         },
     ),
-    "lugre": CodedLaw(66, _lugre, 1, _bristle),
+    "lugre": CodedLaw(66, _lugre, 1, bristle),
     "slip_bristles": CodedLaw(
         67,
         lambda s, z, d: {

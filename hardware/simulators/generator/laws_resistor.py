@@ -6,16 +6,12 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from hardware.simulators.generator.law import CodedLaw, Numbers, between, sign
+from hardware.simulators.generator.law import CodedLaw, Numbers, between, bristle, sign
 from hardware.simulators.generator.scale import PlaceScale
 
 
 def _dry(numbers: Numbers, z: PlaceScale) -> float:
     return (numbers["level"] + numbers.get("extra", 0.0)) / (0.004 * z.fr * z.mass)
-
-
-def _bristle(numbers: Numbers, z: PlaceScale) -> float:
-    return z.f * numbers["stiffness"] / numbers["level"] + numbers["damping"] / z.mass
 
 
 def _dry_numbers(level: float, extra: float, speed: float, z: PlaceScale) -> Numbers:
@@ -59,8 +55,8 @@ RESISTOR_LAWS: Mapping[str, CodedLaw] = {
         ),
         fastest=_dry,
     ),
-    "bristles": CodedLaw(42, lambda s, z, d: _bristle_numbers(s, z, d, True), 1, _bristle),
-    "dahl": CodedLaw(42, lambda s, z, d: _bristle_numbers(s, z, d, False), 1, _bristle),
+    "bristles": CodedLaw(42, lambda s, z, d: _bristle_numbers(s, z, d, True), 1, bristle),
+    "dahl": CodedLaw(42, lambda s, z, d: _bristle_numbers(s, z, d, False), 1, bristle),
     "square_drag": CodedLaw(
         43,
         lambda s, z, d: {"factor": 3 * s * z.force / z.fr**2},

@@ -7,15 +7,12 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from hardware.simulators.generator.law import between
+
 Array = NDArray[np.float64]
 
 OVER = 8
 """Points of the fine grid between samples, where a law needs them."""
-
-
-def between(low: float, high: float, draw: float) -> float:
-    """Return a number between two, geometrically."""
-    return float(low * (high / low) ** draw)
 
 
 _NUMBERS: Mapping[str, Callable[[float, float, float, Sequence[float]], Mapping[str, float]]] = {

@@ -10,7 +10,7 @@ from typing import Annotated, Any
 from bondgraph.support.bounds import Bound, NonNegative, one_of
 from bondgraph.support.errors import UnusableInput
 from bondgraph.support.json_text import plain_data
-from bondgraph.support.typed_reader import Rules, bad, record, require_object
+from bondgraph.support.typed_reader import Rules, any_text, record, require_object
 from identification.diagnosis.verdict.document import KINDS, SCHEMA
 
 NAMED = ("missing_physics", "unknown_physics")
@@ -193,11 +193,4 @@ def _checked(found: Any, name: str) -> dict[str, Any]:
     return data
 
 
-def _text(_: Any, value: Any, place: str) -> str:
-    """Return any text: who prints it takes out what a terminal would obey."""
-    if not isinstance(value, str):
-        raise bad(place, value, "text")
-    return value
-
-
-_RULES = Rules({str: _text}, surplus=True)
+_RULES = Rules({str: any_text}, surplus=True)

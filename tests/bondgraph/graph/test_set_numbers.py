@@ -13,7 +13,6 @@ from bondgraph.graph.composing.hierarchy import embedded
 from bondgraph.graph.composing.rewriting import rename
 from bondgraph.graph.composing.simplification import (
     collapse_junctions,
-    drop_unused_parameters,
     merge_junctions,
 )
 from bondgraph.graph.drives import Drive
@@ -53,7 +52,6 @@ def values(graph: BondGraph) -> dict[str, float]:
         (lambda g: rename(g, "push", "pull"), {"push": "pull"}),
         (merge_junctions, {}),
         (collapse_junctions, {}),
-        (drop_unused_parameters, {}),
         (lambda g: embedded(BondGraph("outer"), g, "one"), {n: f"one_{n}" for n in ("d", "push")}
          | {"a_3_k": "a_3_one_k", "a_2_F": "a_2_one_F"}),
     ],

@@ -9,20 +9,6 @@ from bondgraph.support.arrays import Array
 from identification.diagnosis.catalogue.memory.creep import lagged
 from identification.diagnosis.screening.port_history import PortHistory
 
-GROUPS = (
-    "linear",
-    "odd",
-    "even",
-    "rate",
-    "rate_odd",
-    "rate_even",
-    "sign",
-    "reversal",
-    "memory",
-    "slow",
-    "product",
-    "time",
-)
 PLAYS = (0.05, 0.15, 0.35, 0.7)
 LAGS = (0.01, 0.05, 0.25)
 CORNER = 0.02
@@ -46,8 +32,8 @@ def generic_columns(past: PortHistory) -> dict[str, Array]:
     Examples
     --------
     >>> past = PortHistory(np.sin(np.arange(100.0)), np.zeros(100))
-    >>> sorted(generic_columns(past)) == sorted(GROUPS)
-    True
+    >>> generic_columns(past)["odd"].shape
+    (100, 2)
     """
     x = (past.argument - past.centre) / past.half
     scale = float(np.sqrt(np.mean(past.rate**2))) or 1.0
