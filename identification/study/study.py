@@ -100,7 +100,8 @@ class Study:
         Parameters held at these values, SI.
     initial : "free", "rest" or mapping of str to float
         Initial states: fitted in each recording; the rest under its first inputs; or some known
-        (SI) and the others fitted.
+        (SI) and the others fitted. Under a first velocity, however small, dry friction rests as a
+        slider that has moved for ever: where a machine stands still, give its states.
     hold : {"estimate", "linear", "hold", "band-limited"}
         What the commands do between samples; "estimate" takes linear, unless that leaves more than
         the noise and another fits clearly better, or as well with delays that are possible where

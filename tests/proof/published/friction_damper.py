@@ -24,10 +24,15 @@ WINDOWS = {
 """Part -> samples on which errors are published, and that of the LuGre law of D. Coble et al."""
 
 
+SLACK = {"q_k": 0.0}
+"""The band in the middle of its play: the rest under the first velocity, however small that is, is
+a slider that has moved for ever."""
+
+
 def fit(runs: list[Recording], *, progress: Progress | None = None) -> Estimation:
-    """Fit stiffness, gap and both levels of friction to all runs at once, each from rest."""
+    """Fit stiffness, gap and both levels of friction to all runs at once, each from slack."""
     return stage(
-        band_brake(), runs, FREE, initial="rest", n_sub=1, max_iterations=30, progress=progress
+        band_brake(), runs, FREE, initial=SLACK, n_sub=1, max_iterations=30, progress=progress
     )
 
 
@@ -35,7 +40,8 @@ def relative_error(
     made: Estimation, quake: Recording, first: int, last: int
 ) -> tuple[float, float]:
     """Return norm of the error over norm of the force less its mean, and the error's rms (N)."""
-    simulated = fitted_start(band_brake(), quake.slice(0, last), made.values, 0)[first:, 0]
+    part = quake.slice(0, last)
+    simulated = fitted_start(band_brake(), part, made.values, 0, begins=SLACK)[first:, 0]
     force = quake["F"][first:last]
     error = rms(force - simulated)
     return error / float(np.std(force)), error

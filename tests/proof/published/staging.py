@@ -123,8 +123,14 @@ def fitted_start(
     *,
     hold: str = "linear",
     n_sub: int = 1,
+    begins: Mapping[str, float] | None = None,
 ) -> Array:
     """Return a free run of `graph` at `values`, its initial state fitted to the first samples.
+
+    Parameters
+    ----------
+    begins : mapping of str to float, optional
+        States that are known, SI.
 
     Returns
     -------
@@ -134,7 +140,8 @@ def fitted_start(
     floors = {n: max(1e-6 * float(np.ptp(recording[n])), 1e-300) for n in sensors}
     split = Split(slice(init, recording.n), slice(init, recording.n), f"after {init} samples")
     data = data_for(graph, recording, split, floors, hold)
-    return free_run(Problem(graph, data, n_sub=n_sub), values, init)
+    known = {n: np.array([v]) for n, v in (begins or {}).items()}
+    return free_run(Problem(graph, data, n_sub=n_sub, known_states=known), values, init)
 
 
 def channels(recording: Recording) -> list[Array]:
