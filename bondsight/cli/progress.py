@@ -22,10 +22,15 @@ class Deadline:
     Within its block an alarm rings then, whatever is computed: a fit, a screening, a wait for
     others. Where there is none (another thread than the main one, Windows) every word of progress
     looks at the clock.
+
+    Parameters
+    ----------
+    end : float or None
+        Of `time.monotonic`.
     """
 
-    def __init__(self, shown: Callable[[str, float], None], seconds: float | None) -> None:
-        self._shown, self._end = shown, None if seconds is None else monotonic() + seconds
+    def __init__(self, shown: Callable[[str, float], None], end: float | None) -> None:
+        self._shown, self._end = shown, end
         self._before: Any = None
         self._searching = True
         self.over = False

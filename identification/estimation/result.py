@@ -34,7 +34,6 @@ from identification.study.scaled import Free
 from identification.study.study import SettledSetting, Study
 from identification.study.turns import around
 
-
 FAR_ABOVE = 3.0
 """Times the noise from which a held-out error is no accident of it."""
 
