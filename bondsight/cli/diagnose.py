@@ -7,6 +7,7 @@ import json
 import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
+from time import monotonic
 from typing import TYPE_CHECKING, Any
 
 from bondgraph.support.errors import UnusableInput, unknown_name
@@ -70,7 +71,7 @@ def add_diagnosis_options(p: argparse.ArgumentParser) -> None:
     add_jobs(p)
     p.add_argument(
         "--time", type=positive_number, default=None, metavar="SECONDS",
-        help="end the search after so long and write what was named by then, as Ctrl-C does",
+        help="end the search after so long and write what was found by then, as Ctrl-C does",
     )  # fmt: skip
     p.add_argument("--quiet", action="store_true", help="no bar")
 
@@ -92,13 +93,13 @@ def diagnose_files(
     watch : callable, optional
         Told every step, beside the bar.
     """
-    limit = getattr(options, "time", None)
+    begin, limit = monotonic(), getattr(options, "time", None)
     try:
-        result = _found(options, graph, watch, limit)
+        result = _found(options, graph, watch, None if limit is None else begin + limit)
     except KeyboardInterrupt as stop:
         when = str(stop) or "stopped"
         raise Stopped(f"{when} before anything was found, so nothing was written") from None
-    from identification.diagnosis.diagnose import STOPPED, characterised
+    from identification.diagnosis.diagnose import characterised
     from identification.diagnosis.studio import write_report
     from identification.diagnosis.verdict import in_words, verdict, write_verdict
 
@@ -110,8 +111,8 @@ def diagnose_files(
     else:
         print(in_words(result))
         print(f"verdict: {path}\nreport:  {report}")
-    if STOPPED in result.notes:
-        print(f"bondsight: {STOPPED}", file=sys.stderr)
+    if result.stopped:
+        print(f"bondsight: {result.stopped}", file=sys.stderr)
         return INTERRUPTED if limit is None else 0, result
     return 0, result
 
@@ -120,9 +121,9 @@ def _found(
     options: argparse.Namespace,
     graph: BondGraph | None,
     watch: Callable[[str, float], None] | None,
-    limit: float | None,
+    end: float | None,
 ) -> Any:
-    """Read and diagnose."""
+    """Read and diagnose; the search ends at `end` of the clock."""
     from actuators.models.opening import load_model, model_name
     from bondgraph.causality.assignment import assign_causality
     from bondgraph.signals.recording import Recording
@@ -155,14 +156,15 @@ def _found(
             if watch is not None:
                 watch(text, fraction)
 
-        deadline = Deadline(say, limit)
+        deadline = Deadline(say, end)
         try:
-            result = diagnose(
-                study if moved else graph, None if moved else found, split,
-                model=model_name(options.model, graph), hold=options.hold,
-                options=DiagnosisOptions(**settings), progress=deadline,
-                seed=options.seed, noise=noise,
-            )  # fmt: skip
+            with deadline:
+                result = diagnose(
+                    study if moved else graph, None if moved else found, split,
+                    model=model_name(options.model, graph), hold=options.hold,
+                    options=DiagnosisOptions(**settings), progress=deadline,
+                    seed=options.seed, noise=noise,
+                )  # fmt: skip
         except KeyboardInterrupt as stop:
             raise KeyboardInterrupt("the time was over" if deadline.over else str(stop)) from None
     return result

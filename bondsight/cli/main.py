@@ -31,7 +31,7 @@ from bondsight.cli.export import add_export_command
 from bondsight.cli.fit import add_fit_command
 from bondsight.cli.identifiability import add_identifiability_command
 from bondsight.cli.models import add_models_command
-from bondsight.cli.output import INTERRUPTED
+from bondsight.cli.output import INTERRUPTED, none_left_empty
 from bondsight.cli.recordings import add_recordings_command
 from bondsight.cli.regulate import add_regulate_command
 from bondsight.cli.sizing import add_sizing_command
@@ -82,7 +82,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         if not hasattr(options, "run"):
             parser.print_help()
             return 0
-        return int(options.run(options))
+        with none_left_empty():
+            return int(options.run(options))
     except BondsightError as error:
         # notes say what became of data and outputs; they belong to the line
         whole = "; ".join([str(error), *getattr(error, "__notes__", ())])

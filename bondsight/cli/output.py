@@ -8,7 +8,7 @@ import signal
 import sys
 import threading
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from functools import partial
 from pathlib import Path
 
@@ -29,6 +29,7 @@ def words_of(options: argparse.Namespace) -> Callable[[str], None]:
 
 def writable(folder: Path) -> None:
     """Refuse a folder that cannot be written before the work is done, not after."""
+    _MADE.extend(reversed([f for f in (folder, *folder.parents) if not f.exists()]))
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -37,6 +38,22 @@ def writable(folder: Path) -> None:
         ) from None
     if not os.access(folder, os.W_OK):
         raise BondsightError(f"cannot write to {folder}: no permission; give another --out")
+
+
+_MADE: list[Path] = []
+"""Folders that `writable` was the first to make, the outer ones first."""
+
+
+@contextmanager
+def none_left_empty() -> Iterator[None]:
+    """Take folders away again that `writable` made in the block and nothing was written to."""
+    before = len(_MADE)
+    try:
+        yield
+    finally:
+        while len(_MADE) > before:
+            with suppress(OSError):  # something was written, or another command took it away
+                _MADE.pop().rmdir()
 
 
 @contextmanager

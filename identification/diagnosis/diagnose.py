@@ -21,11 +21,12 @@ from bondgraph.support.parallel import ending
 from identification.diagnosis.evidence.answer import Decision
 from identification.diagnosis.evidence.disturbed import disturbed
 from identification.diagnosis.evidence.hypotheses import Thresholds
+from identification.diagnosis.evidence.judged import judged_on
 from identification.diagnosis.evidence.remaining import Remaining, remaining
 from identification.diagnosis.explanation import presentation
 from identification.diagnosis.explanation.characterisation import Character, characterise
 from identification.diagnosis.explanation.latent_signal import Latent, latent
-from identification.diagnosis.explanation.next_experiment import Experiment, next_experiments
+from identification.diagnosis.explanation.next_experiment import Experiment, experiments_of
 from identification.diagnosis.explanation.notes import notes_of
 from identification.diagnosis.localisation.blind_relations import BlindRelation
 from identification.diagnosis.localisation.places_without_name import places_of
@@ -42,11 +43,13 @@ from identification.diagnosis.screening.port_response import probes
 from identification.diagnosis.screening.score_test import Screened
 from identification.diagnosis.screening.tangent_space import freedom
 from identification.diagnosis.search.asked import Asked, Given, asked_of
-from identification.diagnosis.search.base import declared_fit, thinned, unthinned
+from identification.diagnosis.search.base import declared_fit, thinned
 from identification.diagnosis.search.candidates import Candidate, DiagnosisOptions
 from identification.diagnosis.search.forward_selection import steps
+from identification.diagnosis.search.hold_choice import with_best_hold
 from identification.diagnosis.search.material import Material, material_of
 from identification.diagnosis.search.nominal import (
+    LONG,
     deeper,
     deepest,
     held_to_residual,
@@ -54,13 +57,12 @@ from identification.diagnosis.search.nominal import (
     seen_in_training,
     split_that_shows,
 )
-from identification.diagnosis.search.refining import refined
+from identification.diagnosis.search.refining import WRITING, completed
 from identification.estimation.levenberg_marquardt import FitStatus
 from identification.estimation.single_record import Fit
 from identification.estimation.threads import calm
-from identification.study.joint import held_out_states
 from identification.study.problem import Data
-from identification.study.residual import evaluate, windows
+from identification.study.residual import windows
 from identification.study.study import Study
 
 Progress = Callable[[str, float], None]
@@ -156,6 +158,11 @@ class Diagnosis:
         return _last(self.steps, self.kind)
 
     @property
+    def stopped(self) -> str:
+        """The note on a search that Ctrl-C ended, or its time; empty where it has ended itself."""
+        return next((n for n in (STOPPED, STOPPED_AT_ONCE) if n in self.notes), "")
+
+    @property
     def study(self) -> Study:
         """The same study with the repaired model (as it is, where nothing was named).
 
@@ -194,6 +201,11 @@ class Diagnosis:
 
 STOPPED = "stopped before the search had ended: what else is missing was not looked for"
 """Note of a diagnosis that Ctrl-C ended, or its time."""
+STOPPED_AT_ONCE = (
+    "stopped before the first step of the search had ended: whether a law explains what the model "
+    "leaves was not decided"
+)
+"""Note of one that ended with the model as it is."""
 
 
 def diagnose(
@@ -235,7 +247,8 @@ def diagnose(
         beside them.
     progress : callable, optional
         Called with a text and a fraction between 0 and 1. KeyboardInterrupt, from there or from
-        the keyboard, ends the search with the effects that were named before.
+        the keyboard, ends the search with the effects that were named before; it is passed on
+        before the model as it is has been fitted.
 
     Raises
     ------
@@ -289,20 +302,28 @@ def _diagnosed(
     asked = result.asked
     assert asked is not None
     say("fitting the model as it is", 0.03)
-    nominal, whole = _nominal(result, material)
+    nominal, whole = _nominal(result, material, options.holds)
     # what is shown as gained comes from samples that no choice has seen
     seen, unseen = kept_back(whole)
     nominal = judged_on(nominal, seen)
     template, data = nominal.problem, nominal.problem.data
     declared = declared_fit(template, nominal)
     result = replace(result, data=data, declared=declared, nominal=nominal)
-    mistakes = mixups(result.graph, nominal, jobs=options.jobs)
-    if any(m.kind != "dead" for m in mistakes):
-        return _mistaken(result, mistakes)
-    base = thinned(template, nominal, options)
-    frequencies = excited_frequencies(list(data.commands.values()), data.dt)
-    classes = structure(base.fit.problem.graph.with_values(_own_values(base.fit)), frequencies)
+    try:
+        mistakes = mixups(result.graph, nominal, jobs=options.jobs)
+        if any(m.kind != "dead" for m in mistakes):
+            return _mistaken(result, mistakes)
+        base = thinned(template, nominal, options)
+        frequencies = excited_frequencies(list(data.commands.values()), data.dt)
+        classes = structure(base.fit.problem.graph.with_values(_own_values(base.fit)), frequencies)
+    except KeyboardInterrupt:
+        return _undecided(result, material, whole, unseen, say)
     made = steps(base, options, result.limits, classes, say, tuple(material.given), known)
+    result = replace(
+        result, scene=made.scene, ranking=made.ranking, relations=made.relations, structure=classes
+    )
+    if not made.decisions:
+        return _undecided(result, material, whole, unseen, say)
     if made.base is not base:  # the search has shown a better fit of the model as it is
         base = made.base
         same = base.fit.problem.data.n == data.n
@@ -312,10 +333,7 @@ def _diagnosed(
         finer, stopped = on_finer_stretches(result, material, options, say, made.decisions)
         if finer is not None:
             return finer
-    say("fitting the repaired model on all training samples", 0.95)
-    decisions = unthinned(made.decisions, template, options.holds)
-    if not stopped:
-        decisions = refined(decisions, options, result.limits)
+    decisions, stopped = completed(made.decisions, template, options, result.limits, say, stopped)
     declared, nominal = judged_on(declared, unseen), judged_on(nominal, unseen)
     decisions = tuple(_shown(d, unseen, data.n) for d in decisions)
     kind = _kind(made.decisions, declared, nominal)
@@ -325,11 +343,11 @@ def _diagnosed(
         # a reading that follows nothing may still follow a law; only then it is not dead
         return _mistaken(result, mistakes)
     result = replace(
-        result, kind=kind, scene=made.scene, steps=decisions, trials=decisions[0].trials,
-        ranking=made.ranking, structure=classes,
-        relations=made.relations, experiments=_experiments(decisions),
+        result, kind=kind, steps=decisions, trials=decisions[0].trials,
+        experiments=experiments_of(decisions),
         notes=asked.notes_of(last) + (STOPPED,) * stopped + notes_of(
-            material, nominal, last, options.holds, known, _named(decisions, kind)
+            material, nominal, last, () if stopped else options.holds, known,
+            _named(decisions, kind),
         ),
     )  # fmt: skip
     result = _with_rest(result, whole)
@@ -342,7 +360,33 @@ def _diagnosed(
     return replace(result, advice=advice(result, frequencies))
 
 
-def _nominal(result: Diagnosis, material: Material) -> tuple[Fit, Split]:
+def _undecided(
+    result: Diagnosis, material: Material, whole: Split, unseen: Split, say: Progress
+) -> Diagnosis:
+    """Report what the model as it is leaves, where a search was stopped in its first step."""
+    say("writing up what was found", WRITING)
+    assert result.declared is not None
+    assert result.nominal is not None
+    assert result.asked is not None
+    declared, nominal = judged_on(result.declared, unseen), judged_on(result.nominal, unseen)
+    left = remaining(judged_on(nominal, whole))
+    noise = left.is_noise(result.limits.noise)
+    step = Decision(
+        "explained" if noise else "unknown_physics", None, (), (), 0.0, 0.0,
+        (f"{left.words}: {'that may be noise' if noise else 'that is no noise'}",),
+        remaining=left, nominal=nominal.chi2("test"),
+    )  # fmt: skip
+    said = notes_of(material, nominal, nominal, (), ())
+    return replace(
+        result, kind=_kind((step,), declared, nominal), data=nominal.problem.data,
+        declared=declared, nominal=nominal, steps=(step,), left=left,
+        scene=result.scene or scene(nominal), regions=regions(nominal),
+        notes=(STOPPED_AT_ONCE, *result.asked.notes_of(nominal), *said),
+        advice=("let the search end: give it more time, or look for one effect at first",),
+    )  # fmt: skip
+
+
+def _nominal(result: Diagnosis, material: Material, holds: Sequence[str]) -> tuple[Fit, Split]:
     """Fit the model as it is; returns the samples too that the fit leaves out."""
     assert result.asked is not None
     asked = result.asked
@@ -353,8 +397,11 @@ def _nominal(result: Diagnosis, material: Material) -> tuple[Fit, Split]:
             f"{asked.graph.name} cannot be simulated on {material.recording.name}: the outputs are "
             "not finite; check parameter values, signs and units"
         )
+    read = nominal.problem.data.floor
     nominal = deepest(nominal, held_to_residual(nominal, material.given), asked.problem, asked.hold)
     nominal = held_to_residual(nominal, material.given)
+    if (nominal.problem.data.floor < read).any():  # beside less noise another hold may be right
+        nominal = with_best_hold(nominal, LONG, holds)
     if material.usual:
         nominal = seen_in_training(problem, nominal, asked.hold, result.limits.noise)
     return nominal, nominal.problem.data.split
@@ -394,7 +441,7 @@ def on_finer_stretches(
         return None, False
     if again.kind == "missing_physics" and len(again.findings) >= len(named):
         return again, False
-    return None, STOPPED in again.notes
+    return None, bool(again.stopped)
 
 
 def _with_rest(result: Diagnosis, whole: Split) -> Diagnosis:
@@ -432,24 +479,6 @@ def _where(result: Diagnosis, whole: Split) -> tuple[Region, ...]:
     return regions(shown, seen, named)
 
 
-def judged_on(f: Fit, split: Split) -> Fit:
-    """Return a fit whose errors are counted on other held-out samples.
-
-    Recordings of which it has seen nothing begin from states that are fitted to them, as those of
-    other held-out recordings are; no parameter moves.
-    """
-    problem = replace(f.problem, data=replace(f.problem.data, split=split), built=f.problem.engine)
-    known = f.problem.data.mask("train") | f.problem.data.mask("test")
-    fresh = [i for i, w in enumerate(windows(problem)) if not known[w].any()]
-    if not fresh or problem.window is not None or f.status is FitStatus.BROKEN:
-        return replace(f, problem=problem)
-    states = f.point.states.copy()
-    states[fresh] = held_out_states(problem, f.point).states[fresh]
-    point = replace(f.point, states=states)
-    y = evaluate(problem, point, derivatives=False).y
-    return replace(f, problem=problem, point=point, simulated=y)
-
-
 def _predicted(result: Diagnosis, options: DiagnosisOptions, unseen: Split) -> Diagnosis:
     """Judge by one-step predictions what free runs have found beside process noise."""
     assert result.asked is not None
@@ -465,7 +494,7 @@ def _predicted(result: Diagnosis, options: DiagnosisOptions, unseen: Split) -> D
     )
     return replace(
         result, kind=_kind(decisions, result.declared, result.nominal), steps=decisions,
-        experiments=_experiments(decisions), left=left, regions_left=(),
+        experiments=experiments_of(decisions), left=left, regions_left=(),
         notes=(*result.notes, note),
     )  # fmt: skip
 
@@ -511,26 +540,6 @@ def _mistaken(result: Diagnosis, mistakes: tuple[Mixup, ...]) -> Diagnosis:
         notes=(*result.recording.notes, *reasons),
         advice=(f"{either}: correct the {wrong} and diagnose again",),
     )  # fmt: skip
-
-
-WORTH = 0.5
-"""Share of the excess that rivals must explain before telling them apart means anything."""
-
-
-def _experiments(decisions: Sequence[Decision]) -> tuple[Experiment, ...]:
-    """Experiments that separate the best description from its rivals, where nothing is named."""
-    decision = decisions[0]
-    named = any(d.kind == "missing_physics" for d in decisions)
-    if named or decision.kind != "unknown_physics":
-        return ()
-    rivals = [t for t in decision.rivals if t.effect != "unknown"]
-    if decision.chosen is None or not rivals or decision.share < WORTH:
-        return ()
-    asked = [decision.chosen, rivals[0]]
-    try:
-        return next_experiments([t.fit for t in asked], [t.label for t in asked])
-    except (BondsightError, np.linalg.LinAlgError, ValueError):
-        return ()
 
 
 def characterised(d: Diagnosis, ports: int = 2) -> Diagnosis:

@@ -34,6 +34,9 @@ from identification.study.scaled import Free
 from identification.study.study import SettledSetting, Study
 from identification.study.turns import around
 
+FAR_ABOVE = 3.0
+"""Times the noise from which a held-out error is no accident of it."""
+
 
 @dataclass(frozen=True, eq=False)
 class Estimation:
@@ -243,7 +246,7 @@ class Estimation:
 
     def __str__(self) -> str:
         """Values with intervals, errors and notes, one a line."""
-        lines = [repr(self)]
+        lines = [repr(self), *self._held_out_above_noise()]
         for e in (*self.estimates, *self.nuisances):
             mark = "  at its bound" if e.at_bound else ""
             low, high = e.ci95
@@ -256,6 +259,21 @@ class Estimation:
                     if np.isfinite(v):
                         lines.append(f"  rms error of {n}, {part} of {name}: {v:.4g}")
         return "\n".join([*lines, *(f"  note: {n}" for n in self.notes)])
+
+    def _held_out_above_noise(self) -> list[str]:
+        """Say in a line that held-out errors are no noise: the cost may be 1 all the same."""
+        over = [
+            (float(v / floor), n, name)
+            for r, (name, floors) in enumerate(zip(self.record_names, self.floors, strict=True))
+            for (n, v), floor in zip(self.rmse("test", r).items(), floors, strict=True)
+        ]
+        times, n, name = max((o for o in over if np.isfinite(o[0])), default=(0.0, "", ""))
+        if times < FAR_ABOVE:
+            return []
+        return [
+            f"  held out, far above the noise: the error of {n} of {name} is {times:.3g} times "
+            "what the recording shows as noise (the cost is over the noise that the fit took)"
+        ]
 
     def plot(self, record: int = 0) -> Any:
         """Draw the readings of a recording beside the fit; returns axes, shape (n_y, 2)."""

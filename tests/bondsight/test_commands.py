@@ -20,6 +20,7 @@ from actuators.models.catalogue import MODELS
 from bondgraph.signals.files import any_file
 from bondsight.cli.main import _parser, main
 from identification.diagnosis import diagnose as whole
+from identification.diagnosis.search.forward_selection import SelectionStage
 from tests.bondsight.carriage_files import GOOD
 
 ROOT = Path(bondsight.__file__).resolve().parents[1]
@@ -127,6 +128,39 @@ def test_one_sentence_says_that_nothing_was_written(
     when = "the time was over" if seconds else "stopped"
     line = f"bondsight: {when} before anything was found, so nothing was written\n"
     assert capsys.readouterr().err == line
+
+
+@pytest.mark.parametrize(("more", "code"), [([], 130), (["--time", "1000"], 0)])
+def test_what_is_stopped_in_its_first_step_is_written(
+    more: list[str], code: int, carriage: list[str], tmp_path: Path,
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch,
+) -> None:  # fmt: skip
+    rows = [f"{0.01 * i:.2f},{np.sin(0.3 * i):.6f},{np.cos(0.3 * i):.6f}" for i in range(300)]
+    (tmp_path / "run.csv").write_text("\n".join(["t_s,F[N],x[mm]", *rows]))
+
+    def stopped(base: Any, *_: object) -> SelectionStage:
+        return SelectionStage((), base, None, (), (), True)
+
+    monkeypatch.setattr(whole, "mixups", lambda *_, **__: ())
+    monkeypatch.setattr(whole, "steps", stopped)
+    assert main([*carriage, *more]) == code
+    assert {f.name for f in (tmp_path / "out").iterdir()} == {"report.html", "verdict.json"}
+    assert f"bondsight: {whole.STOPPED_AT_ONCE}" in capsys.readouterr().err
+
+
+def test_no_folder_is_left_that_nothing_was_written_to(
+    carriage: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def stopped(*_: object, **__: object) -> None:
+        assert (tmp_path / "new" / "out").is_dir()
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(whole, "diagnose", stopped)
+    assert main([*carriage, "--out", str(tmp_path / "new" / "out")]) == 130
+    assert not (tmp_path / "new").exists()
+    (tmp_path / "new" / "out").mkdir(parents=True)  # the user's own stays
+    assert main([*carriage, "--out", str(tmp_path / "new" / "out")]) == 130
+    assert (tmp_path / "new" / "out").is_dir()
 
 
 @pytest.mark.parametrize(

@@ -21,6 +21,7 @@ from bondgraph.graph.sensors import De, Df, Sensor
 from bondgraph.signals.drive_limits import DriveLimits
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import BondsightError, UnusableInput
+from identification.diagnosis.evidence.answer import Decision
 from identification.diagnosis.explanation.candidate_inputs import CandidateInput, candidate_inputs
 from identification.estimation.single_record import Fit
 from identification.estimation.threads import single_threaded
@@ -104,6 +105,26 @@ class _Rival:
             for c in range(own):
                 tangents[:, c, free + c] = seen.by_lag[:, c]
         return y, tangents
+
+
+WORTH = 0.5
+"""Share of the excess that rivals must explain before telling them apart means anything."""
+
+
+def experiments_of(decisions: Sequence[Decision]) -> tuple[Experiment, ...]:
+    """Return experiments that separate the best description from its rivals, if none is named."""
+    decision = decisions[0]
+    named = any(d.kind == "missing_physics" for d in decisions)
+    if named or decision.kind != "unknown_physics":
+        return ()
+    rivals = [t for t in decision.rivals if t.effect != "unknown"]
+    if decision.chosen is None or not rivals or decision.share < WORTH:
+        return ()
+    asked = [decision.chosen, rivals[0]]
+    try:
+        return next_experiments([t.fit for t in asked], [t.label for t in asked])
+    except (BondsightError, np.linalg.LinAlgError, ValueError):
+        return ()
 
 
 @single_threaded

@@ -12,8 +12,8 @@ from identification.diagnosis.evidence.answer import Decision
 from identification.diagnosis.evidence.remaining import growing
 from identification.diagnosis.screening.mixups import in_doubt
 from identification.diagnosis.search.candidates import Candidate
+from identification.diagnosis.search.hold_choice import hold_margin
 from identification.diagnosis.search.material import Material
-from identification.diagnosis.search.nominal import hold_margin
 from identification.estimation.cautions import rough_rates
 from identification.estimation.single_record import Fit, alone
 from identification.report.words import listed, spaced
@@ -38,7 +38,8 @@ def notes_of(
     nominal, last : Fit
         Of the model as it is, and of the last one that was made of it.
     holds : sequence of str
-        Behaviours of the commands between samples that were possible.
+        Behaviours of the commands between samples that were possible; none where there is no time
+        to compare them.
     known : sequence of Decision
         Effects that were named on another division.
     named : sequence of Candidate
@@ -170,8 +171,9 @@ def _noise_notes(
 
 
 def _chosen(last: Fit, holds: Sequence[str]) -> tuple[str, ...]:
+    margin = f" ({hold_margin(last, holds)})" if holds else ""
     notes = [
-        f"commands between samples: {last.problem.data.hold} ({hold_margin(last, holds)})",
+        f"commands between samples: {last.problem.data.hold}{margin}",
         f"held out: {last.problem.data.split.rule}",
     ]
     if last.problem.data.starts and not last.problem.data.cuts:

@@ -16,10 +16,10 @@ from identification.diagnosis.search.candidates import (
     Candidate,
     DiagnosisOptions,
     alone,
-    rather,
     sound,
     trial_of,
 )
+from identification.diagnosis.search.hold_choice import rather
 from identification.estimation.holds import possible
 from identification.estimation.single_record import Fit, fit
 from identification.estimation.sub_steps import settled_fit

@@ -14,8 +14,8 @@ from identification.diagnosis.search.candidates import (
     DiagnosisOptions,
     thinning,
     trial_of,
-    with_best_hold,
 )
+from identification.diagnosis.search.hold_choice import with_best_hold
 from identification.estimation.levenberg_marquardt import FitStatus
 from identification.estimation.single_record import Fit, fit
 from identification.study.problem import Problem
@@ -64,12 +64,13 @@ def _lags_scaled(f: Fit, problem: Problem, factor: float) -> Point:
 
 
 def unthinned(
-    decisions: Sequence[Decision], template: Problem, holds: Sequence[str]
+    decisions: Sequence[Decision], template: Problem, holds: Sequence[str] = ()
 ) -> tuple[Decision, ...]:
     """Refit the last named effect on all training samples, with what commands do between them.
 
-    Nothing is to be done unless the search worked on thinned samples; those held out are not fitted
-    here either. The behaviour between samples is chosen again: between fewer it shows less.
+    Held-out samples are not fitted here either, and unless the search worked on thinned samples
+    nothing is but what commands do between them: it was chosen beside another noise or law, or
+    between fewer samples. Without `holds` to choose from there is no time, and the fit stays.
     """
     last = max((i for i, d in enumerate(decisions) if d.chosen is not None), default=None)
     named = [i for i, d in enumerate(decisions) if d.kind == "missing_physics"]
@@ -87,11 +88,13 @@ def _refitted(chosen: Candidate, template: Problem, holds: Sequence[str]) -> Can
     old = chosen.fit
     factor = max(1, round(template.data.n / old.problem.data.n))
     if factor == 1:
-        return chosen
+        other = with_best_hold(old, MORE, holds)
+        return chosen if other is old else trial_of(chosen.insertion, chosen.home, other)
     data = replace(template.data, hold=old.problem.data.hold, floor=old.problem.data.floor)
     least = 4 if data.hold == "band-limited" else 1
     problem = replace(old.problem, data=data, n_sub=max(old.problem.n_sub // factor, least))
-    result = fit(problem, start=_lags_scaled(old, problem, 1 / factor), max_iterations=10)
+    iterations = 10 if holds else 0
+    result = fit(problem, start=_lags_scaled(old, problem, 1 / factor), max_iterations=iterations)
     test = template.data.mask("test")
 
     def sound(f: Fit) -> bool:

@@ -27,23 +27,21 @@ from identification.diagnosis.search.beginnings import (
     promising,
     tells_early,
 )
+from identification.diagnosis.search.hold_choice import with_best_hold
 from identification.diagnosis.search.windowed import through_windows
-from identification.estimation.holds import chosen, possible
 from identification.estimation.levenberg_marquardt import FitStatus
 from identification.estimation.single_record import Fit, fit, judge
 from identification.estimation.sub_steps import (
     begun_from,
-    finest_of,
     fit_from,
     refined,
     settled_fit,
-    tried_from,
 )
 from identification.estimation.threads import calm
 from identification.statistics.blocks import block_means
 from identification.study.factors import stated_gains
 from identification.study.problem import Data, Problem
-from identification.study.residual import evaluate, start_point
+from identification.study.residual import start_point
 
 BLOCKS = 40
 Progress = Callable[[str, float], None]
@@ -481,43 +479,6 @@ def _from_there(trial: Candidate, end: Fit, iterations: int) -> Candidate:
             better = again.cost < trial.fit.cost
             return trial_of(trial.insertion, trial.home, again) if better else trial
     return trial
-
-
-def with_best_hold(result: Fit, iterations: int, holds: Sequence[str]) -> Fit:
-    """Return the fit under the behaviour of the commands between samples that suits it best.
-
-    A missing lag or delay makes the plain model prefer the wrong behaviour, so every serious
-    candidate chooses again; where the behaviour does not show, nothing is refitted.
-    """
-    best = result
-    for hold in possible(holds, result.problem.engine.input_rates):
-        if hold == result.problem.data.hold:
-            continue
-        n_sub = best.problem.n_sub
-        finer = max(n_sub, min(max(2 * n_sub, 4), finest_of(result.problem.data.n)))
-        n_sub = finer if hold == "band-limited" else n_sub
-        data = replace(result.problem.data, hold=hold)
-        problem = replace(result.problem, data=data, n_sub=n_sub)
-        cost = evaluate(problem, best.point, derivatives=False, scored=True).cost
-        if not np.isfinite(cost) or abs(cost - best.cost) < 0.02 * best.cost:
-            continue
-        try:
-            # half a sample more or less is made up for in a few steps, or the behaviour is wrong
-            other = tried_from(problem, best.point, FIRST)
-            if other.status is FitStatus.BROKEN or not rather(other, best):
-                continue
-            other = settled_fit(problem, iterations, other.point)
-        except (BondsightError, np.linalg.LinAlgError, ValueError):
-            continue
-        if other.status is not FitStatus.BROKEN and rather(other, best):
-            best = other
-    return best
-
-
-def rather(other: Fit, best: Fit) -> bool:
-    """Whether the commands rather behave as in another fit."""
-    own = best.problem.data.hold
-    return chosen({own: best.cost, other.problem.data.hold: other.cost}, own) != own
 
 
 def thinning(data: Data, samples: int) -> int:

@@ -39,11 +39,14 @@ from identification.estimation.sub_steps import fit_from
 
 @dataclass(frozen=True, eq=False)
 class SelectionStage:
-    """Decisions in order, with the base, scene, screening and relations they started from."""
+    """Decisions in order, with the base, scene, screening and relations they started from.
+
+    Without a decision it was stopped in its first step; there may be no scene then.
+    """
 
     decisions: tuple[Decision, ...]
     base: Base
-    scene: FittedModel
+    scene: FittedModel | None
     ranking: tuple[Screened, ...]
     relations: tuple[BlindRelation, ...] = ()
     stopped: bool = False
@@ -70,7 +73,7 @@ def steps(
 
     `given` are readings whose noise the user has stated; the others' may turn out to be lower.
     `known` effects were named on another division of the record: the search goes on beside them.
-    A search that is stopped gives the steps that were finished; without any, it raises.
+    A search that is stopped gives the steps that were finished, and what was screened by then.
     """
     done = Looks((*options.catalogue, UNNAMED), base.fit.problem.with_chain, options.jobs)
     task = SearchTask(done, options, limits, classes, say, tuple(given))
@@ -85,9 +88,10 @@ def steps(
             decisions = again
     except KeyboardInterrupt as stop:
         decisions = decisions or (stop.decisions if isinstance(stop, Halted) else [])
-        if not decisions:
-            raise
         stopped = True
+        if not decisions:
+            known_scene, ranked = done.looked(base.fit)
+            return SelectionStage((), base, known_scene, tuple(ranked), done.blind, stopped)
     seen, ranked = done.of(base.fit)
     told = _together(base.fit, decisions, limits)
     # what is taken back leaves more, and no name beside that is exact

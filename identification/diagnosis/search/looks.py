@@ -50,6 +50,10 @@ class Looks:
             self.known[id(fit)] = (fit, seen, looks)
         return self.known[id(fit)][1:]
 
+    def looked(self, fit: Fit) -> tuple[FittedModel | None, list[Screened]]:
+        """Scene and ranking of one fit if they were made; no more is looked at."""
+        return self.known[id(fit)][1:] if id(fit) in self.known else (None, [])
+
     def ask_where(self, base: Fit, classes: Isolability) -> None:
         """Let a process of its own look for the relations that `where` will need."""
         if effective_n_jobs(self.jobs) > 1:

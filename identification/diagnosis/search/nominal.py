@@ -13,13 +13,13 @@ from bondgraph.signals.recording import Split
 from bondgraph.signals.split import interleaved, stretches
 from bondgraph.simulation.start import HOLDS
 from bondgraph.support.errors import BondsightError
-from identification.diagnosis.evidence.block_score import BlockScore, score
 from identification.diagnosis.localisation.structural_classes import linear_part
+from identification.diagnosis.search.hold_choice import A_LITTLE
 from identification.diagnosis.search.windowed import through_windows
 from identification.estimation.holds import chosen, possible
 from identification.estimation.levenberg_marquardt import FitStatus
 from identification.estimation.single_record import Fit, best, fit
-from identification.estimation.sub_steps import FINEST, fit_from, settled_fit, tried_from
+from identification.estimation.sub_steps import FINEST, fit_from, settled_fit
 from identification.study.problem import Data, Problem
 from identification.study.residual import evaluate
 
@@ -154,50 +154,6 @@ FINER = (90, 270)
 """Stretches tried in turn; thirty are usual."""
 SHORTEST = 10
 """Samples of a stretch at least."""
-
-
-def hold_margin(result: Fit, holds: Collection[str]) -> str:
-    """Say how surely the commands behave between samples as the fit says.
-
-    Parameters
-    ----------
-    holds : collection of str
-        Behaviours that were possible.
-    """
-    own, holds = result.problem.data.hold, possible(holds, result.problem.engine.input_rates)
-    others = [h for h in holds if h != own]
-    if not others:
-        return "as given"
-    own_score: BlockScore | None = None
-    behind: dict[str, float] = {}
-    for h in others:
-        problem = _with_hold(result, h, result.problem.n_sub)
-        cost = evaluate(problem, result.point, derivatives=False, scored=True).cost
-        if abs(cost - result.cost) < A_LITTLE * result.cost:
-            continue
-        own_score = own_score or score(tried_from(result.problem, result.point, 0))
-        try:
-            z = score(tried_from(problem, result.point, A_FEW)).behind(own_score)
-        except (BondsightError, np.linalg.LinAlgError, ValueError):
-            z = np.inf
-        behind[h] = z if np.isfinite(z) else np.inf
-    if not behind:
-        return "another behaviour would change next to nothing"
-    return ", ".join(
-        f"{h} predicts nothing" if np.isinf(z)
-        else f"{h} predicts worse by {z:.0f} standard errors" if z > SURE
-        else f"{h} predicts as well" if z > -SURE
-        else f"{h} would predict better by {-z:.0f} standard errors than {own}"
-        for h, z in behind.items()
-    )  # fmt: skip
-
-
-A_LITTLE = 0.05
-"""Part of the misfit by which another behaviour has to change it to matter."""
-A_FEW = 2
-"""Steps that make up for half a sample more or less, or the behaviour is wrong."""
-SURE = 3.0
-"""Standard errors by which another behaviour between samples must predict better."""
 
 
 def _with_hold(result: Fit, hold: str, n_sub: int) -> Problem:

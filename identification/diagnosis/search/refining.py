@@ -9,17 +9,47 @@ from identification.diagnosis.evidence.answer import Decision
 from identification.diagnosis.evidence.hypotheses import Scored, Thresholds
 from identification.diagnosis.evidence.remaining import remaining
 from identification.diagnosis.screening.observation import scene
-from identification.diagnosis.search.base import base_of
+from identification.diagnosis.search.base import base_of, unthinned
 from identification.diagnosis.search.candidates import (
     Candidate,
     DiagnosisOptions,
+    Progress,
     finished,
     fitted_insertions,
     trial_of,
 )
 from identification.diagnosis.search.one_step import scored
+from identification.study.problem import Problem
 
-__all__ = ["refined"]
+__all__ = ["WRITING", "completed", "refined"]
+
+
+def completed(
+    decisions: tuple[Decision, ...],
+    template: Problem,
+    options: DiagnosisOptions,
+    limits: Thresholds,
+    say: Progress,
+    stopped: bool = False,
+) -> tuple[tuple[Decision, ...], bool]:
+    """Fit what was named to all training samples and refine it; says whether that was stopped.
+
+    What was stopped, here or before, is only brought to all samples.
+    """
+    if not stopped:
+        try:
+            say("fitting the repaired model on all training samples", 0.899)
+            made = refined(unthinned(decisions, template, options.holds), options, limits)
+            say("writing up what was found", WRITING)
+            return made, False
+        except KeyboardInterrupt:
+            pass
+    say("writing up what was found", WRITING)
+    return unthinned(decisions, template), True
+
+
+WRITING = 0.95
+"""Fraction of a diagnosis from which on nobody ends it in good time."""
 
 
 def refined(

@@ -13,7 +13,8 @@ from bondgraph.laws import Coulomb
 from bondgraph.signals.split import interleaved
 from identification.diagnosis.localisation.regions import regions
 from identification.diagnosis.screening.observation import scene
-from identification.diagnosis.search.nominal import hold_margin, integrates, nominal_fit
+from identification.diagnosis.search.hold_choice import hold_margin
+from identification.diagnosis.search.nominal import integrates, nominal_fit
 from identification.estimation.levenberg_marquardt import FitStatus
 from identification.estimation.single_record import Fit, fit
 from identification.study.problem import Data

@@ -1,15 +1,27 @@
-"""A search that is stopped gives what was named before; without a step it is stopped itself."""
+"""A search that is stopped gives what was named before; without a step, what the model leaves."""
 
 from __future__ import annotations
 
+import signal
+import threading
+from pathlib import Path
+from time import monotonic
 from types import SimpleNamespace
 from typing import Any
 
 import pytest
 
-from bondsight.cli.progress import Deadline
-from identification.diagnosis.search import forward_selection
+from bondsight.cli.progress import SEARCHED, Deadline
+from identification.diagnosis.catalogue import CATALOGUE
+from identification.diagnosis.diagnose import STOPPED_AT_ONCE, Diagnosis, diagnose
+from identification.diagnosis.evidence.hypotheses import Thresholds
+from identification.diagnosis.search import forward_selection, refining
+from identification.diagnosis.search.candidates import DiagnosisOptions
 from identification.diagnosis.search.forward_selection import Halted
+from identification.diagnosis.search.refining import completed
+from identification.diagnosis.verdict import read_verdict
+from tests.identification.diagnosis.rubbing_spring import frame, spring
+from tests.patience import HANGS
 
 
 def step(number: int) -> Any:
@@ -44,3 +56,81 @@ def test_a_deadline_ends_the_search_and_not_what_is_written() -> None:
     late("writing", 0.95)
     Deadline(lambda text, part: said.append(text), None)("no limit", 0.5)
     assert said == ["searching", "writing", "no limit"]
+
+
+def test_an_alarm_ends_what_says_nothing() -> None:
+    before = signal.getsignal(signal.SIGALRM)
+    late = Deadline(lambda text, part: None, monotonic() + 0.05)
+    with pytest.raises(KeyboardInterrupt), late:
+        threading.Event().wait(HANGS)
+    assert late.over
+    assert signal.getsignal(signal.SIGALRM) == before
+    assert signal.getitimer(signal.ITIMER_REAL) == (0.0, 0.0)
+
+
+def test_an_alarm_does_not_end_what_is_written() -> None:
+    late = Deadline(lambda text, part: None, monotonic() + HANGS)
+    with late:
+        late("writing", 0.95)
+        signal.raise_signal(signal.SIGALRM)
+    assert not late.over
+
+
+def test_in_another_thread_words_alone_look_at_the_clock() -> None:
+    ended: list[bool] = []
+
+    def work() -> None:
+        with Deadline(lambda text, part: None, -1.0) as late:
+            try:
+                late("searching", 0.5)
+            except KeyboardInterrupt:
+                ended.append(late.over)
+
+    thread = threading.Thread(target=work)
+    thread.start()
+    thread.join(HANGS)
+    assert ended == [True]
+
+
+def stopped_at(word: str) -> Diagnosis:
+    def progress(text: str, fraction: float) -> None:
+        if word in text:
+            raise KeyboardInterrupt
+
+    without = tuple(e.name for e in CATALOGUE if e.name != "coulomb_friction")
+    options = DiagnosisOptions(jobs=1, effects=1, keep=1, more=0, without=without)
+    return diagnose(spring(), frame(), options=options, progress=progress)
+
+
+@pytest.mark.parametrize("word", ["screening", "fitting coulomb"])
+def test_without_a_step_it_says_what_the_model_leaves(word: str, tmp_path: Path) -> None:
+    d = stopped_at(word)
+    assert (d.kind, d.stopped) == ("unknown_physics", STOPPED_AT_ONCE)
+    assert d.findings[0].chosen is None
+    assert d.left is not None
+    assert d.left.most > d.limits.noise
+    assert d.left.words in str(d)
+    assert bool(d.ranking) == (word != "screening")
+    assert d.report(tmp_path).exists()
+    found = read_verdict(tmp_path / "verdict.json")
+    assert found["verdict"] == "unknown_physics"
+    assert STOPPED_AT_ONCE in found["notes"]
+
+
+def test_before_the_model_is_fitted_there_is_nothing_to_say() -> None:
+    with pytest.raises(KeyboardInterrupt):
+        stopped_at("as it is")
+
+
+def test_a_repair_that_is_stopped_is_told_as_it_was_found(monkeypatch: pytest.MonkeyPatch) -> None:
+    def refined(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(refining, "refined", refined)
+    monkeypatch.setattr(refining, "unthinned", lambda decisions, *_: decisions)
+    said: list[float] = []
+    found: Any = (step(0),)
+    task: Any = SimpleNamespace(holds=())
+    told = completed(found, task, task, Thresholds(), lambda text, part: said.append(part))
+    assert told == (found, True)
+    assert said[0] < SEARCHED <= said[-1]

@@ -59,6 +59,15 @@ def test_one_record_gives_the_truth_within_its_intervals(plain: Estimation) -> N
     assert plain.setting.floors[0] == pytest.approx(NOISE, rel=0.08)
 
 
+def test_a_print_says_where_held_out_errors_are_far_above_the_noise(plain: Estimation) -> None:
+    y, held = plain.simulated[0].copy(), plain.problem().data.mask("test")
+    y[held] += 400.0 * plain.floors[0]
+    far = replace(plain, simulated=(y,))
+    (said,) = (line for line in str(far).splitlines() if "far above the noise" in line)
+    assert "the error of x of run is 400 times" in said
+    assert "far above the noise" not in str(plain)
+
+
 def test_interval_is_as_wide_as_the_estimates_scatter() -> None:
     scores = []
     for seed in range(20):

@@ -15,7 +15,8 @@ from bondgraph.graph.parameter import Parameter
 from bondgraph.laws import Polynomial
 from bondgraph.signals.recording import Recording, Split
 from bondgraph.support.errors import UnusableInput
-from identification.diagnosis.diagnose import diagnose, judged_on
+from identification.diagnosis.diagnose import diagnose
+from identification.diagnosis.evidence.judged import judged_on
 from identification.diagnosis.report.sections import answer, before_after
 from identification.diagnosis.search.candidates import DiagnosisOptions
 from identification.diagnosis.verdict.document import verdict

@@ -17,7 +17,7 @@ from hardware.simulators.judging.outcome import ExamOutcome
 from hardware.simulators.judging.truths import ConcealedEffect, ExamTruth
 from identification.diagnosis.catalogue import CATALOGUE, by_name
 from identification.diagnosis.catalogue.effect import Hint
-from identification.diagnosis.diagnose import judged_on
+from identification.diagnosis.evidence.judged import judged_on
 from identification.diagnosis.evidence.hypotheses import Thresholds
 from identification.diagnosis.screening.observation import scene
 from identification.diagnosis.screening.port_response import probes

@@ -1,0 +1,101 @@
+"""How the commands behave between samples: chosen for a fit, and how sure that is."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from bondgraph.support.errors import BondsightError
+from identification.diagnosis.evidence.block_score import BlockScore, score
+from identification.diagnosis.search.beginnings import FIRST
+from identification.estimation.holds import chosen, possible
+from identification.estimation.levenberg_marquardt import FitStatus
+from identification.estimation.single_record import Fit
+from identification.estimation.sub_steps import finest_of, settled_fit, tried_from
+from identification.study.problem import Problem
+from identification.study.residual import evaluate
+
+
+def with_best_hold(result: Fit, iterations: int, holds: Sequence[str]) -> Fit:
+    """Return the fit under the behaviour of the commands between samples that suits it best.
+
+    A missing lag or delay makes the plain model prefer the wrong behaviour, so every serious
+    candidate chooses again; where the behaviour does not show, nothing is refitted.
+    """
+    best = result
+    for hold in possible(holds, result.problem.engine.input_rates):
+        if hold == result.problem.data.hold:
+            continue
+        problem = _otherwise_held(result, hold, best.problem.n_sub)
+        cost = evaluate(problem, best.point, derivatives=False, scored=True).cost
+        if not np.isfinite(cost) or abs(cost - best.cost) < 0.02 * best.cost:
+            continue
+        try:
+            # half a sample more or less is made up for in a few steps, or the behaviour is wrong
+            other = tried_from(problem, best.point, FIRST)
+            if other.status is FitStatus.BROKEN or not rather(other, best):
+                continue
+            other = settled_fit(problem, iterations, other.point)
+        except (BondsightError, np.linalg.LinAlgError, ValueError):
+            continue
+        if other.status is not FitStatus.BROKEN and rather(other, best):
+            best = other
+    return best
+
+
+def rather(other: Fit, best: Fit) -> bool:
+    """Whether the commands rather behave as in another fit."""
+    own = best.problem.data.hold
+    return chosen({own: best.cost, other.problem.data.hold: other.cost}, own) != own
+
+
+def hold_margin(result: Fit, holds: Collection[str]) -> str:
+    """Say how surely the commands behave between samples as the fit says.
+
+    What predicts better by less than would speak against the behaviour that was chosen
+    (`estimation.holds`) is no better one: half a sample of a lag does as much.
+
+    Parameters
+    ----------
+    holds : collection of str
+        Behaviours that were possible.
+    """
+    own, holds = result.problem.data.hold, possible(holds, result.problem.engine.input_rates)
+    others = [h for h in holds if h != own]
+    if not others:
+        return "as given"
+    own_score: BlockScore | None = None
+    words: list[str] = []
+    for h in others:
+        problem = _otherwise_held(result, h, result.problem.n_sub)
+        cost = evaluate(problem, result.point, derivatives=False, scored=True).cost
+        if abs(cost - result.cost) < A_LITTLE * result.cost:
+            continue
+        own_score = own_score or score(tried_from(result.problem, result.point, 0))
+        try:
+            z = score(tried_from(problem, result.point, A_FEW)).behind(own_score)
+        except (BondsightError, np.linalg.LinAlgError, ValueError):
+            z = np.inf
+        words.append(
+            f"{h} predicts nothing" if not np.isfinite(z)
+            else f"{h} predicts worse by {z:.0f} standard errors" if z > SURE
+            else f"{h} predicts as well"
+        )  # fmt: skip
+    return ", ".join(words) or "another behaviour would change next to nothing"
+
+
+A_LITTLE = 0.05
+"""Part of the misfit by which another behaviour has to change it to matter."""
+A_FEW = 2
+"""Steps that make up for half a sample more or less, or the behaviour is wrong."""
+SURE = 3.0
+"""Standard errors by which another behaviour between samples must predict worse."""
+
+
+def _otherwise_held(result: Fit, hold: str, n_sub: int) -> Problem:
+    """Return the problem of a fit under another behaviour; a band-limited command needs more."""
+    finer = max(n_sub, min(max(2 * n_sub, 4), finest_of(result.problem.data.n)))
+    data = replace(result.problem.data, hold=hold)
+    return replace(result.problem, data=data, n_sub=finer if hold == "band-limited" else n_sub)

@@ -1,0 +1,78 @@
+"""How the commands behave between samples: what is said of it goes with what was chosen."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from bondgraph.signals.recording import Recording
+from bondgraph.signals.split import interleaved
+from identification.diagnosis import diagnose as whole
+from identification.diagnosis.evidence.answer import Decision
+from identification.diagnosis.evidence.hypotheses import Thresholds
+from identification.diagnosis.search.asked import asked_of
+from identification.diagnosis.search.base import unthinned
+from identification.diagnosis.search.candidates import trial_of
+from identification.diagnosis.search.hold_choice import hold_margin
+from identification.diagnosis.search.material import material_of
+from identification.diagnosis.search.nominal import nominal_fit
+from identification.estimation.single_record import Fit
+from identification.study.problem import Data
+from tests.identification.diagnosis.test_nominal import DT, cart
+from tests.settled import simulate
+
+BOTH = ("hold", "linear")
+
+
+def recorded(hold: str, noise: float, n: int = 1500, floor: float | None = None) -> Data:
+    """A cart on a spring under random steps, taken as `hold` between samples."""
+    rng = np.random.default_rng(0)
+    t = np.asarray(DT * np.arange(n), np.float64)
+    u = np.repeat(rng.uniform(-2, 2, n // 10), 10)
+    y = np.asarray(simulate(cart(spring=True), t, {"F": u}, hold=hold)["y"])
+    y = (y + noise * rng.standard_normal(n))[:, None]
+    return Data("run", t, {"F": u}, y, ("y",), np.array([floor or noise]), interleaved(0, n))
+
+
+def fitted(data: Data, hold: str | None = None) -> Fit:
+    return nominal_fit(cart(spring=True), data, hold)[1]
+
+
+def test_no_other_behaviour_is_said_to_be_better_than_the_one_that_stays() -> None:
+    """It leaves two per cent less, which half a sample of a lag does as well."""
+    made = fitted(recorded("linear", 8e-3, 6000))
+    assert made.problem.data.hold == "hold"
+    other = fitted(made.problem.data, "linear")
+    assert 0.97 * made.cost < other.cost < made.cost
+    assert hold_margin(made, BOTH) == "linear predicts as well"
+
+
+def test_a_repair_takes_the_better_behaviour_though_its_law_was_found_beside_another() -> None:
+    wrong = fitted(recorded("hold", 1e-5), "linear")
+    insertion: Any = SimpleNamespace(label="d", effect="", element="")
+    step = Decision("missing_physics", trial_of(insertion, True, wrong), (), (), 1.0, 1.0, ())
+    assert step.chosen is not None
+    (made,) = unthinned([step], wrong.problem, BOTH)
+    assert made.chosen is not None
+    assert made.chosen.fit.problem.data.hold == "hold"
+    assert made.chosen.train < 0.1 * step.chosen.train
+    (same,) = unthinned([step], wrong.problem)  # no time: as it was found
+    assert same.chosen is step.chosen
+
+
+def test_beside_less_noise_the_behaviour_is_chosen_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    data = recorded("hold", 1e-5)
+    y = {"F[N]": data.commands["F"], "y[m]": data.readings[:, 0]}
+    recording = Recording.from_arrays("run", y, fs=1 / DT)
+    asked = asked_of(cart(spring=True), recording, None, None, {})
+    loud = fitted(replace(data, floor=np.array([1.0])), "linear")
+    monkeypatch.setattr(whole, "nominal_fit", lambda *_: (loud.problem, loud))
+    monkeypatch.setattr(whole, "deepest", lambda first, lowered, *_: lowered)
+    result: Any = SimpleNamespace(asked=asked, limits=Thresholds())
+    nominal, _ = whole._nominal(result, material_of(asked), BOTH)
+    assert nominal.problem.data.floor[0] < 0.1
+    assert nominal.problem.data.hold == "hold"
