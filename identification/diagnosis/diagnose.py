@@ -363,7 +363,10 @@ def _diagnosed(
 def _undecided(
     result: Diagnosis, material: Material, whole: Split, unseen: Split, say: Progress
 ) -> Diagnosis:
-    """Report what the model as it is leaves, where a search was stopped in its first step."""
+    """Report what the model as it is leaves, where a search was stopped in its first step.
+
+    Noise is no proof that nothing is missing: nothing was looked for.
+    """
     say("writing up what was found", WRITING)
     assert result.declared is not None
     assert result.nominal is not None
@@ -378,7 +381,7 @@ def _undecided(
     )  # fmt: skip
     said = notes_of(material, nominal, nominal, (), ())
     return replace(
-        result, kind=_kind((step,), declared, nominal), data=nominal.problem.data,
+        result, kind="insufficient_data" if noise else step.kind, data=nominal.problem.data,
         declared=declared, nominal=nominal, steps=(step,), left=left,
         scene=result.scene or scene(nominal), regions=regions(nominal),
         notes=(STOPPED_AT_ONCE, *result.asked.notes_of(nominal), *said),

@@ -9,6 +9,8 @@ from time import monotonic
 from types import SimpleNamespace
 from typing import Any
 
+import numpy as np
+import pandas as pd
 import pytest
 
 from bondsight.cli.progress import SEARCHED, Deadline
@@ -20,8 +22,9 @@ from identification.diagnosis.search.candidates import DiagnosisOptions
 from identification.diagnosis.search.forward_selection import Halted
 from identification.diagnosis.search.refining import completed
 from identification.diagnosis.verdict import read_verdict
-from tests.identification.diagnosis.rubbing_spring import frame, spring
+from tests.identification.diagnosis.rubbing_spring import T, U, frame, spring
 from tests.patience import HANGS
+from tests.settled import simulate
 
 
 def step(number: int) -> Any:
@@ -92,14 +95,15 @@ def test_in_another_thread_words_alone_look_at_the_clock() -> None:
     assert ended == [True]
 
 
-def stopped_at(word: str) -> Diagnosis:
+def stopped_at(word: str, recorded: pd.DataFrame | None = None) -> Diagnosis:
     def progress(text: str, fraction: float) -> None:
         if word in text:
             raise KeyboardInterrupt
 
     without = tuple(e.name for e in CATALOGUE if e.name != "coulomb_friction")
     options = DiagnosisOptions(jobs=1, effects=1, keep=1, more=0, without=without)
-    return diagnose(spring(), frame(), options=options, progress=progress)
+    recorded = frame() if recorded is None else recorded
+    return diagnose(spring(), recorded, options=options, progress=progress)
 
 
 @pytest.mark.parametrize("word", ["screening", "fitting coulomb"])
@@ -115,6 +119,17 @@ def test_without_a_step_it_says_what_the_model_leaves(word: str, tmp_path: Path)
     found = read_verdict(tmp_path / "verdict.json")
     assert found["verdict"] == "unknown_physics"
     assert STOPPED_AT_ONCE in found["notes"]
+
+
+def test_noise_reassures_nobody_where_nothing_was_looked_for(tmp_path: Path) -> None:
+    x = simulate(spring(), T, {"F": U})["x"] + 1e-5 * np.random.default_rng(2).standard_normal(1200)
+    d = stopped_at("screening", frame().assign(**{"x[m]": x}))
+    assert d.left is not None
+    assert d.left.is_noise(d.limits.noise)
+    assert (d.kind, d.findings, d.stopped) == ("insufficient_data", (), STOPPED_AT_ONCE)
+    assert f"There is too little to go on: {STOPPED_AT_ONCE}" in str(d)
+    assert d.report(tmp_path).exists()
+    assert read_verdict(tmp_path / "verdict.json")["verdict"] == "insufficient_data"
 
 
 def test_before_the_model_is_fitted_there_is_nothing_to_say() -> None:
