@@ -22,9 +22,10 @@ from identification.diagnosis.search.candidates import DiagnosisOptions
 from identification.diagnosis.search.forward_selection import Halted
 from identification.diagnosis.search.refining import completed
 from identification.diagnosis.verdict import read_verdict
-from tests.identification.diagnosis.rubbing_spring import T, U, frame, spring
+from tests.identification.diagnosis.rubbing_spring import T, U, frame
 from tests.patience import HANGS
 from tests.settled import simulate
+from tests.spring import spring
 
 
 def step(number: int) -> Any:
