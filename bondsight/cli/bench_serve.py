@@ -133,6 +133,6 @@ def station_writer(path: Path, config: Any) -> Any:
             stream.write(text.encode())
         # a controller gives an edge at the start only, and an acquire line has to work as it is
         way = "" if "card" in addresses else " --synchronise start"
-        return [f"  bondsight acquire {path}{way} --diagnose stack_with_payload"]
+        return [f"  bondsight acquire {path}{way} --diagnose stack_on_bench"]
 
     return write

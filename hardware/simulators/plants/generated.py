@@ -18,6 +18,9 @@ from hardware.simulators.generator.sizing import COARSEST, FINEST, CaseBench, Si
 from hardware.simulators.plant_contract import PlantMotion
 from hardware.simulators.plants.sensing import SensorCarried
 
+_RAMP, _REST = 0.05, 1.0
+"""From the working point to rest, and at rest before a bench begins (s)."""
+
 
 @final
 class GeneratedPlant:
@@ -43,6 +46,9 @@ class GeneratedPlant:
         Time (s) in which what changes with time does so; it goes on after it.
     dead : float
         Dead time of the command (s) beside those of the effects.
+    bias : float
+        Command at the working point: there the plant is as the generator begins, and its laws have
+        their centres. It is brought from there to rest at 0, where the displacement is 0.
 
     Raises
     ------
@@ -63,6 +69,7 @@ class GeneratedPlant:
         step: float | None = None,
         span: float = 10.0,
         dead: float = 0.0,
+        bias: float = 0.0,
     ) -> None:
         plant = PLANTS[_known("plant", name, PLANTS)]
         for given in values or {}:
@@ -87,7 +94,18 @@ class GeneratedPlant:
             for e in effects
             if e.hidden.law in SENSOR_LAWS
         ]
-        self._done = 0
+        self._done, self._bias, self._zero = 0, bias, 0.0
+        if bias:
+            self._settle()
+
+    def _settle(self) -> None:
+        """Go smoothly from the working point to 0 and wait there."""
+        edges = 500
+        way = 0.5 * self._bias * (1.0 + np.cos(np.pi * np.arange(edges + 1) / edges))
+        at = np.arange(1, edges + 1) * (_RAMP / self.step / edges)
+        self.advance_edges(int(_RAMP / self.step) + 1, at, way)
+        rest = self.advance_edges(int(_REST / self.step), np.zeros(0), np.zeros(1))
+        self._zero, self._done = float(rest.x[-1]), 0
 
     def advance(self, volts: Array) -> PlantMotion:
         """Go on by one step per command, ``(n,)``, in the unit of the plant's source.
@@ -103,7 +121,7 @@ class GeneratedPlant:
         """Go on by `count` steps with edges of the command inside them, see `EdgeDriven`."""
         if not count:
             return PlantMotion(np.zeros(0), np.zeros(0))
-        at, u = self._late.pass_on(count, at, volts)
+        at, u = self._late.pass_on(count, at, volts - self._bias)
         y = self._state.advance(count, at, u, self.step, self._sub)
         if y is None:
             raise ValueError("generated plant: the motion grew beyond bounds; drive it more gently")
@@ -111,7 +129,7 @@ class GeneratedPlant:
             y[:, each.column] = each.read(y[:, each.column], self._done + 1)
         self._done += count
         current = np.full(count, np.nan) if self.i is None else y[:, self.i].copy()
-        return PlantMotion(y[:, self.x].copy(), current)
+        return PlantMotion(y[:, self.x] - self._zero, current)
 
     def snapshot(self) -> Any:
         """Return a copy of the state."""

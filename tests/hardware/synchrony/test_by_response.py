@@ -7,8 +7,7 @@ import pytest
 
 from bondsight.cli.acquire_signal import waveform
 from hardware.envelope import P840_1_UNIPOLAR
-from hardware.simulators import draw_truth
-from hardware.simulators.plants import HystereticPlant, StackPlant
+from hardware.simulators.plants import HystereticPlant, conceal
 from hardware.simulators.rig import DeviceClock, Rig
 from hardware.synchrony import ClockWiring, Stream, align
 from hardware.synchrony.by_response import skew_by_response
@@ -20,7 +19,7 @@ def streams(
     effect: str, seed: int, ppm: float, samples: int, drift_ppm: float = 0.0
 ) -> tuple[Stream, Stream]:
     """Drive an independent plant, read it by a clock of its own with 1 nm of noise."""
-    plant = StackPlant(draw_truth(seed, effect="none" if effect == "hysteresis" else effect))
+    plant = conceal(seed, "none" if effect == "hysteresis" else effect).plant()
     # plays of 5 to 40 V that together move as much as a quarter of the voltage
     radii, gains = (5.0, 15.0, 40.0), (0.1, 0.1, 0.05)
     rig = Rig(HystereticPlant(plant, radii, gains) if effect == "hysteresis" else plant, keep=2.0)
