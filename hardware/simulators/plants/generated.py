@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import Any, final
 
@@ -86,7 +87,8 @@ class GeneratedPlant:
         self.effects = tuple(effects)
         numbers = {n: v for n, (v, _) in plant.nominal.items()} | dict(values or {})
         rows, self._sub, late = _rows(effects, sized_on, self.step)
-        self._state = Going(name, [numbers[n] for n in plant.nominal], rows, span)
+        begun = [numbers[n] for n in plant.nominal]
+        self._state = Going(name, begun, rows, math.inf if bias else span)
         self._late = EdgeDelay((late + dead) / self.step, 0.0)
         sensors = list(plant.sensors)
         self._senses = [
@@ -97,15 +99,17 @@ class GeneratedPlant:
         self._done, self._bias, self._zero = 0, bias, 0.0
         if bias:
             self._settle()
+            self._state.begin(span)
 
     def _settle(self) -> None:
         """Go smoothly from the working point to 0 and wait there."""
         edges = 500
         way = 0.5 * self._bias * (1.0 + np.cos(np.pi * np.arange(edges + 1) / edges))
-        at = np.arange(1, edges + 1) * (_RAMP / self.step / edges)
+        at = np.linspace(0.0, _RAMP / self.step, edges + 1)[1:]
         self.advance_edges(int(_RAMP / self.step) + 1, at, way)
-        rest = self.advance_edges(int(_REST / self.step), np.zeros(0), np.zeros(1))
-        self._zero, self._done = float(rest.x[-1]), 0
+        self.advance_edges(int(_REST / self.step), np.zeros(0), np.zeros(1))
+        self._done = -1  # the last step before a bench begins: no sensor has drifted yet
+        self._zero = float(self.advance_edges(1, np.zeros(0), np.zeros(1)).x[0])
 
     def advance(self, volts: Array) -> PlantMotion:
         """Go on by one step per command, ``(n,)``, in the unit of the plant's source.

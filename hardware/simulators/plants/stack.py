@@ -37,6 +37,9 @@ constant voltage.
 BIAS = 50.0
 """Working point (V), where laws and sensors have their centres."""
 
+MEMORIES = ("hysteresis", "creep", "presliding_friction")
+"""Effects whose laws have no centre: they have seen nothing before the bench leaves 0 V."""
+
 SPREAD = math.log(1.2)
 """Half width of the spread of a true value, in natural logarithm."""
 
@@ -94,9 +97,10 @@ class ConcealedStack:
 
     def plant(self, *, span: float = 10.0, step: float = STEP) -> GeneratedPlant:
         """Return it at rest at 0 V; sensors drift in `span` seconds as they do in the record."""
+        centred = any(e.hidden.effect not in MEMORIES for e in self.effects)
         return GeneratedPlant(
             "stack", self.case.parameters, self.effects,
-            sized_on=self.sized_on, step=step, span=span, bias=BIAS if self.effects else 0.0,
+            sized_on=self.sized_on, step=step, span=span, bias=BIAS if centred else 0.0,
         )  # fmt: skip
 
 
