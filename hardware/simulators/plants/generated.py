@@ -43,6 +43,8 @@ class GeneratedPlant:
         Sensor that reads amperes; by default that of the plant, if there is one.
     step : float, optional
         Step (s); by default that of the generator at its coarsest.
+    substeps : int
+        Steps of the integrator in one of the plant, at least.
     span : float
         Time (s) in which what changes with time does so; it goes on after it.
     dead : float
@@ -68,6 +70,7 @@ class GeneratedPlant:
         displacement: str | None = None,
         current: str | None = None,
         step: float | None = None,
+        substeps: int = 1,
         span: float = 10.0,
         dead: float = 0.0,
         bias: float = 0.0,
@@ -86,7 +89,9 @@ class GeneratedPlant:
         self.step = plant.step / COARSEST if step is None else step
         self.effects = tuple(effects)
         numbers = {n: v for n, (v, _) in plant.nominal.items()} | dict(values or {})
-        rows, self._sub, late = _rows(effects, sized_on, self.step)
+        rows, fastest, late = _rows(effects, sized_on)
+        needed = int(np.ceil(self.step * fastest / 1.5))
+        self._sub = min(FINEST // COARSEST, max(substeps, needed))
         begun = [numbers[n] for n in plant.nominal]
         self._state = Going(name, begun, rows, math.inf if bias else span)
         self._late = EdgeDelay((late + dead) / self.step, 0.0)
@@ -162,10 +167,8 @@ def _column(plant: str, name: str | None, unit: str) -> int | None:
     return list(sensors).index(_known(f"sensor of {plant}", name, sensors))
 
 
-def _rows(
-    effects: Sequence[Sized], bench: CaseBench | None, step: float
-) -> tuple[list[Row], int, float]:
-    """Return the effects in the C code, sub-steps, and the dead time of the command (s)."""
+def _rows(effects: Sequence[Sized], bench: CaseBench | None) -> tuple[list[Row], float, float]:
+    """Return the effects in the C code, their fastest rate (1/s), the dead time of the command."""
     rows, fastest, late = [], 0.0, 0.0
     for e in effects:
         if e.hidden.law in SENSOR_LAWS:
@@ -178,5 +181,4 @@ def _rows(
         law, z = LAWS[e.hidden.law], bench.scale(e.hidden)
         rows.append(Row(law.kind, z.slot, law.states, tuple(e.numbers.values())))
         fastest = max(fastest, law.fastest(e.numbers, z))
-    sub = min(FINEST // COARSEST, max(1, int(np.ceil(step * fastest / 1.5))))
-    return rows, sub, late
+    return rows, fastest, late

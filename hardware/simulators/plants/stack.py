@@ -63,6 +63,9 @@ SAMPLES = 4096
 STEP = 5e-6
 """Step of the plant (s): a fifth of the shortest charging time, 1/40 of a period."""
 
+SUBSTEPS = 3
+"""Steps of the integrator in one where something is concealed: a play turns at the end of one."""
+
 ELECTRICAL = ("i", "R_a", "C_a")
 """Places whose effects the current shows and the length does not; drawn only on request."""
 
@@ -99,8 +102,8 @@ class ConcealedStack:
         """Return it at rest at 0 V; sensors drift in `span` seconds as they do in the record."""
         centred = any(e.hidden.effect not in MEMORIES for e in self.effects)
         return GeneratedPlant(
-            "stack", self.case.parameters, self.effects,
-            sized_on=self.sized_on, step=step, span=span, bias=BIAS if centred else 0.0,
+            "stack", self.case.parameters, self.effects, sized_on=self.sized_on, step=step,
+            substeps=SUBSTEPS if self.effects else 1, span=span, bias=BIAS if centred else 0.0,
         )  # fmt: skip
 
 
