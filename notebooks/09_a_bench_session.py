@@ -23,7 +23,7 @@
 # program waits, so a run takes seconds and gives the same numbers each time.
 
 # %%
-EFFECT, PLACE, STRENGTH = "hysteresis", "C_nl", "strong"  # concealed; "drawn", "", "" to wonder
+EFFECT, PLACE, STRENGTH = "hysteresis", "k", "strong"  # concealed; "drawn", "", "" to wonder
 SEED = 1  # of the plant; None for one that nobody knows
 SAMPLES, RATE = 4096, 10e3  # of the record, Hz
 untouched = (EFFECT, PLACE, STRENGTH, SEED, SAMPLES, RATE) == (
