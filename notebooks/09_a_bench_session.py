@@ -345,7 +345,7 @@ server.control.answer("FAULT interferometer beam_loss_at=none")
 # The take ended with an error and the output was parked. No recording was made of it, so that
 # nobody takes it for a good one; but all that arrived is in the journal, sample by sample with its
 # flag, and `recover` makes a recording of it that keeps the flags. Below it is compared with the
-# good take: first 50 nm of memory, since nobody demagnetised before this one; then the fringe.
+# good take: first 140 nm of memory, since nobody demagnetised before this one; then the fringe.
 
 # %%
 broken = open_journal(target / "broken.journal")
@@ -424,9 +424,8 @@ axes[0].legend(loc="lower center", ncols=2)
 plt.show()
 
 # %% [markdown]
-# The name is clear; the place is one of three, and it says so: seen through the length alone, a
-# memory in the ceramic, before it or behind it is the same. It also says which sensor would tell
-# them apart, and that a little is left over.
+# Name and place are clear: the memory sits in the spring, no law of another place explains as much,
+# and no form of a law would explain more there.
 #
 # ## The seal is opened
 
