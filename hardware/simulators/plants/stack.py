@@ -54,6 +54,9 @@ QUIET = 0.2
 SHOWS = 1.0
 """What is drawn is drawn again if other parameters leave less of it than that, over the noise."""
 
+TOLERANCE_DB = 1.0
+"""It is drawn again, too, if it moves more than its class by that: contacts begin suddenly."""
+
 TURNS = 8
 """Draws at most: an effect that never leaves that much is shown as weak as it is."""
 
@@ -142,7 +145,8 @@ def conceal(
         if quiet or effect == NOTHING:
             case = replace(case, cell="control", effects=(), control_kind="plain", sensors=("x",))
         _, truth = exam_record(case)
-        if not case.effects or left_over(case, truth) >= SHOWS:
+        larger = max((e["strength_db"] - e["wanted_db"] for e in truth["effects"]), default=0.0)
+        if not case.effects or (larger <= TOLERANCE_DB and left_over(case, truth) >= SHOWS):
             break
     bench = bench_of(case)
     strengths = [e["strength"] for e in truth["effects"]]
