@@ -18,7 +18,7 @@
 # The diagnosis says what is missing and where, inserts it and shows the fit on held-out samples.
 #
 # The recording is the public `piezo-actuator-sine` if `BONDSIGHT_RECORDINGS` names a folder that
-# holds it; otherwise the virtual bench records a stack that conceals hysteresis.
+# holds it; otherwise a virtual stack conceals hysteresis.
 
 # %%
 import tempfile
@@ -29,11 +29,11 @@ import numpy as np
 from IPython.display import HTML, Math, display
 
 from actuators import stack_bond_graph
-from actuators.models.catalogue import stack_with_payload
-from bondgraph import Recording, simulate
+from actuators.models.plants import plant_model
+from bondgraph import simulate
 from bondgraph.drawing.svg import svg
 from bondsight import equations
-from hardware.simulators import draw_truth, record
+from bondsight.cli.demonstration import Wish, conceal
 from identification.datasets import available, load
 from identification.diagnosis.diagnose import diagnose
 from identification.diagnosis.report.changed import changes
@@ -43,14 +43,15 @@ from identification.diagnosis.verdict import normalised_error, sentence, verdict
 # %config InlineBackend.figure_formats = ['svg']
 plt.rcParams.update({"figure.figsize": (6.0, 2.6), "font.size": 8, "svg.hashsalt": "bondsight"})
 
+SEED, PLACE = 3, "k"  # of the virtual stack
 real = available("piezo-actuator-sine")
-print("recording: " + ("piezo-actuator-sine" if real else "the virtual bench (no recordings here)"))
+print("recording: " + ("piezo-actuator-sine" if real else "a virtual stack (no recordings here)"))
 
 # %% [markdown]
 # ## Declare and draw
 
 # %%
-graph = stack_bond_graph() if real else stack_with_payload()
+graph = stack_bond_graph() if real else plant_model("stack")
 assert graph.check() == ()
 graph
 
@@ -59,7 +60,7 @@ graph
 
 # %%
 model = equations(graph)
-assert model.states == ("q_C_nl", "q_k", "p_m")
+assert set(model.states) == {"q_C_nl" if real else "q_C_a", "q_k", "p_m"}
 model
 
 # %% [markdown]
@@ -68,8 +69,11 @@ model
 # A step of 1 V: the stack rings, then rests. The step is small; the model is linear.
 
 # %%
-time = np.arange(4000) * 1e-6
-step = simulate(graph, time, {"V_in": np.where(time > 2e-4, 1.0, 0.0)}, x0="rest", hold="linear")
+source, span = ("V_in", 4e-3) if real else ("V", 0.04)  # s
+time = np.linspace(0.0, span, 4000)
+step = simulate(
+    graph, time, {source: np.where(time > span / 20, 1.0, 0.0)}, x0="rest", hold="linear"
+)
 plt.plot(1e3 * time, 1e9 * step["x"])
 plt.xlabel("time / ms")
 plt.ylabel("x / nm")
@@ -85,14 +89,11 @@ if real:
     recording, split = load("piezo-actuator-sine")
     recording = recording.select({"V_in": "V", "x": "x"})
 else:
-    truth = draw_truth(7, effect="hysteresis", place="C_nl", strength="strong")
     with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "bench.csv"
-        record(truth, 7, n_samples=2048).write_csv(path)
-        recording = Recording.read(path, map={"V_in": "V", "x": "x", "i": "i"})
+        recording = conceal(SEED, Wish("stack", "hysteresis"), Path(folder) / "stack.csv").recording
 fig, (top, bottom) = plt.subplots(2, 1, sharex=True)
-top.plot(recording.time, recording["V_in"], lw=0.6)
-top.set_ylabel("V_in / V")
+top.plot(recording.time, recording[source], lw=0.6)
+top.set_ylabel(f"{source} / V")
 bottom.plot(recording.time, 1e6 * recording["x"], lw=0.6)
 bottom.set_ylabel("x / µm")
 bottom.set_xlabel("time / s")
@@ -111,7 +112,7 @@ assert v["verdict"] == "missing_physics"
 (finding,) = v["findings"]
 place = finding["location"]
 assert finding["effect"] == "hysteresis"
-assert "C_nl" in (place["element"], *place["indistinguishable_from"])
+assert ("C_nl" if real else PLACE) in (place["element"], *place["indistinguishable_from"])
 
 # %% [markdown]
 # The residual of the nominal fit on held-out samples, beside the noise floor. No parameters of the

@@ -23,11 +23,11 @@
 # program waits, so a run takes seconds and gives the same numbers each time.
 
 # %%
-EFFECT, PLACE, STRENGTH = "hysteresis", "C_nl", "strong"  # concealed; "drawn", "", "" to wonder
+EFFECT, PLACE, STRENGTH = "hysteresis", "k", "strong"  # concealed; "drawn", "", "" to wonder
 SEED = 1  # of the plant; None for one that nobody knows
 SAMPLES, RATE = 4096, 10e3  # of the record, Hz
 untouched = (EFFECT, PLACE, STRENGTH, SEED, SAMPLES, RATE) == (
-    "hysteresis", "C_nl", "strong", 1, 4096, 10e3,
+    "hysteresis", "k", "strong", 1, 4096, 10e3,
 )  # fmt: skip
 
 # %%
@@ -44,16 +44,16 @@ import matplotlib.pyplot as plt
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from actuators.models.catalogue import stack_with_payload
+from actuators.models.catalogue import stack_on_bench
 from bondgraph import Recording
-from bondsight.cli.judged import describe_bench, judge, on_stack_bench
+from bondsight.cli.judged import describe, judge
 from hardware.contracts import Flag
 from hardware.envelope import parked
 from hardware.errors import BeamLost, LimitViolation
 from hardware.recorder import TakePlan, record
-from hardware.simulators import Truth
 from hardware.simulators.bench_server import BenchServer
 from hardware.simulators.bench_server.config import config_from
+from hardware.simulators.judging.truths import truth_of
 from hardware.simulators.siosifm import build
 from hardware.station import open_station, settings_from
 from hardware.storage import Provenance, flags_of, open_journal, recover
@@ -345,7 +345,7 @@ server.control.answer("FAULT interferometer beam_loss_at=none")
 # The take ended with an error and the output was parked. No recording was made of it, so that
 # nobody takes it for a good one; but all that arrived is in the journal, sample by sample with its
 # flag, and `recover` makes a recording of it that keeps the flags. Below it is compared with the
-# good take: first 50 nm of memory, since nobody demagnetised before this one; then the fringe.
+# good take: first 140 nm of memory, since nobody demagnetised before this one; then the fringe.
 
 # %%
 broken = open_journal(target / "broken.journal")
@@ -384,10 +384,10 @@ assert np.array_equal(flags_of(again, "interferometer") & Flag.BEAM_LOST > 0, lo
 # this bench measures none. It gets the stored file and nothing else.
 
 # %%
-graph = stack_with_payload().remove("i")
-data = Recording.open(taken.path).select({"V_in": "V", "x": "x"})
+graph = stack_on_bench().remove("i")
+data = Recording.open(taken.path).select({"V": "V", "x": "x"})
 found = diagnose(
-    graph, data, model="stack_with_payload",
+    graph, data, model="stack_on_bench",
     options=DiagnosisOptions(jobs=1, effects=1, keep=6, more=3),  # one effect, few rivals: to be short
 )  # fmt: skip
 say(sentence(found), *(f"- {r}" for step in found.steps for r in step.reasons),
@@ -415,7 +415,7 @@ for name, fit, colour in (
     ("with what was found", answer, "C0"),
 ):
     left = 1e9 * (x - fit.simulated[:, 0])
-    axes[0].plot(averaged(data["V_in"]), averaged(left), color=colour, lw=1.0, label=name)
+    axes[0].plot(averaged(data["V"]), averaged(left), color=colour, lw=1.0, label=name)
     axes[1].plot(found.data.time, np.where(held, left, np.nan), color=colour, lw=0.8, label=name)
 axes[0].set(xlabel="voltage (V)", ylabel="measured less model (nm)", title="what is left, averaged")
 axes[1].set(xlabel="time (s)", ylabel="measured less model (nm)", title="what is left, held out")
@@ -424,9 +424,8 @@ axes[0].legend(loc="lower center", ncols=2)
 plt.show()
 
 # %% [markdown]
-# The name is clear; the place is one of three, and it says so: seen through the length alone, a
-# memory in the ceramic, before it or behind it is the same. It also says which sensor would tell
-# them apart, and that a little is left over.
+# Name and place are clear: the memory sits in the spring, no law of another place explains as much,
+# and no form of a law would explain more there.
 #
 # ## The seal is opened
 
@@ -434,10 +433,11 @@ plt.show()
 bench.close()
 left = server.rig.volts
 envelope = server.envelope
-truth = Truth.from_dict(envelope.truth())
-outcome = judge(on_stack_bench(truth), found)
+told = envelope.truth()
+truth = truth_of(told)
+outcome = judge(truth, found)
 named = verdict(found)["findings"]
-print(f"concealed: {describe_bench(truth)} (seed {truth.seed})")
+print(f"concealed: {describe(truth)} ({truth.id})")
 for f in named:
     also = ", ".join(f["location"]["indistinguishable_from"])
     print(f"found:     {f['effect']} at {f['location']['element']}"
@@ -449,7 +449,7 @@ print(f"the hash is the one shown before: {same}")
 true = server.rig.seen(edges).x
 off = session["x"] - (true - true[0])
 print(f"stored and true length differ by {1e9 * np.std(off):.2f} nm rms; "
-      f"the noise of the sensor is {1e9 * truth.noise.x_rms:.2f} nm")  # fmt: skip
+      f"the noise of the sensor is {1e9 * truth.noise['x']:.2f} nm")  # fmt: skip
 server.stop()
 folder.cleanup()
 
@@ -468,7 +468,7 @@ if untouched:
     assert outcome.result == "right"
     assert before > 0.02
     assert after < 0.1 * before
-    assert np.std(off) < 1.1 * truth.noise.x_rms
+    assert np.std(off) < 1.1 * truth.noise["x"]
 print("ok")
 
 # %% [markdown]
@@ -476,4 +476,4 @@ print("ok")
 # in the middle of a take (`FAULT card gone=1`, from a `watch`). A weak effect may be missed
 # in a record of 0.4 s. The same in one line, with a bench in a process of its own:
 #
-#     bondsight acquire --simulated --diagnose stack_with_payload
+#     bondsight acquire --simulated --diagnose stack_on_bench

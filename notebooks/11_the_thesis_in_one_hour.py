@@ -41,7 +41,7 @@ from bondsight.cli.bench_serve import station_writer
 from bondsight.cli.main import main
 from hardware.simulators.bench_server import BenchServer
 from hardware.simulators.bench_server.config import config_from
-from hardware.simulators.draw import draw_truth
+from hardware.simulators.plants import conceal
 
 threadpool_limits(1)  # small matrices: threads would only wait for each other
 # %matplotlib inline
@@ -194,9 +194,8 @@ plt.show()
 # two nanometres of noise, single samples of two branches differ by more than the branches.
 
 # %%
-truth = draw_truth(SEED, "none", None, None).plant
-k = truth.k / (1.0 + truth.k * truth.T**2 * truth.C_q)
-T = k * truth.T * truth.C_q
+truth = conceal(SEED, "none").case.parameters
+k, T = truth["k"], truth["alpha"]
 span = float(np.ptp(wanted))
 
 

@@ -7,6 +7,7 @@ from functools import partial
 
 from actuators.electrostatic.moving_plate import moving_plate, moving_plate_charge
 from actuators.models.plants import PLANT_MODELS
+from actuators.models.plants.stack import stack
 from actuators.models.textbook import mass_with_viscous_friction, resonator, thermal_lag
 from actuators.stack.bond_graph import stack_bond_graph
 from actuators.stack.field import stack_field_charge, stack_field_curved, stack_field_voltage
@@ -24,10 +25,24 @@ def stack_with_payload(*, external_force: bool = False) -> BondGraph:
     )
 
 
+def stack_on_bench() -> BondGraph:
+    """Return the plant ``stack`` with the numbers of `stack_with_payload`: the virtual bench's.
+
+    The same linear machine in other words: ``C_a = C/(1 + k T^2 C)`` is the capacitance at constant
+    length, ``alpha = k T C_a`` the force per volt, ``k - alpha^2/C_a`` the stiffness at constant
+    voltage.
+    """
+    return stack(
+        resistance=20.0, capacitance=1.48e-6, coupling=3.15, mass=0.1, stiffness=58.3e6,
+        damping=150.0,
+    )  # fmt: skip
+
+
 MODELS: dict[str, Callable[..., BondGraph]] = {
     "stack_bond_graph": stack_bond_graph,
     "stack_lumped": stack_lumped,
     "stack_with_payload": stack_with_payload,
+    "stack_on_bench": stack_on_bench,
     "stack_field_voltage": stack_field_voltage,
     "stack_field_charge": stack_field_charge,
     "stack_field_curved": stack_field_curved,

@@ -6,11 +6,18 @@ import argparse
 import json
 import secrets
 from collections.abc import Callable
-from typing import Any
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
 
 from bondgraph.support.errors import UnusableInput, unknown_name
 from bondsight.cli.output import words_of
 from bondsight.cli.virtual_bench import served
+
+if TYPE_CHECKING:
+    from hardware.simulators.judging.truths import ExamTruth
+
+ALSO = {"V": "V_in", "R_a": "R_e", "b": "R_nl"}
+"""Places that are the same ports in `stack_with_payload`; its ``k`` and ``C_nl`` are others."""
 
 
 def simulated(
@@ -28,14 +35,14 @@ def simulated(
     from bondsight.cli.acquire_signal import erasure, waveform
     from bondsight.cli.bench_serve import bench_config
     from hardware.envelope import P840_1_UNIPOLAR
-    from hardware.simulators import effects
+    from hardware.simulators.plants.stack import effects
 
     if options.seed is None:
         options.seed = secrets.randbits(31)
     config = bench_config(
         options.bench, options.effect, options.place, options.strength, options.seed
     )
-    if config.plant.effect not in ("none", "drawn", *effects()) and config.plant.name == "stack":
+    if config.plant.effect not in ("drawn", *effects()) and config.plant.name == "stack":
         raise UnusableInput(
             str(unknown_name("effect", config.plant.effect, "the bench", effects()))
         )
@@ -63,8 +70,8 @@ def _arguments(options: argparse.Namespace) -> list[str]:
 
 def _conclude(said: str, digest: str, result: Any, quiet: bool) -> None:
     """Print what the actuator met, and the truth beside the verdict."""
-    from bondsight.cli.judged import describe_bench, judge, on_stack_bench
-    from hardware.simulators import Truth
+    from bondsight.cli.judged import describe, judge
+    from hardware.simulators.judging.truths import truth_of
 
     lines = said.splitlines()
     sealed = f"truth behind {digest}: "
@@ -78,10 +85,19 @@ def _conclude(said: str, digest: str, result: Any, quiet: bool) -> None:
         print("seal:       the bench said nothing of its truth")
         return
     content = json.loads(truth)
-    if "effect" not in content:
+    if "moved" not in content:
         print(f"seal opened:    {truth}")
         return
-    opened = Truth.from_dict(content)
-    print(f"seal opened:    {describe_bench(opened)} (seed {opened.seed})")
+    opened = truth_of(content)
+    print(f"seal opened:    {describe(opened)} (seed {opened.id.removeprefix('bench-')})")
     if result is not None:
-        print(f"the verdict is: {judge(on_stack_bench(opened), result).result}")
+        print(f"the verdict is: {judge(_in_words_of(result.graph, opened), result).result}")
+
+
+def _in_words_of(graph: Any, truth: ExamTruth) -> ExamTruth:
+    """Let a place also be called what it is called in a model that calls it otherwise."""
+    effects = (
+        replace(e, places=e.places | {ALSO[p] for p in e.places if ALSO.get(p) in graph.elements})
+        for e in truth.effects
+    )
+    return replace(truth, effects=tuple(effects))

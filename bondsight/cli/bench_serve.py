@@ -79,9 +79,9 @@ def _trial(plant: str, cell: str) -> Any:
         trial = evidence("tests.proof.trial.bench_plant", "bench serve")
         seed = secrets.randbits(31) if config.seed is None else config.seed
         found = (
-            trial.TrialPlant(plant) if config.effect == "none" else trial.drawn(seed, plant, cell)
+            trial.trial_plant(plant) if config.effect == "none" else trial.drawn(seed, plant, cell)
         )
-        return Stand(found, {"seed": seed, "plant": plant, **found.truth})
+        return Stand(found, {"seed": seed, "plant": plant, **trial.truth_of_plant(found)})
 
     return make
 
@@ -133,6 +133,6 @@ def station_writer(path: Path, config: Any) -> Any:
             stream.write(text.encode())
         # a controller gives an edge at the start only, and an acquire line has to work as it is
         way = "" if "card" in addresses else " --synchronise start"
-        return [f"  bondsight acquire {path}{way} --diagnose stack_with_payload"]
+        return [f"  bondsight acquire {path}{way} --diagnose stack_on_bench"]
 
     return write

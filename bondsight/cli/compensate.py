@@ -11,9 +11,13 @@ from bondsight.cli.arguments import OUT, nonnegative
 
 if TYPE_CHECKING:
     from actuators.compensation import VirtualActuator
+    from bondgraph.graph.bond_graph import BondGraph
     from bondgraph.support.ops import FloatArray
 
 FORMATS = (".svg", ".png")
+
+FINER = 4
+"""Steps of the bench in one of the actuator's."""
 
 
 def add_compensate_command(verbs: Any) -> None:
@@ -93,12 +97,15 @@ def _compensate(options: argparse.Namespace) -> int:
 def bench_response(
     actuator: VirtualActuator, voltage: FloatArray, sample_rate: float
 ) -> FloatArray:
-    """Return the displacement (m) of the virtual bench, whose integrator is independent.
+    """Return the displacement (m) of the stack model on the virtual bench.
+
+    Its equations follow from a bond graph and its steps are exact: it shares neither with the
+    actuator, whose method is Runge's and Kutta's.
 
     Parameters
     ----------
     actuator : VirtualActuator
-        Gives the numbers; creep and amplifier are not part of this plant.
+        Gives the numbers; creep and amplifier are not part of this model.
     voltage : ndarray, shape (N,), V
         Linear between samples.
     sample_rate : float
@@ -106,17 +113,29 @@ def bench_response(
     """
     import numpy as np
 
-    from hardware.simulators.integrator import march
-    from hardware.simulators.nonsmooth import MaxwellSlipPlant
-    from hardware.simulators.plant import PlantParameters
+    from hardware.virtual import ModelPlant
+
+    n = (voltage.size - 1) * FINER * actuator.substeps(1.0 / sample_rate)
+    per = n // (voltage.size - 1)
+    plant = ModelPlant(bench_model(actuator), "V_in", "x", step=1.0 / (sample_rate * per))
+    middles = (np.arange(n) + 0.5) / per
+    x = plant.advance(np.interp(middles, np.arange(voltage.size), voltage)).x
+    return np.concatenate([[0.0], x[per - 1 :: per]])
+
+
+def bench_model(actuator: VirtualActuator) -> BondGraph:
+    """Return the stack with the actuator's numbers: its slipping elements in the dielectric."""
+    from actuators.stack.bond_graph import stack_bond_graph
+    from bondgraph.hysteresis import MaxwellResistiveCapacitor
+    from bondgraph.laws import Hysteretic
 
     a = actuator
-    numbers = PlantParameters(
-        C_q=a.capacitance, T=a.transducer, k=a.stiffness, m=a.mass, b=a.damping, R_e=a.resistance
+    # what never slips is an element that would slip a thousand times beyond all voltages
+    slipping = MaxwellResistiveCapacitor.from_table(
+        [*(1.0 / g for g in a.slip_gains), a.capacitance],
+        [*(g * r for g, r in zip(a.slip_gains, a.slip_limits, strict=True)), 1e5],
     )
-    plant = MaxwellSlipPlant(numbers, "C_nl", a.slip_limits, a.slip_gains, 0.0)
-    substeps = actuator.substeps(1.0 / sample_rate)
-    n = (voltage.size - 1) * substeps
-    drive = np.interp(np.arange(n + 1) / substeps, np.arange(voltage.size), voltage)
-    path = march(plant, np.full(n, 1.0 / (sample_rate * substeps)), drive)
-    return path.x[::substeps]
+    return stack_bond_graph(
+        Hysteretic(slipping), capacitance=a.capacitance, transducer=a.transducer,
+        stiffness=a.stiffness, mass=a.mass, damping=a.damping, resistance=a.resistance, length=1.0,
+    )  # fmt: skip

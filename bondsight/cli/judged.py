@@ -10,17 +10,11 @@ from dataclasses import dataclass
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import Source, TwoPort, Valued
 from bondgraph.graph.sensors import Sensor
-from hardware.simulators import Truth
-from hardware.simulators.generator.accepted import kinds_of
-from hardware.simulators.generator.families import FAMILY_OF
 from hardware.simulators.judging.claims import exam_answer_of
 from hardware.simulators.judging.outcome import ExamOutcome, judge_exam
-from hardware.simulators.judging.truths import ConcealedEffect, ExamTruth
+from hardware.simulators.judging.truths import ExamTruth
 from identification.diagnosis.diagnose import Diagnosis
 from identification.diagnosis.verdict.document import verdict
-
-PLACES = {"b": "R_nl"}
-"""Names the stack bench has for places, in the words of the model."""
 
 RESULTS = ("right", "look-alikes", "abstained", "missed", "wrong", "false alarm")
 
@@ -88,23 +82,6 @@ def result_of(outcome: ExamOutcome) -> str:
     return "abstained" if outcome.answer.alarm else "missed"
 
 
-def on_stack_bench(truth: Truth) -> ExamTruth:
-    """Return a truth of the stack bench in the words of its model."""
-    hidden = truth.effect
-    effects: tuple[ConcealedEffect, ...] = ()
-    if hidden.name != "none":
-        place, effect = PLACES.get(hidden.place, hidden.place), hidden.name
-        late = "sensor_dead_time" if hidden.place in ("x", "i") else "dead_time"
-        kinds = frozenset(kinds_of(effect, late if effect == "delay" else ""))
-        effects = (
-            ConcealedEffect(
-                effect, frozenset({effect}), FAMILY_OF[effect], kinds, frozenset({place}),
-                truth.strength, float("nan"),
-            ),
-        )  # fmt: skip
-    return ExamTruth(str(truth.seed), "single", "stack_with_payload", effects, {}, {})
-
-
 def describe(truth: ExamTruth) -> str:
     """Return what was concealed, in words."""
     said = [f"{e.effect} at {min(e.places)}{_size(e.moved)}" for e in truth.effects]
@@ -113,11 +90,6 @@ def describe(truth: ExamTruth) -> str:
 
 def _size(moved: float) -> str:
     return f", {moved:.2g} times the noise" if math.isfinite(moved) else ""
-
-
-def describe_bench(truth: Truth) -> str:
-    """Return what a stack bench concealed, in words."""
-    return f"{truth.strength} {describe(on_stack_bench(truth))}".strip()
 
 
 def summary(found: Sequence[Outcome], seconds: float) -> str:

@@ -6,7 +6,7 @@ import argparse
 from typing import Any, Final
 
 EXAMPLES: Final = {
-    "acquire": "acquire --simulated --effect hysteresis --seed 3 --diagnose stack_with_payload",
+    "acquire": "acquire --simulated --effect hysteresis --seed 3 --diagnose stack_on_bench",
     "bench": "bench serve --station station.toml",
     "check": "check model.py",
     "demo": "demo --seed 7",

@@ -15,8 +15,6 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Self, final
 
-from hardware.simulators.draw import Truth
-
 _SALT_BYTES = 32
 
 
@@ -24,8 +22,9 @@ class SealBrokenError(ValueError):
     """The content of an envelope is not what its hash promised."""
 
 
+@final
 @dataclass(frozen=True, slots=True)
-class Sealed:
+class SealedEnvelope:
     """Hash of a truth and the envelope that opens it.
 
     Parameters
@@ -48,7 +47,20 @@ class Sealed:
         salt, payload = os.urandom(_SALT_BYTES).hex(), _canonical(truth)
         return cls(_digest(salt, payload), salt, payload)
 
-    def _content(self) -> dict[str, Any]:
+    @classmethod
+    def load(cls, path: str | Path) -> Self:
+        """Read what ``save`` wrote; ``truth`` does the checking."""
+        content = json.loads(Path(path).read_text(encoding="utf-8"))
+        return cls(content["hash"], content["salt"], content["payload"])
+
+    def truth(self) -> dict[str, Any]:
+        """Give the plain values after checking them against the hash.
+
+        Raises
+        ------
+        SealBrokenError
+            If salt or payload was changed after sealing.
+        """
         if not hmac.compare_digest(_digest(self.salt, self.payload), self.hash):
             raise SealBrokenError(
                 f"the envelope does not match its commitment {self.hash[:12]}...: the truth or "
@@ -67,44 +79,6 @@ class Sealed:
         scratch = file.with_name(f".{file.name}.{os.getpid()}")
         scratch.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
         scratch.replace(file)
-
-
-@final
-@dataclass(frozen=True, slots=True)
-class SealedEnvelope(Sealed):
-    """A sealed truth as plain values; the file that `save` writes is one of `SealedTruth`."""
-
-    def truth(self) -> dict[str, Any]:
-        """Give the plain values after checking them against the hash.
-
-        Raises
-        ------
-        SealBrokenError
-            If salt or payload was changed after sealing.
-        """
-        return self._content()
-
-
-@final
-@dataclass(frozen=True, slots=True)
-class SealedTruth(Sealed):
-    """A sealed `Truth`, checked when it is opened."""
-
-    def open(self) -> Truth:
-        """Give the truth after checking it against the hash.
-
-        Raises
-        ------
-        SealBrokenError
-            If salt or payload was changed after sealing.
-        """
-        return Truth.from_dict(self._content())
-
-    @classmethod
-    def load(cls, path: str | Path) -> SealedTruth:
-        """Read what ``save`` wrote; ``open`` does the checking."""
-        content = json.loads(Path(path).read_text(encoding="utf-8"))
-        return cls(content["hash"], content["salt"], content["payload"])
 
 
 def _canonical(values: Mapping[str, Any]) -> str:

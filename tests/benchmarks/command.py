@@ -144,21 +144,16 @@ def _children() -> float:
 
 
 def demonstration() -> None:
-    """Diagnose one draw of the virtual stack bench."""
-    from actuators.models.catalogue import stack_with_payload
-    from bondgraph import Recording
-    from hardware.simulators import draw_truth, record
-    from identification.diagnosis.diagnose import diagnose
+    """Diagnose one draw of the virtual stack."""
+    from bondsight.cli.demonstration import Wish, conceal, run
 
     with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "recording.csv"
-        record(draw_truth(7, effect="hysteresis", place="C_nl"), 7).write_csv(path)
-        recording = Recording.read(path, map={"V_in": "V", "x": "x", "i": "i"})
+        made = conceal(7, Wish("stack", "hysteresis"), Path(folder) / "recording.csv")
         for what in ("first time", "again"):
-            d = diagnose(stack_with_payload(), recording, model="stack_with_payload", seed=7)
+            d = run(made, 1, None)
             print(
-                f"virtual bench, 8192 samples, 3 channels, {len(d.trials)} candidates, {what}: "
-                f"{d.seconds:.1f} s"
+                f"virtual stack, {made.recording.n} samples, 2 readings, {len(d.trials)} "
+                f"candidates, {what}: {d.seconds:.1f} s"
             )
 
 

@@ -6,14 +6,13 @@ import json
 import re
 from collections.abc import Sequence
 from dataclasses import replace
-from functools import cache
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
 import pytest
 
-from actuators.models.catalogue import stack_with_payload
+from actuators.models.catalogue import stack_on_bench
 from actuators.models.plants import plant_model
 from bondgraph import BondGraph, UnusableInput
 from bondsight.cli import judged as module
@@ -21,20 +20,16 @@ from bondsight.cli.demonstration import Wish, begun
 from bondsight.cli.judged import (
     Outcome,
     describe,
-    describe_bench,
     judge,
-    on_stack_bench,
     summary,
 )
 from bondsight.cli.main import main
-from hardware.simulators import draw_truth
-from hardware.simulators.draw import Truth
-from hardware.simulators.effects import CATALOGUE as ENTRIES
-from hardware.simulators.effects import HiddenEffect
 from hardware.simulators.generator.accepted import KINDS
 from hardware.simulators.generator.native import _library
 from hardware.simulators.generator.showing import SHOWN, effects_of
-from hardware.simulators.judging.truths import ConcealedEffect, ExamTruth
+from hardware.simulators.judging.truths import ConcealedEffect, ExamTruth, truth_of
+from hardware.simulators.plants import conceal
+from hardware.simulators.plants.stack import effects as bench_effects
 from identification.diagnosis.catalogue import CATALOGUE
 
 FEW = (
@@ -104,15 +99,15 @@ def test_the_demo_and_the_catalogue_share_their_names() -> None:
         assert plant_model(plant).check() == ()
 
 
-def test_every_truth_of_the_stack_bench_has_its_kind_and_place() -> None:
-    graph, truth = stack_with_payload(), drawn("none")
-    for entry in ENTRIES:
-        hidden = replace(truth, effect=HiddenEffect(entry.name, entry.place), strength="weak")
-        (effect,) = on_stack_bench(hidden).effects
-        assert effect.kinds <= set(KINDS)
-        assert effect.kinds
-        assert effect.places <= graph.elements.keys()
-        assert describe_bench(hidden) == f"weak {entry.name} at {min(effect.places)}"
+@pytest.mark.sampled(every=3)
+@pytest.mark.parametrize("name", bench_effects()[1:])
+def test_every_truth_of_the_stack_bench_has_its_kind_and_place(name: str) -> None:
+    graph, (effect,) = stack_on_bench(), drawn(name).effects
+    assert effect.kinds <= set(KINDS)
+    assert effect.kinds
+    assert name in effect.names
+    assert effect.places <= graph.elements.keys()
+    assert describe(drawn(name)).startswith(f"{name} at {min(effect.places)}, ")
 
 
 def test_without_gcc_it_is_said_in_a_line(
@@ -161,9 +156,9 @@ def test_what_was_made_beforehand_is_written_and_sealed(
         begun(1, Wish(), tmp_path / "other.csv")
 
 
-@cache
-def drawn(effect: str) -> Truth:
-    return draw_truth(3, effect=effect)
+def drawn(effect: str) -> ExamTruth:
+    """What the device bench conceals, as its seal tells it."""
+    return truth_of(conceal(3, effect).truth)
 
 
 # -- judge ------------------------------------------------------------------------------------
@@ -185,23 +180,22 @@ def judged(
 
 
 def on_bench(monkeypatch: pytest.MonkeyPatch, hidden: str, *said: Any, **more: Any) -> Outcome:
-    truth = on_stack_bench(drawn(hidden))
-    return judged(monkeypatch, truth, stack_with_payload(), *said, **more)
+    return judged(monkeypatch, drawn(hidden), stack_on_bench(), *said, **more)
 
 
 @pytest.mark.parametrize(
     ("hidden", "kind", "answer", "named", "place", "result"),
     [
-        ("quadratic_drag", "missing_physics", "exact", "quadratic_drag", "R_nl", "right"),
+        ("quadratic_drag", "missing_physics", "exact", "quadratic_drag", "b", "right"),
         ("quadratic_drag", "missing_physics", "exact", "quadratic_drag", "k", "wrong"),
-        ("quadratic_drag", "missing_physics", "exact", "creep", "C_nl", "wrong"),
-        ("quadratic_drag", "unknown_physics", "unknown", "unknown", "R_nl", "abstained"),
+        ("quadratic_drag", "missing_physics", "exact", "creep", "C_a", "wrong"),
+        ("quadratic_drag", "unknown_physics", "unknown", "unknown", "b", "abstained"),
         ("quadratic_drag", "explained", "", "", "", "missed"),
         ("quadratic_drag", "parameters_only", "", "", "", "missed"),
         ("none", "explained", "", "", "", "right"),
         ("none", "parameters_only", "", "", "", "right"),
-        ("none", "missing_physics", "exact", "creep", "C_nl", "false alarm"),
-        ("none", "unknown_physics", "unknown", "unknown", "C_nl", "false alarm"),
+        ("none", "missing_physics", "exact", "creep", "C_a", "false alarm"),
+        ("none", "unknown_physics", "unknown", "unknown", "C_a", "false alarm"),
     ],
 )
 def test_judge(
@@ -212,7 +206,7 @@ def test_judge(
 
 
 def test_judge_accepts_the_class_and_reports_look_alikes(monkeypatch: pytest.MonkeyPatch) -> None:
-    name, place, kind = "quadratic_drag", "R_nl", "missing_physics"
+    name, place, kind = "quadratic_drag", "b", "missing_physics"
     outcome = on_bench(monkeypatch, name, kind, "exact", name, "k", same=(place,))
     assert outcome.result == "right"
     for k in (kind, "unknown_physics"):
@@ -225,14 +219,14 @@ def test_judge_accepts_the_class_and_reports_look_alikes(monkeypatch: pytest.Mon
     outcome = on_bench(monkeypatch, name, kind, "look_alikes", "creep", place)
     assert outcome.result == "wrong"
     outcome = on_bench(
-        monkeypatch, name, kind, "look_alikes", "creep", "C_nl", possible=((name, place),)
+        monkeypatch, name, kind, "look_alikes", "creep", "C_a", possible=((name, place),)
     )
     assert outcome.result == "wrong"
 
 
 def test_words(monkeypatch: pytest.MonkeyPatch) -> None:
-    assert describe_bench(drawn("none")) == "nothing was concealed"
-    assert describe_bench(drawn("quadratic_drag")).endswith("quadratic_drag at R_nl")
+    assert describe(drawn("none")) == "nothing was concealed"
+    assert describe(drawn("quadratic_drag")).startswith("quadratic_drag at b, ")
     effect = ConcealedEffect(
         "leakage", frozenset({"leakage"}), "storage", frozenset(), frozenset({"C_1"}), "leak", 12.3
     )

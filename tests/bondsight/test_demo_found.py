@@ -1,4 +1,4 @@
-"""A draw of the stack bench whose delay bends the model: the screening puts it in twelfth place."""
+"""A delay of the current, which bends the model of the stack and moves nothing else."""
 
 from __future__ import annotations
 
@@ -6,25 +6,14 @@ from pathlib import Path
 
 import pytest
 
-from actuators.models.catalogue import stack_with_payload
-from bondgraph import Recording
-from bondsight.cli.judged import describe_bench, judge, on_stack_bench
-from hardware.simulators import draw_truth, record
-from identification.diagnosis.diagnose import diagnose
-from identification.diagnosis.search.candidates import DiagnosisOptions
+from bondsight.cli.demonstration import Wish, conceal, run
 
-SEED = 66486673
+SEED = 8
 
 
 @pytest.mark.long
 def test_a_delay_that_bends_the_model_is_found(tmp_path: Path) -> None:
-    truth, path = draw_truth(SEED), tmp_path / "recording.csv"
-    record(truth, SEED).write_csv(path)
-    found = diagnose(
-        stack_with_payload(),
-        Recording.read(path, map={"V_in": "V", "x": "x", "i": "i"}),
-        options=DiagnosisOptions(jobs=1),
-        seed=SEED,
-    )
-    assert describe_bench(truth) == "weak delay at i"
-    assert judge(on_stack_bench(truth), found).result == "right"
+    made = conceal(SEED, Wish("stack", "delay"), tmp_path / "recording.csv")
+    outcome = made.opened(run(made, 1, None))
+    assert outcome.truth.startswith("delay at i, ")
+    assert outcome.result == "right"

@@ -21,7 +21,7 @@ from bondsight.cli.bench_serve import station_writer
 from bondsight.cli.main import main
 from hardware.simulators.bench_server import BenchServer
 from hardware.simulators.bench_server.config import config_from
-from hardware.simulators.draw import draw_truth
+from hardware.simulators.plants import conceal
 
 pytestmark = pytest.mark.skipif(shutil.which("gcc") is None, reason="the stub library is C code")
 
@@ -50,9 +50,8 @@ class Session:
 
 def short_circuit() -> tuple[float, float]:
     """Return k and T (N/V) of the bench's stack as the lumped model means them."""
-    p = draw_truth(SEED, "none", None, None).plant
-    k = p.k / (1.0 + p.k * p.T**2 * p.C_q)
-    return k, k * p.T * p.C_q
+    p = conceal(SEED, "none").case.parameters
+    return p["k"], p["alpha"]
 
 
 @pytest.fixture(scope="module", autouse=True)

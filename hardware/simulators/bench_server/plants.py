@@ -9,7 +9,6 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from hardware.simulators.bench_server.config import AirConfig, BenchConfig, PlantConfig
-from hardware.simulators.draw import draw_truth
 from hardware.simulators.gauge import GaugeConfig
 from hardware.simulators.plant_contract import Plant
 from hardware.simulators.plants import (
@@ -21,9 +20,9 @@ from hardware.simulators.plants import (
     PlatePlant,
     Press,
     SensorNoise,
-    StackPlant,
     UltrasonicPlant,
     Vibration,
+    conceal,
 )
 
 
@@ -110,10 +109,8 @@ def _stack(p: PlantConfig) -> Stand:
     seed = secrets.randbits(62) if p.seed is None else p.seed
     effect = None if p.effect == "drawn" else p.effect
     try:
-        truth = draw_truth(seed, effect, p.place or None, p.strength or None)
-    except (KeyError, ValueError) as error:
-        raise ValueError(f"bench: {error.args[0]}") from None
-    plant, at = StackPlant(truth, span=p.drift_span), truth.plant
-    stiffness = at.k / (1.0 + at.k * at.T**2 * at.C_q)
-    press = Press(p.press[0], p.press[1], stiffness) if p.press else None
-    return Stand(plant, truth.as_dict(), truth.noise.x_rms, truth.noise.i_rms, press)
+        drawn = conceal(seed, effect, p.place or None, p.strength or None)
+    except (OSError, ValueError) as error:
+        raise ValueError(f"bench: {error}") from None
+    press = Press(p.press[0], p.press[1], drawn.case.parameters["k"]) if p.press else None
+    return Stand(drawn.plant(span=p.drift_span), drawn.truth, *drawn.noise, press)

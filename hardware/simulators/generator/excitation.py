@@ -150,10 +150,28 @@ def tone(plant: str, n: int, level: float, rng: np.random.Generator) -> Array:
     return np.asarray(AMPLITUDE[plant] * level * rise * np.sin(2 * np.pi * f * np.arange(n)))
 
 
+def swings(plant: str, n: int, level: float, rng: np.random.Generator) -> Array:
+    """Return three slow beating sines with noise of the band on them, from rest on.
+
+    What a bench does about its working point: the largest is 1.225 times the usual rms at level 1.
+    """
+    t = np.linspace(0, 1, n)
+    slow = np.zeros(n)
+    for low, high, weight in ((3.0, 5.0, 0.65), (7.0, 11.0, 0.3), (14.0, 20.0, 0.2)):
+        beat = 1 + 0.4 * np.sin(2 * np.pi * rng.uniform(1, 3) * t + rng.uniform(0, 6))
+        turn = rng.uniform(0, 2 * np.pi)
+        slow += weight * beat * np.sin(2 * np.pi * rng.uniform(low, high) * t + turn)
+    wave = slow / np.max(np.abs(slow)) + 0.2 * noise(n, BAND[plant], rng)
+    wave *= np.minimum(1, 40 * t)
+    return np.asarray(1.225 * AMPLITUDE[plant] * level * wave / np.max(np.abs(wave)))
+
+
 def command(plant: str, kind: str, n: int, level: float, rng: np.random.Generator) -> Array:
     """Return the command, or in closed loop what is added to the controller's part, in its unit."""
     if kind == "tone":
         return tone(plant, n, level, rng)
+    if kind == "swings":
+        return swings(plant, n, level, rng)
     shape = {
         "multisine": multisine, "steps": steps, "sweep": sweep, "noise": noise,
         "rare": rare, "slow": slow, "broadband": broadband,

@@ -61,6 +61,10 @@ class Going:
             ctypes.c_double(span),
         )
 
+    def begin(self, span: float) -> None:
+        """Let what changes with time do so from now on, in `span` seconds."""
+        self._code.bench_begin(self._state, ctypes.c_double(span))
+
     def advance(self, count: int, at: Array, command: Array, step: float, sub: int) -> Array | None:
         """Return the readings ``(count, sensors)`` at the ends of steps; None if it ran away.
 

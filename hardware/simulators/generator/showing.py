@@ -161,13 +161,15 @@ def left_over(case: DrawnCase, truth: Mapping[str, Any]) -> float:
     The rms of the reading that shows it best.
     """
     bench = bench_of(case)
+    names = list(ALL_PLANTS[case.plant].sensors)
+    kept = [names.index(k) for k in case.sensors]
     noise = np.array([truth["noise_std"][k] for k in case.sensors])
     strengths = [e["strength"] for e in truth["effects"]]
     made = bench.simulate([bench.sized(*e) for e in zip(case.effects, strengths, strict=True)])
     assert made is not None, case.id
 
     def over_noise(readings: Array) -> Array:
-        away = (readings[: case.samples] - bench.base.readings[: case.samples]) / noise
+        away = (readings - bench.base.readings)[: case.samples, kept] / noise
         return np.asarray(away - away.mean(axis=0)).ravel()
 
     imitations = []

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ctypes
 from collections.abc import Sequence
 from typing import Any, final
 
@@ -11,7 +10,6 @@ import numpy as np
 from hardware.simulators.arrays import Array
 from hardware.simulators.edges import as_edges
 from hardware.simulators.plant_contract import Moved, Plant, PlantMotion
-from hardware.simulators.plants.native import library, pointer
 from hardware.simulators.plants.wrapped import WrappedPlant
 
 
@@ -110,20 +108,12 @@ class Creeping(WrappedPlant):
         self._state.restore(state[1])
 
     def _crept(self, x: Array) -> Array:
-        out = np.empty(x.size)
-        if (code := library()) is not None:
-            code.creep_advance(
-                ctypes.c_int(self._z.size),
-                pointer(self._ratios),
-                pointer(self._decay),
-                pointer(self._z),
-                ctypes.c_long(x.size),
-                pointer(x),
-                pointer(out),
-            )
-            return out
-        for k, value in enumerate(x.tolist()):
-            goal = self._ratios * value
-            self._z[:] = goal + (self._z - goal) * self._decay
-            out[k] = value + float(self._z.sum())
+        from scipy.signal import lfilter
+
+        out = x.copy()
+        for j, keep in enumerate(self._decay):
+            toward = (1.0 - keep) * self._ratios[j]
+            z, last = lfilter([toward], [1.0, -keep], x, zi=[keep * self._z[j]])
+            out += z
+            self._z[j] = last[0] / keep
         return out

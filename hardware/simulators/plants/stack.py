@@ -1,196 +1,216 @@
-"""The stack bench that goes on: any truth of `draw_truth` as a plant of the virtual bench."""
+"""The stack of the device bench: the generator's plant ``stack`` with the numbers of a P-840.1.
+
+Drawn, sealed and judged as the demo is: one effect of the generator at one of its places, or
+nothing, as large as its class says on a record like those of a bench.
+"""
 
 from __future__ import annotations
 
-import ctypes
+import difflib
 import math
-from collections.abc import Sequence
-from dataclasses import astuple
-from typing import Any, final
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from types import MappingProxyType
+from typing import Any
 
 import numpy as np
 
-from hardware.simulators.arrays import Array
-from hardware.simulators.draw import Truth
-from hardware.simulators.edges import EdgeDelay, as_edges
-from hardware.simulators.effects import HiddenEffect
-from hardware.simulators.excitation import N_SAMPLES, SAMPLE_RATE
-from hardware.simulators.integrator import SteppedSystem
-from hardware.simulators.nonsmooth import DryFrictionPlant, MaxwellSlipPlant
-from hardware.simulators.plant import BIAS, CreepingPlant, LaggedPlant, LinearPlant, PolynomialPlant
-from hardware.simulators.plant_contract import PlantMotion
-from hardware.simulators.plants.line import DelayLine
-from hardware.simulators.plants.native import library, pointer
-from hardware.simulators.simulation import make_system, static_drive
+from hardware.simulators.generator.case import DrawnCase, Hidden
+from hardware.simulators.generator.drawing import stream
+from hardware.simulators.generator.making_exam import exam_record
+from hardware.simulators.generator.showing import HIDES, NOTHING, left_over
+from hardware.simulators.generator.sizing import CaseBench, Sized, bench_of
+from hardware.simulators.generator.vocabulary import Choice
+from hardware.simulators.plants.generated import GeneratedPlant
+
+P840_1: Mapping[str, float] = MappingProxyType(
+    {"R_a": 20.0, "C_a": 1.343e-6, "alpha": 2.902, "m": 0.108, "k": 53.73e6, "b": 200.0}
+)
+"""Nominal values (SI): 54 nm/V, 3.75 kHz on a current source, with 0.1 kg on it, 27 us of charging.
+
+Of a stack of 1.5 uF, 0.036 m/C and 60 N/um at constant charge: ``C_a = C/(1 + k T^2 C)`` is its
+capacitance at constant length, ``alpha = k T C_a`` and ``k_a = k - alpha^2/C_a`` its stiffness at
+constant voltage.
+"""
+
+BIAS = 50.0
+"""Working point (V), where laws and sensors have their centres."""
+
+MEMORIES = ("hysteresis", "creep", "presliding_friction")
+"""Effects whose laws have no centre: they have seen nothing before the bench leaves 0 V."""
+
+SPREAD = math.log(1.2)
+"""Half width of the spread of a true value, in natural logarithm."""
+
+STRENGTHS: Mapping[str, tuple[float, float]] = MappingProxyType(
+    {"weak": (3.8, 6.3), "medium": (13.0, 23.0), "strong": (65.0, 115.0)}
+)
+"""What an effect moves over the noise (rms), by class."""
+
+QUIET = 0.2
+"""Share of the draws that conceal nothing."""
+
+SHOWS = 1.0
+"""What is drawn is drawn again if other parameters leave less of it than that, over the noise."""
+
+TOLERANCE_DB = 1.0
+"""It is drawn again, too, if it moves more than its class by that: contacts begin suddenly."""
+
+TURNS = 8
+"""Draws at most: an effect that never leaves that much is shown as weak as it is."""
+
+SAMPLES = 4096
+"""Of the record on which an effect has its size: 0.8 s."""
 
 STEP = 5e-6
-"""Step of the plant (s): 1/7 of the shortest charging time that is drawn, 1/40 of a period."""
+"""Step of the plant (s): a fifth of the shortest charging time, 1/40 of a period."""
 
-SUBSTEPS = 2
-"""Steps of the integrator in one of the plant."""
+SUBSTEPS = 3
+"""Steps of the integrator in one where something is concealed: a play turns at the end of one."""
 
-_PLACES = {"C_nl": 0, "k": 1}
+ELECTRICAL = ("i", "R_a", "C_a")
+"""Places whose effects the current shows and the length does not; drawn only on request."""
 
 
-@final
-class StackPlant:
-    """A stack with a concealed effect, at rest at a voltage until it is driven.
-
-    The displacement is counted from that rest. Static curves of sensors are centred where the
-    drawn bench centres them: at rest at 50 V, at no current. The strength that a truth promises
-    holds for the record it was sized on, not for every waveform.
+@dataclass(frozen=True, slots=True)
+class ConcealedStack:
+    """A drawn stack.
 
     Parameters
     ----------
-    truth : Truth
-        Parameters and effect; its noise is left to the sensors.
-    volts : float
-        Voltage of the first state (V).
-    span : float
-        Time (s) in which a sensor that drifts makes the drift of the truth; it goes on after it.
-    step : float
-        Step (s).
-    compiled : bool
-        Whether to use compiled code, if there is gcc.
+    case : DrawnCase
+        What was drawn.
+    truth : mapping
+        Plain values, as the demo's judge reads them.
+    effects : tuple of Sized
+        What is concealed, with its numbers.
+    sized_on : CaseBench
+        The record on which they have their sizes.
     """
 
-    def __init__(
-        self,
-        truth: Truth,
-        *,
-        volts: float = 0.0,
-        span: float = N_SAMPLES / SAMPLE_RATE,
-        step: float = STEP,
-        compiled: bool = True,
-    ) -> None:
-        self._effect = truth.effect
-        self.step = step
-        self._span = span
-        self._done = 0
-        driven = float(static_drive(np.array([volts]), self._effect)[0])
-        system = make_system(truth.plant, self._effect, driven)
-        self._system = system
-        self._library = library() if compiled else None
-        self._six = np.array(astuple(truth.plant))
-        self._kind, self._place, self._n, numbers = _as_numbers(system)
-        self._numbers = np.array(numbers, dtype=float)
-        self._y = np.zeros(16)
-        self._y[: len(system.start)] = system.start
-        self._centre = truth.plant.T * truth.plant.C_q * BIAS
-        late = self._late("V_in"), self._late("x"), self._late("i")
-        current = system.current(system.start, driven)
-        self._lines: tuple[EdgeDelay, DelayLine, DelayLine] = (
-            EdgeDelay(late[0] / step, driven),
-            DelayLine(late[1] / step, system.start[1]),
-            DelayLine(late[2] / step, current),
-        )
-        self._zero = 0.0
-        self._zero = float(self._sense(np.array([system.start[1]]), "x", 0)[0])
+    case: DrawnCase
+    truth: Mapping[str, Any]
+    effects: tuple[Sized, ...]
+    sized_on: CaseBench
 
-    def advance(self, volts: Array) -> PlantMotion:
-        """Go on by one step per voltage (V), ``(n,)``."""
-        return self.advance_edges(len(volts), *as_edges(np.asarray(volts, dtype=np.float64)))
+    @property
+    def noise(self) -> tuple[float, float]:
+        """White noise of length (m) and current (A)."""
+        i, x = np.std(self.sized_on.base.readings[: self.case.samples], axis=0)
+        share = 10.0 ** (-self.case.noise["snr_db"] / 20.0)
+        return float(x * share), float(i * share)
 
-    def advance_edges(self, count: int, at: Array, volts: Array) -> PlantMotion:
-        """Go on by `count` steps with edges of the voltage inside them, see `EdgeDriven`."""
-        drive, late_x, late_i = self._lines
-        at, u = drive.pass_on(count, at, static_drive(volts, self._effect))
-        x, i = self._march(count, np.ascontiguousarray(at), np.ascontiguousarray(u))
-        x = self._sense(late_x.pass_on(x), "x", self._done + 1)
-        i = self._sense(late_i.pass_on(i), "i", self._done + 1)
-        self._done += count
-        return PlantMotion(x, i)
-
-    def snapshot(self) -> Any:
-        """Return a copy of the state."""
-        return self._y.copy(), self._done, *(line.snapshot() for line in self._lines)
-
-    def restore(self, state: Any) -> None:
-        """Put a state back."""
-        y, self._done, drive, x, i = state
-        self._y[:] = y
-        self._lines[0].restore(drive)
-        self._lines[1].restore(x)
-        self._lines[2].restore(i)
-
-    def _late(self, place: str) -> float:
-        effect = self._effect
-        return effect.value("samples") / SAMPLE_RATE if _is(effect, "delay", place) else 0.0
-
-    def _march(self, count: int, at: Array, u: Array) -> tuple[Array, Array]:
-        x, i = np.empty(count), np.empty(count)
-        if self._library is None:
-            self._march_slowly(at, u, x, i)
-            return x, i
-        self._library.stack_advance(
-            ctypes.c_int(self._kind),
-            ctypes.c_int(self._place),
-            ctypes.c_int(self._n),
-            pointer(self._six),
-            pointer(self._numbers),
-            pointer(self._y),
-            ctypes.c_long(count),
-            ctypes.c_int(SUBSTEPS),
-            ctypes.c_double(self.step),
-            ctypes.c_long(at.size),
-            pointer(at),
-            pointer(u),
-            pointer(x),
-            pointer(i),
-        )
-        return x, i
-
-    def _march_slowly(self, at: Array, u: Array, x: Array, i: Array) -> None:
-        """Step the bench's own equations; about 10 us a step."""
-        n, e, volts = len(self._system.start), 0, float(u[0])
-        y = tuple(self._y[:n].tolist())
-        for k in range(x.size):
-            begin = float(k)
-            while begin < k + 1:
-                while e < at.size and at[e] <= begin:
-                    e += 1
-                    volts = float(u[e])
-                end = float(at[e]) if e < at.size and at[e] < k + 1 else k + 1.0
-                pieces = max(math.ceil((end - begin) * SUBSTEPS - 1e-9), 1)
-                for _ in range(pieces):
-                    y = self._system.step(y, (end - begin) * self.step / pieces, volts, volts)
-                begin = end
-            x[k], i[k] = y[1], self._system.current(y, volts)
-        self._y[:n] = y
-
-    def _sense(self, reading: Array, channel: str, first: int) -> Array:
-        """Curve and drift of a sensor, and its zero."""
-        effect, centre = self._effect, self._centre if channel == "x" else 0.0
-        zero = self._zero if channel == "x" else 0.0
-        if _is(effect, "sensor_nonlinearity", channel):
-            r = reading - centre
-            reading = centre + r + r**2 * (effect.value("s2") + effect.value("s3") * r)
-        if _is(effect, "sensor_drift", channel):
-            s = (first + np.arange(reading.size)) * self.step / self._span
-            reading = reading + effect.value("linear") * s
-            reading = reading + effect.value("bow") * np.sin(np.pi * s)
-        return np.asarray(reading - zero)
+    def plant(self, *, span: float = 10.0, step: float = STEP) -> GeneratedPlant:
+        """Return it at rest at 0 V; sensors drift in `span` seconds as they do in the record."""
+        centred = any(e.hidden.effect not in MEMORIES for e in self.effects)
+        return GeneratedPlant(
+            "stack", self.case.parameters, self.effects, sized_on=self.sized_on, step=step,
+            substeps=SUBSTEPS if self.effects else 1, span=span, bias=BIAS if centred else 0.0,
+        )  # fmt: skip
 
 
-def _is(effect: HiddenEffect, name: str, place: str) -> bool:
-    return (effect.name, effect.place) == (name, place)
+def plain_stack(**values: float) -> GeneratedPlant:
+    """Return the nominal stack, which conceals nothing, with some values changed."""
+    return GeneratedPlant("stack", {**P840_1, **values}, step=STEP)
 
 
-def _as_numbers(system: SteppedSystem) -> tuple[int, int, int, Sequence[float]]:
-    """Kind, place, number of branches and numbers of a law as the C code reads them."""
-    match system:
-        case LinearPlant():
-            return 0, 0, 0, (0.0,) * 5
-        case PolynomialPlant():
-            return 0, 0, 0, (*system.dielectric, *system.spring, system.drag)
-        case LaggedPlant():
-            return 1, 0, 0, (system.tau,)
-        case CreepingPlant():
-            n = len(system.ratios)
-            return 2, _PLACES[system.place], n, (*system.ratios, *system.taus)
-        case MaxwellSlipPlant():
-            n = len(system.radii)
-            return 3, _PLACES[system.place], n, (*system.radii, *system.gains)
-        case DryFrictionPlant():
-            return 4, 0, 0, (system.F_c, system.F_s, system.v_s)
-    raise TypeError(f"no compiled form of {type(system).__name__}")
+@lru_cache(maxsize=8)
+def conceal(
+    seed: int, effect: str | None = None, place: str | None = None, strength: str | None = None
+) -> ConcealedStack:
+    """Draw a stack; what is not wished for is left to the seed.
+
+    Without wishes nothing is concealed in `QUIET` of the draws, and the effects that the length
+    shows, their places and the classes are as likely as each other.
+
+    Parameters
+    ----------
+    seed : int
+        The same seed is the same stack.
+    effect, place, strength : str, optional
+        Name of the vocabulary or ``"none"``, an element or sensor, one of `STRENGTHS`.
+
+    Raises
+    ------
+    ValueError
+        In one line: there is no such effect, place or class; the nearest are named.
+    """
+    choices = _choices(effect, place)
+    if strength is not None:
+        _known("strength", strength, STRENGTHS)
+    quiet = effect is place is None and stream("bench", seed, "quiet").random() < QUIET
+    for turn in range(TURNS):
+        case = _draw(seed, choices, strength, turn)
+        if quiet or effect == NOTHING:
+            case = replace(case, cell="control", effects=(), control_kind="plain", sensors=("x",))
+        _, truth = exam_record(case)
+        larger = max((e["strength_db"] - e["wanted_db"] for e in truth["effects"]), default=0.0)
+        if not case.effects or (larger <= TOLERANCE_DB and left_over(case, truth) >= SHOWS):
+            break
+    bench = bench_of(case)
+    strengths = [e["strength"] for e in truth["effects"]]
+    sized = tuple(bench.sized(*each) for each in zip(case.effects, strengths, strict=True))
+    return ConcealedStack(case, truth, sized, bench)
+
+
+def effects() -> tuple[str, ...]:
+    """Return what the stack can conceal; the first is nothing."""
+    return (NOTHING, *sorted({c.effect for c in _places()}))
+
+
+def _places() -> list[Choice]:
+    """Everything that the stack can conceal, but in clocks: those are of the bench's devices."""
+    return [c for at in HIDES["stack"].values() for c in at if c.place != "clock"]
+
+
+def _choices(effect: str | None, place: str | None) -> list[Choice]:
+    found = _places()
+    if place is not None:
+        known = {c.place for c in found if effect in (None, NOTHING, c.effect)}
+        _known("effect", effect or NOTHING, effects())
+        _known(f"place of {effect}" if effect else "place", place, known)
+        found = [c for c in found if c.place == place]
+    elif shown := [c for c in found if c.place not in ELECTRICAL and effect in (None, c.effect)]:
+        found = shown
+    if effect in (None, NOTHING):
+        return found
+    _known("effect", effect, effects())
+    return [c for c in found if c.effect == effect]
+
+
+def _known(what: str, name: str, known: Collection[str]) -> None:
+    if name in known:
+        return
+    near = difflib.get_close_matches(name, known, n=2, cutoff=0.4)
+    meant = f"; did you mean {' or '.join(near)}" if near else ""
+    raise ValueError(f"no {what} {name!r} on this bench{meant}; known: {', '.join(sorted(known))}")
+
+
+def _draw(seed: int, choices: list[Choice], strength: str | None, turn: int) -> DrawnCase:
+    rng = stream("bench", seed, turn)
+    level = strength or list(STRENGTHS)[int(rng.integers(len(STRENGTHS)))]
+    names = sorted({c.effect for c in choices})
+    name = names[int(rng.integers(len(names)))]
+    at = [c for c in choices if c.effect == name]
+    chosen = at[int(rng.integers(len(at)))]
+    low, high = STRENGTHS[level]
+    moved = math.exp(rng.uniform(math.log(low), math.log(high)))
+    hidden = Hidden(
+        chosen.effect, chosen.place, chosen.law, 20.0 * math.log10(moved),
+        tuple(float(x) for x in rng.random(3)),
+    )  # fmt: skip
+    return DrawnCase(
+        id=f"bench-{seed}",
+        plant="stack",
+        sensors=("i",) if chosen.place in ELECTRICAL else ("x",),
+        cell="single",
+        effects=(hidden,),
+        parameters={k: v * math.exp(rng.uniform(-SPREAD, SPREAD)) for k, v in P840_1.items()},
+        noise={"kind": "white", "snr_db": float(rng.uniform(55.0, 65.0))},
+        excitation="swings",
+        level=1.0,
+        samples=SAMPLES,
+        hold="linear",
+        seed=int(rng.integers(2**62)),
+    )

@@ -4,17 +4,17 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import pytest
 
 from actuators.compensation import VirtualActuator, actuator_like, loop_thickness, tracking
+from bondgraph import TF, BondGraph, C, Dq, I, One, R, Se, Zero
 from bondgraph.hysteresis import AlJanaideh
 from bondgraph.support.errors import UnusableInput
 from bondgraph.support.ops import FloatArray
-from hardware.simulators.nonsmooth import MaxwellSlipPlant
-from hardware.simulators.plant import CreepingPlant, PlantParameters
+from bondsight.cli.compensate import bench_model
+from hardware.virtual import ModelPlant
 
 MODEL = AlJanaideh.stack_2hz()
 RATE = 20_000.0
@@ -22,20 +22,11 @@ NOMINAL = actuator_like(MODEL)
 LINEAR = VirtualActuator(1.5e-6, (), ())
 
 
-def numbers(a: VirtualActuator) -> PlantParameters:
-    return PlantParameters(
-        C_q=a.capacitance, T=a.transducer, k=a.stiffness, m=a.mass, b=a.damping, R_e=a.resistance
-    )
-
-
-def bench(plant: Any, voltage: FloatArray, substeps: int) -> FloatArray:
-    """The bench's own steps under a held voltage."""
-    state, x = plant.start, []
-    for u in voltage.tolist():
-        x.append(state[1])
-        for _ in range(substeps):
-            state = plant.step(state, 1.0 / (RATE * substeps), u, u)
-    return np.array(x)
+def bench(graph: BondGraph, voltage: FloatArray, substeps: int) -> FloatArray:
+    """The model's exact steps under a held voltage."""
+    plant = ModelPlant(graph, "V_in", "x", step=1.0 / (RATE * substeps))
+    x = plant.advance(np.repeat(voltage, substeps)).x
+    return np.concatenate([[0.0], x[substeps - 1 :: substeps][:-1]])
 
 
 def test_slipping_elements_agree_with_the_bench() -> None:
@@ -43,22 +34,40 @@ def test_slipping_elements_agree_with_the_bench() -> None:
     voltage = np.repeat(rng.uniform(0.0, 100.0, 12), 60)
     voltage = np.convolve(voltage, np.ones(20) / 20.0, "same")
     for actuator in (NOMINAL, NOMINAL.aged(3, 0.1)):
-        plant = MaxwellSlipPlant(
-            numbers(actuator), "C_nl", actuator.slip_limits, actuator.slip_gains, 0.0
-        )
         own = actuator.run(voltage, RATE, substeps=20)
-        other = bench(plant, voltage, 20)
+        other = bench(bench_model(actuator), voltage, 20)
         assert np.abs(own - other).max() < 2e-4 * np.ptp(other)
         # the default sub-steps are coarser
         assert np.abs(actuator.run(voltage, RATE) - other).max() < 4e-3 * np.ptp(other)
+
+
+def creeping(a: VirtualActuator) -> BondGraph:
+    """The stack with the actuator's numbers, a retarded charge beside its dielectric for each."""
+    with BondGraph("creeping") as g:
+        loop, node, force, body = One("loop"), Zero("node"), Zero("force"), One("body")
+        Se("V_in", unit="V") >> loop >> R("R_e", a.resistance, unit="ohm")
+        inner = One("inner")
+        loop >> inner
+        inner >> node >> C("C", a.capacitance, unit="F")
+        for j, (ratio, time) in enumerate(zip(a.creep_ratios, a.creep_times, strict=True)):
+            slow = One(f"slow_{j}")
+            capacitance = ratio * a.capacitance
+            node >> slow >> C(f"C_{j}", capacitance, unit="F")
+            slow >> R(f"R_{j}", time / capacitance, unit="ohm")
+        body >> force >> TF("T", ratio=1.0 / a.transducer, unit="C/m") >> inner
+        force >> C("k", stiffness=a.stiffness, unit="N/m")
+        body >> I("m", a.mass, unit="kg")
+        body >> R("b", a.damping, unit="N*s/m")
+        body >> Dq("x", unit="m")
+    return g
 
 
 def test_creep_agrees_with_the_bench() -> None:
     ratios, times = (0.05, 0.08), (2e-3, 10e-3)
     actuator = replace(LINEAR, creep_ratios=ratios, creep_times=times)
     voltage = np.where(np.arange(800) < 400, 60.0, 20.0)
-    other = bench(CreepingPlant(numbers(actuator), "C_nl", ratios, times, 0.0), voltage, 10)
-    assert np.abs(actuator.run(voltage, RATE, substeps=10) - other).max() < 1e-6 * np.ptp(other)
+    other = bench(creeping(actuator), voltage, 20)
+    assert np.abs(actuator.run(voltage, RATE, substeps=20) - other).max() < 1e-6 * np.ptp(other)
     gain = actuator.capacitance * actuator.transducer
     last = actuator.run(np.full(4000, 10.0), RATE)[-1]
     assert last == pytest.approx(10.0 * gain * (1.0 + sum(ratios)), rel=1e-6)

@@ -4,16 +4,14 @@ from __future__ import annotations
 
 import shutil
 from collections.abc import Callable, Iterator
-from functools import cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from hardware.simulators.bench_server import BenchServer, plants
+from hardware.simulators.bench_server import BenchServer
 from hardware.simulators.bench_server.config import config_from
-from hardware.simulators.draw import draw_truth
 from hardware.simulators.siosifm import build
 from hardware.station import OpenStation, open_station, settings_from
 
@@ -25,14 +23,6 @@ def library(tmp_path_factory: pytest.TempPathFactory) -> str:
     if shutil.which("gcc") is None:
         pytest.skip("no gcc: the stub of the interferometer's library is C code")
     return str(build(tmp_path_factory.mktemp("stub")))
-
-
-@pytest.fixture(scope="session", autouse=True)
-def _drawn_once() -> Iterator[None]:
-    """Draw the actuator of a seed once: that takes longer than a take on it."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(plants, "draw_truth", cache(draw_truth))
-        yield
 
 
 @pytest.fixture

@@ -2,9 +2,9 @@
 
 import pytest
 
-from tests.hardware.recorder.conftest import _drawn_once, bench, library, target
+from tests.hardware.recorder.conftest import bench, library, target
 
-__all__ = ["_drawn_once", "bench", "library", "target"]
+__all__ = ["bench", "library", "target"]
 
 
 @pytest.fixture(autouse=True)

@@ -12,6 +12,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -33,20 +34,17 @@ from hardware.simulators.bench_server import (
 from hardware.simulators.bench_server.config import config_from
 from hardware.simulators.control import BenchClock, ask
 from hardware.simulators.device_clock import DeviceClock
-from hardware.simulators.draw import ChannelNoise, Truth
-from hardware.simulators.effects import HiddenEffect
-from hardware.simulators.plant import NOMINAL
-from hardware.simulators.plants import StackPlant
-from hardware.simulators.seal import SealedTruth
+from hardware.simulators.plants import plain_stack
+from hardware.simulators.seal import SealBrokenError
 from tests.patience import HANGS
 
 ROOT = Path(__file__).resolve().parents[3]
-LINEAR = Truth(5, NOMINAL, HiddenEffect(), "", ChannelNoise(0.0, 0.0, 0.0, 0.0))
+LINEAR = {"plant": "stack", "effects": [], "parameters": {"C_a": 1.3e-6}}
 
 
 def quick(config: PlantConfig) -> Stand:
     """Make a linear stack without the search for a strength."""
-    return Stand(StackPlant(LINEAR), LINEAR.as_dict(), 1e-9, 0.0)
+    return Stand(plain_stack(), LINEAR, 1e-9, 0.0)
 
 
 def soon(condition: Callable[[], bool], seconds: float = HANGS) -> None:
@@ -185,20 +183,40 @@ def test_unknown_plants_and_effects_are_refused() -> None:
     for plant, word in (
         (PlantConfig(name="rocket"), "known: quick, stack"),
         (PlantConfig(effect="magic", seed=1), "no effect 'magic'"),
+        (PlantConfig(effect="creeep", seed=1), "did you mean creep"),
+        (PlantConfig(effect="creep", place="C_nl", seed=1), "did you mean C_a; known: C_a, k"),
+        (PlantConfig(effect="dead_zone", place="V_in", seed=1), "no place of dead_zone 'V_in'"),
+        (PlantConfig(effect="creep", strength="huge", seed=1), "known: medium, strong, weak"),
     ):
         with pytest.raises(ValueError, match=word):
             stand_of(BenchConfig(plant=plant), PLANTS)
 
 
 def test_the_envelope_is_that_of_the_sealed_bench(tmp_path: Path) -> None:
-    """Its file opens with the checks of `SealedTruth`; a changed truth does not."""
-    envelope = SealedEnvelope.closed(LINEAR.as_dict())
+    """Its file opens to the same truth; salts differ; its words tell nothing."""
+    envelope = SealedEnvelope.closed(LINEAR)
     assert "salt" not in repr(envelope)
     assert "stack" not in repr(envelope)
+    assert len(envelope.hash) == 64
     envelope.save(tmp_path / "truth.json")
-    assert SealedTruth.load(tmp_path / "truth.json").open() == LINEAR
-    assert envelope.truth() == LINEAR.as_dict()
-    assert SealedEnvelope.closed(LINEAR.as_dict()).hash != envelope.hash
+    assert SealedEnvelope.load(tmp_path / "truth.json").truth() == LINEAR
+    assert envelope.truth() == LINEAR
+    assert SealedEnvelope.closed(LINEAR).hash != envelope.hash
+
+
+def test_tampering_is_found() -> None:
+    """Changed payload, salt or hash do not open."""
+    sealed = SealedEnvelope.closed(LINEAR)
+    content = json.loads(sealed.payload)
+    content["effects"] = [{"effect": "creep"}]
+    forged = json.dumps(content, sort_keys=True, separators=(",", ":"))
+    for bad in (
+        replace(sealed, payload=forged),
+        replace(sealed, salt="00" * 32),
+        replace(sealed, hash="0" * 64),
+    ):
+        with pytest.raises(SealBrokenError, match="does not match"):
+            bad.truth()
 
 
 def test_same_seed_same_bytes_through_the_server() -> None:
@@ -264,24 +282,23 @@ def test_serve_tells_what_a_person_needs(tmp_path: Path) -> None:
     text = out.getvalue()
     for needed in (*told["addresses"].values(), told["hash"], "drive 127", "no watchdog"):
         assert needed in text
-    assert "C_q" not in text
+    assert "C_a" not in text
     with pytest.raises(ValueError, match=f"sealed {told['hash']}"):
         ask(told["addresses"]["control"], "TRUTH?")
     assert not (tmp_path / "truth.json").exists()
     (tmp_path / "open").touch()
     thread.join(HANGS)
     assert not thread.is_alive()
-    assert "C_q" in out.getvalue()
+    assert "C_a" in out.getvalue()
     assert "voltage at the actuator 0.000 to 0.000 V" in out.getvalue()
-    assert SealedTruth.load(tmp_path / "truth.json").hash == told["hash"]
+    assert SealedEnvelope.load(tmp_path / "truth.json").hash == told["hash"]
     assert not ready.exists()
 
 
 ORPHAN = """
 import os, sys
 from hardware.simulators.bench_server import BenchConfig, PlantConfig, Stand, serve
-from hardware.simulators.plants import StackPlant
-from tests.hardware.simulators.test_bench_server import LINEAR, QUICK, PLANTS
+from tests.hardware.simulators.test_bench_server import QUICK, PLANTS
 parent = os.getpid()
 child = os.fork()
 if child == 0:
@@ -316,13 +333,10 @@ def test_a_bench_ends_with_the_program_that_started_it(tmp_path: Path) -> None:
 SERVER = """
 import sys
 from hardware.simulators.bench_server import BenchConfig, PlantConfig, Stand, serve
-from hardware.simulators.draw import Truth
-from hardware.simulators.plants import StackPlant
-import json
-truth = Truth.from_dict(json.loads(sys.argv[2]))
+from hardware.simulators.plants import plain_stack
 serve(
-    BenchConfig(plant=PlantConfig(name="quick"), watchdog=float(sys.argv[3])),
-    plants={"quick": lambda c: Stand(StackPlant(truth), truth.as_dict())},
+    BenchConfig(plant=PlantConfig(name="quick"), watchdog=float(sys.argv[2])),
+    plants={"quick": lambda c: Stand(plain_stack(), {"plant": "stack"})},
     ready_file=sys.argv[1],
 )
 """
@@ -353,7 +367,7 @@ time.sleep(60.0)
 def bench_process(request: Any, tmp_path: Path) -> Iterator[tuple[Any, Path, float]]:
     """Start a bench in a process of its own."""
     ready = tmp_path / "ready.json"
-    arguments = [str(ready), json.dumps(LINEAR.as_dict()), str(request.param)]
+    arguments = [str(ready), str(request.param)]
     process = subprocess.Popen(
         [sys.executable, "-c", SERVER, *arguments],
         cwd=ROOT,

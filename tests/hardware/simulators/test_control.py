@@ -22,14 +22,9 @@ from hardware.simulators.control import (
     ask,
     client,
 )
-from hardware.simulators.draw import ChannelNoise, Truth
-from hardware.simulators.effects import HiddenEffect
-from hardware.simulators.plant import NOMINAL
-from hardware.simulators.plants import StackPlant
+from hardware.simulators.plants import plain_stack
 from hardware.simulators.rig import Rig
 from tests.patience import HANGS
-
-LINEAR = Truth(0, NOMINAL, HiddenEffect(), "", ChannelNoise(0.0, 0.0, 0.0, 0.0))
 
 
 def soon(condition: Callable[[], bool]) -> None:
@@ -44,7 +39,7 @@ def soon(condition: Callable[[], bool]) -> None:
 @pytest.fixture
 def rig() -> Rig:
     """Give a linear stack."""
-    return Rig(StackPlant(LINEAR))
+    return Rig(plain_stack())
 
 
 @pytest.fixture
@@ -137,7 +132,7 @@ def test_every_line_gets_one_line(front: Any, line: str, answer: str) -> None:
 @given(st.text(max_size=80))
 def test_no_line_breaks_it(line: str) -> None:
     """Whatever comes, one line goes back."""
-    answer = ControlFront(Rig(StackPlant(LINEAR))).answer(line)
+    answer = ControlFront(Rig(plain_stack())).answer(line)
     assert answer.startswith(("OK ", "ERR "))
     assert "\n" not in answer
 

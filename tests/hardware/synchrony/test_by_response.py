@@ -2,25 +2,38 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from bondsight.cli.acquire_signal import waveform
 from hardware.envelope import P840_1_UNIPOLAR
-from hardware.simulators import draw_truth
-from hardware.simulators.plants import HystereticPlant, StackPlant
+from hardware.simulators.plants import GeneratedPlant, HystereticPlant, conceal
+from hardware.simulators.plants.stack import STEP
 from hardware.simulators.rig import DeviceClock, Rig
 from hardware.synchrony import ClockWiring, Stream, align
 from hardware.synchrony.by_response import skew_by_response
 
 RATE, FINE = 10e3, 40e3
+FRICTION = 0.286
+
+
+def actuator(seed: int, effect: str) -> GeneratedPlant:
+    """Return a stack that creeps strongly, or rubs with 0.29 N."""
+    drawn = conceal(seed, effect, strength="strong")
+    rubbing = {"level": FRICTION} if effect == "coulomb_friction" else {}
+    effects = [replace(e, numbers={**e.numbers, **rubbing}) for e in drawn.effects]
+    return GeneratedPlant(
+        "stack", drawn.case.parameters, effects, sized_on=drawn.sized_on, step=STEP
+    )
 
 
 def streams(
     effect: str, seed: int, ppm: float, samples: int, drift_ppm: float = 0.0
 ) -> tuple[Stream, Stream]:
     """Drive an independent plant, read it by a clock of its own with 1 nm of noise."""
-    plant = StackPlant(draw_truth(seed, effect="none" if effect == "hysteresis" else effect))
+    plant = conceal(seed, "none").plant() if effect == "hysteresis" else actuator(seed, effect)
     # plays of 5 to 40 V that together move as much as a quarter of the voltage
     radii, gains = (5.0, 15.0, 40.0), (0.1, 0.1, 0.05)
     rig = Rig(HystereticPlant(plant, radii, gains) if effect == "hysteresis" else plant, keep=2.0)

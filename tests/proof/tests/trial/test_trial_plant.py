@@ -16,7 +16,7 @@ from hardware.simulators.generator.parameters import PLANTS
 from hardware.simulators.generator.sizing import COARSEST, bench_of
 from hardware.simulators.plant_contract import EdgeDriven, Rewindable
 from hardware.simulators.rig import Rig
-from tests.proof.trial.bench_plant import TrialPlant, drawn
+from tests.proof.trial.bench_plant import drawn, trial_plant, truth_of_plant
 
 MOVING = [n for n, p in PLANTS.items() if "m" in p.sensors.values()]
 
@@ -51,12 +51,12 @@ def test_a_nominal_plant_is_the_trials(name: str) -> None:
     values = [v for v, _ in plant.nominal.values()]
     made = run(name, values, (), u, sub=COARSEST, hold="zero")
     assert made is not None
-    bench = TrialPlant(name)
+    bench = trial_plant(name)
     motion = bench.advance(np.repeat(u, COARSEST))
     column = list(plant.sensors.values()).index("m")
     assert np.array_equal(motion.x[COARSEST - 1 :: COARSEST][:-1], made.readings[1:, column])
     assert np.isnan(motion.i).all() == ("A" not in plant.sensors.values())
-    assert bench.truth == {"effects": []}
+    assert truth_of_plant(bench) == {"effects": []}
 
 
 @pytest.mark.parametrize("law", [*LAWS, *CLOSELY])
@@ -65,15 +65,15 @@ def test_a_case_is_the_trials_record(law: str) -> None:
     if law not in cases():
         pytest.skip("not drawn")
     case = cases()[law]
-    plant = TrialPlant(case, displacement=_displacement(case))
+    plant = trial_plant(case, displacement=_displacement(case))
     bench = bench_of(case)
-    made = bench.simulate(plant._sized)
+    made = bench.simulate(plant.effects)
     assert made is not None
     motion = plant.advance(np.repeat(bench.command, COARSEST))
     got = motion.x[COARSEST - 1 :: COARSEST][: case.samples - 1]
-    expected = made[1][1 : case.samples, plant._x]
+    expected = made[1][1 : case.samples, plant.x]
     assert np.std(got - expected) <= CLOSELY.get(law, 1e-12) * np.std(expected)
-    assert plant.truth["effects"][0]["law"] == law
+    assert truth_of_plant(plant)["effects"][0]["law"] == law
 
 
 def _displacement(case: Any) -> str | None:
@@ -86,8 +86,8 @@ def test_cut_anywhere_and_looked_at_it_is_the_same(law: str) -> None:
     """State, dead time and memory go on; edges may lie inside the steps."""
     if law not in cases():
         pytest.skip("not drawn")
-    rigs = [Rig(TrialPlant(cases()[law])) for _ in range(2)]
-    step = TrialPlant(cases()[law]).step
+    rigs = [Rig(trial_plant(cases()[law])) for _ in range(2)]
+    step = trial_plant(cases()[law]).step
     rng = np.random.default_rng(3)
     for _ in range(150):
         pause, level = step * float(rng.uniform(0.0, 7.0)), float(rng.uniform(0.0, 1.0))
@@ -104,7 +104,7 @@ def test_cut_anywhere_and_looked_at_it_is_the_same(law: str) -> None:
 
 def test_it_satisfies_the_contract_of_the_bench() -> None:
     """Without importing it."""
-    plant = TrialPlant("stack")
+    plant = trial_plant("stack")
     assert isinstance(plant, Rewindable)
     assert isinstance(plant, EdgeDriven)
     with pytest.raises(ValueError, match="beyond bounds"):
@@ -114,19 +114,19 @@ def test_it_satisfies_the_contract_of_the_bench() -> None:
 def test_a_drawn_case_is_the_same_again() -> None:
     """By its seed."""
     a, b = drawn(3), drawn(3)
-    assert a.truth == b.truth
-    assert len(a.truth["effects"]) == 1
+    assert truth_of_plant(a) == truth_of_plant(b)
+    assert len(truth_of_plant(a)["effects"]) == 1
 
 
 def test_what_cannot_stand_on_a_bench_is_refused() -> None:
     """One line."""
     with pytest.raises(UnknownName):
-        TrialPlant("rocket")
+        trial_plant("rocket")
     with pytest.raises(UnknownName):
-        TrialPlant("stack", displacement="y")
+        trial_plant("stack", displacement="y")
     with pytest.raises(UnknownName):
-        TrialPlant("stack", parameters={"mass": 1.0})
+        trial_plant("stack", parameters={"mass": 1.0})
     with pytest.raises(UnusableInput, match="no sensor reads metres"):
-        TrialPlant("tanks")
+        trial_plant("tanks")
     with pytest.raises(UnusableInput, match="clock"):
-        TrialPlant(next(c for law, c in cases().items() if law == "skew"))
+        trial_plant(next(c for law, c in cases().items() if law == "skew"))
