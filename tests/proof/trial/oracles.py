@@ -17,8 +17,8 @@ from hardware.simulators.judging.outcome import ExamOutcome
 from hardware.simulators.judging.truths import ConcealedEffect, ExamTruth
 from identification.diagnosis.catalogue import CATALOGUE, by_name
 from identification.diagnosis.catalogue.effect import Hint
-from identification.diagnosis.evidence.judged import judged_on
 from identification.diagnosis.evidence.hypotheses import Thresholds
+from identification.diagnosis.evidence.judged import judged_on
 from identification.diagnosis.screening.observation import scene
 from identification.diagnosis.screening.port_response import probes
 from identification.diagnosis.screening.score_test import screen
