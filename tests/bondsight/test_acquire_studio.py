@@ -213,7 +213,7 @@ def test_the_verdicts_of_several_takes_are_one_line_each(
     file = wave.save(tmp_path / "take.npz")
     monkeypatch.setattr(opening, "load_model", lambda _: actuator())
     monkeypatch.setattr(acquire, "_record", lambda *_: file)
-    monkeypatch.setattr(diagnose, "_found", lambda *_: SimpleNamespace(notes=()))
+    monkeypatch.setattr(diagnose, "_found", lambda *_: SimpleNamespace(stopped=""))
     for place, name in (
         (verdict, "write_verdict"), (studio, "write_report"), (search, "characterised"),
     ):  # fmt: skip
