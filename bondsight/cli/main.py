@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import atexit
+import contextlib
 import io
 import os
 import signal
@@ -126,10 +127,11 @@ def program() -> NoReturn:
 
 
 def _others_end() -> None:
-    """Wait for the threads that the end of the interpreter would wait for."""
-    for thread in threading.enumerate():
-        if thread is not threading.current_thread() and not thread.daemon:
-            thread.join()
+    """Wait for the threads that the end of the interpreter would wait for, until Ctrl-C again."""
+    with contextlib.suppress(KeyboardInterrupt):
+        for thread in threading.enumerate():
+            if thread is not threading.current_thread() and not thread.daemon:
+                thread.join()
 
 
 def _signal(code: object) -> str:

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bondgraph.signals.files.checks import check_total, readable
-from bondgraph.signals.files.columns import ColumnTable, choose, is_rate, is_time
+from bondgraph.signals.files.columns import ColumnTable, choose, is_rate, is_stamp, is_time
 from bondgraph.signals.units import parse_unit
 from bondgraph.support.arrays import FloatArray
 from bondgraph.support.errors import UnusableInput
@@ -76,7 +76,8 @@ def pick_arrays(
 
 def _seconds(values: NDArray[Any], header: str, notes: list[str]) -> NDArray[Any]:
     """Return calendar times and durations as seconds, others as they are."""
-    if values.dtype.kind not in "mM" or not is_time(header) or not values.size:
+    clock = is_time(header) or is_stamp(header)
+    if values.dtype.kind not in "mM" or not clock or not values.size:
         return values
     first = values.flat[0]
     missing = np.isnat(values)

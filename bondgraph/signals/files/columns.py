@@ -110,6 +110,15 @@ def is_time(header: str) -> bool:
     return unit is None or parse_unit(unit, header).dims == (0, 0, 1, 0, 0)
 
 
+def is_stamp(header: str) -> bool:
+    """Whether a column is a logger's time stamp: the time where no column is called so."""
+    base, unit = split_header(header)
+    called = "".join(c for c in base.lower() if c.isalpha())
+    if called not in ("timestamp", "datetime"):
+        return False
+    return unit is None or parse_unit(unit, header).dims == (0, 0, 1, 0, 0)
+
+
 def is_rate(header: str) -> bool:
     """Whether a column is the sampling rate."""
     return _before_rate(header) is not None
@@ -185,12 +194,13 @@ def choose(
         seen.add(h)
     named = [h for h in headers if h]
     rates = [h for h in named if is_rate(h)]
-    times = [h for h in named if is_time(h)]
+    stamps = [h for h in named if is_stamp(h)]
+    times = [h for h in named if is_time(h)] or stamps
     asked = {k: v for k, v in (map or {}).items() if not means_time(k) and k != OTHERS}
     time_asked = [v for k, v in (map or {}).items() if means_time(k)]
     channels = {k: _asked(k, v, named, where) for k, v in asked.items()}
     if map is None or OTHERS in map:
-        taken = {*rates, *times, *(h for h, _ in channels.values())}
+        taken = {*rates, *times, *stamps, *(h for h, _ in channels.values())}
         if time_asked and fs is None:
             taken.add(_find_time(time_asked[0], named, where))
         others = _by_base([h for h in named if h not in taken], where)

@@ -88,7 +88,7 @@ def steps(
             decisions = again
     except KeyboardInterrupt as stop:
         decisions = decisions or (stop.decisions if isinstance(stop, Halted) else [])
-        stopped = True
+        decisions, stopped = not_again(decisions), True
         if not decisions:
             known_scene, ranked = done.looked(base.fit)
             return SelectionStage((), base, known_scene, tuple(ranked), done.blind, stopped)
@@ -186,6 +186,23 @@ def _promising(decision: Decision, number: int, options: DiagnosisOptions) -> bo
 
 HALF = 0.3
 """Part of the excess that the stronger one of two effects explains at least."""
+
+
+NOT_AGAIN = "it was not tried again beside what was named after it: the search was stopped"
+
+
+def not_again(decisions: Sequence[Decision]) -> list[Decision]:
+    """Give a first choice that is not sure no probability where it was not taken up again.
+
+    It may have stood for what was named after it; `_revisited` would have told.
+    """
+    if not decisions:
+        return []
+    first, *more = decisions
+    later = any(d.kind == "missing_physics" for d in more)
+    if first.kind == "missing_physics" and first.answer != "exact" and later:
+        first = replace(first, confidence=0.0, reasons=(*first.reasons, NOT_AGAIN))
+    return [first, *more]
 
 
 def _revisited(base: Base, decisions: list[Decision], task: SearchTask) -> list[Decision] | None:

@@ -94,8 +94,9 @@ def _answered(d: Diagnosis) -> str:
             several = step.answer == "family" and len(names) > 1
             effect = f"one of {listed(names)}" if several else names[0] + _by_law(step.chosen)
             says = "" if several else step.chosen.insertion.sentence
+            sure = effect.capitalize() if step.confidence > 0 else f"Perhaps {effect}"
             parts.append(
-                f"{effect.capitalize()} is missing at the {where} {step.chosen.element}{also}"
+                f"{sure} is missing at the {where} {step.chosen.element}{also}"
                 + (f": {says}" if says else "")
                 + _fits(step, d)
             )
@@ -195,7 +196,7 @@ def what_remains(d: Diagnosis) -> str:
     said = f"What remains, {d.left.most:.2g} times the noise"
     last = d.steps[-1] if d.steps else None
     if last is None or last.kind != "unknown_physics":
-        return f"{said}, has no place and no kind."
+        return f"{said}, {'was not looked into' if d.stopped else 'has no place and no kind'}."
     where = f", sits at {listed(last.places)}" if 0 < len(last.places) <= MOST else ""
     looks = ""
     if last.physics and where:
@@ -407,7 +408,11 @@ def _certainty(f: Data) -> str:
         )
     fit = f.get("law_fit")
     law = "" if fit is None else f"; its law explains {_percent(fit)} of what its kind could there"
-    return f"{_effect(f).capitalize()}: probability {_percent(f['confidence'])}; {explained}{law}."
+    chance = (
+        f"probability {_percent(f['confidence'])}" if f["confidence"] > 0
+        else "not tried again beside what was named after it, so no probability is given"
+    )  # fmt: skip
+    return f"{_effect(f).capitalize()}: {chance}; {explained}{law}."
 
 
 def coming_near(found: Iterable[Data]) -> str:

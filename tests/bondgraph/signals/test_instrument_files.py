@@ -63,6 +63,23 @@ def test_dates_are_seconds_since_the_first(tmp_path: Path) -> None:
     assert "time counts from 2024-03-01T12:00:00+00:00" in r.notes
 
 
+@pytest.mark.parametrize("name", ["timestamp", "Date Time", "time_stamp", "timestamp [ms]"])
+def test_a_time_stamp_is_the_time_where_no_column_is_called_so(tmp_path: Path, name: str) -> None:
+    stamps = (
+        ["0", "10", "20"] if "ms" in name else [f"2024-03-01T12:00:00.{i:03d}" for i in (0, 10, 20)]
+    )
+    rows = "".join(f"{s},{i}\n" for i, s in enumerate(stamps))
+    r = Recording.read(write(tmp_path, f"{name},x[um]\n{rows}"))
+    assert r.time == pytest.approx([0.0, 0.01, 0.02], abs=1e-12)
+    assert list(r.channels) == ["x"]
+
+
+def test_beside_a_time_a_stamp_is_no_channel(tmp_path: Path) -> None:
+    r = Recording.read(write(tmp_path, "time,timestamp,x[um]\n0,7,1\n1,8,2\n2,9,3\n"))
+    assert r.time == pytest.approx([0.0, 1.0, 2.0])
+    assert list(r.channels) == ["x"]
+
+
 def test_rows_are_those_that_errors_number(tmp_path: Path) -> None:
     text = "t_s,x[um]\n" + "".join(f"{i / 10},{'nan' if i == 2 else i}\n" for i in range(8))
     path = write(tmp_path, text)

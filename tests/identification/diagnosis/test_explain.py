@@ -151,6 +151,12 @@ def test_what_comes_nearest_is_said_where_nothing_else_is_known() -> None:
     assert "Nothing in the catalogue" not in text
 
 
+def test_a_name_that_was_not_tried_again_has_no_probability() -> None:
+    text = said(verdict("missing_physics", finding(confidence=0.0)))
+    assert "not tried again beside what was named after it, so no probability is given" in text
+    assert "probability 0 %" not in text
+
+
 def test_how_well_a_named_law_fits() -> None:
     one = finding(answer="approximate", kind="memory", law_fit=0.91, probability=0.98)
     assert "its law explains 91 % of what its kind could there" in said(

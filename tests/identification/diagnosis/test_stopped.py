@@ -16,10 +16,11 @@ import pytest
 from bondsight.cli.progress import SEARCHED, Deadline
 from identification.diagnosis.catalogue import CATALOGUE
 from identification.diagnosis.diagnose import STOPPED_AT_ONCE, Diagnosis, diagnose
+from identification.diagnosis.evidence.answer import Decision
 from identification.diagnosis.evidence.hypotheses import Thresholds
 from identification.diagnosis.search import forward_selection, refining
 from identification.diagnosis.search.candidates import DiagnosisOptions
-from identification.diagnosis.search.forward_selection import Halted
+from identification.diagnosis.search.forward_selection import NOT_AGAIN, Halted, not_again
 from identification.diagnosis.search.refining import completed
 from identification.diagnosis.verdict import read_verdict
 from tests.identification.diagnosis.rubbing_spring import T, U, frame
@@ -50,6 +51,22 @@ def test_the_steps_before_are_kept(ends: int, monkeypatch: pytest.MonkeyPatch) -
     assert [d.chosen.element for d in stop.value.decisions if d.chosen] == [
         f"e{i}" for i in range(ends)
     ]
+
+
+def test_a_first_name_that_was_not_tried_again_has_no_probability() -> None:
+    """A value that changes in time had stood for the friction that was named after it."""
+
+    def named(answer: str, kind: str = "missing_physics") -> Decision:
+        return Decision(kind, None, (), (), 0.0, 0.96, (), answer=answer)
+
+    told = not_again([named("approximate"), named("exact")])
+    assert [d.confidence for d in told] == [0.0, 0.96]
+    assert told[0].reasons == (NOT_AGAIN,)
+    sure = [named("exact"), named("approximate")]
+    assert [d.confidence for d in not_again(sure)] == [0.96, 0.96]
+    alone = [named("approximate"), named("unknown", "unknown_physics")]
+    assert [d.confidence for d in not_again(alone)] == [0.96, 0.96]
+    assert not_again([]) == []
 
 
 def test_a_deadline_ends_the_search_and_not_what_is_written() -> None:
