@@ -139,6 +139,8 @@ def _without_name(d: Diagnosis) -> str:
         names = ", ".join(_title(t) for t in step.possible)
         return f"Something is missing in {d.model} that looks alike for {names}."
     hint = f"; closest is {_title(step.chosen)}" if step and step.chosen else ""
+    if step is not None and step.nearest and not hint:
+        hint = f"; what comes nearest is {coming_near(near_of(step.nearest[:1], d))}"
     at = f", at {where}{also}" if where else ""
     kinds = open_kinds(step) if step is not None else ()
     if kinds:

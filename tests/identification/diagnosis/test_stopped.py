@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import signal
 import threading
+from dataclasses import replace
 from pathlib import Path
 from time import monotonic
 from types import SimpleNamespace
@@ -18,11 +19,12 @@ from identification.diagnosis.catalogue import CATALOGUE
 from identification.diagnosis.diagnose import STOPPED_AT_ONCE, Diagnosis, diagnose
 from identification.diagnosis.evidence.answer import Decision
 from identification.diagnosis.evidence.hypotheses import Thresholds
+from identification.diagnosis.evidence.nearest import Nearest
 from identification.diagnosis.search import forward_selection, refining
 from identification.diagnosis.search.candidates import DiagnosisOptions
 from identification.diagnosis.search.forward_selection import NOT_AGAIN, Halted, not_again
 from identification.diagnosis.search.refining import completed
-from identification.diagnosis.verdict import read_verdict
+from identification.diagnosis.verdict import read_verdict, sentence
 from tests.identification.diagnosis.rubbing_spring import T, U, frame
 from tests.patience import HANGS
 from tests.settled import simulate
@@ -137,6 +139,14 @@ def test_without_a_step_it_says_what_the_model_leaves(word: str, tmp_path: Path)
     found = read_verdict(tmp_path / "verdict.json")
     assert found["verdict"] == "unknown_physics"
     assert STOPPED_AT_ONCE in found["notes"]
+
+
+def test_the_headline_says_what_comes_nearest() -> None:
+    d = stopped_at("screening")
+    near = (Nearest("F", "", "command", 0.43), Nearest("x", "sensor_lag", "", 0.31))
+    said = sentence(replace(d, steps=(replace(d.steps[0], nearest=near),)))
+    assert "nearest is a distortion of the command at F (43 % of the misfit)" in said
+    assert "sensor lag" not in said
 
 
 def test_noise_reassures_nobody_where_nothing_was_looked_for(tmp_path: Path) -> None:
