@@ -57,6 +57,9 @@ def law_rest(
     from bondgraph.simulation.first_order_hold import blocks
     from bondgraph.simulation.lure import law_slices
 
+    kept = memory or {}
+    if not u.any() and not _pushed_at_rest(compiled, p, kept):
+        return np.zeros(compiled.n_x)
     x = equilibrium(compiled, p, u)
     if not compiled.n_w or not x.size:
         return x
@@ -79,7 +82,6 @@ def law_rest(
         return np.where(np.abs(v[n:]) <= rounding(largest), 0.0, v[n:])
 
     s = parts.cs @ x + parts.ds[:, :k] @ u
-    kept = memory or {}
 
     def deviation(j: int, port: LawUse, q: Array, s: Array) -> tuple[Array, ...]:
         m, moved = _memory(port, j, s, kept)
@@ -116,6 +118,20 @@ def law_rest(
             stacklevel=4,
         )
     return x
+
+
+def _pushed_at_rest(compiled: Compiled, p: Array, kept: Mapping[str, Sequence[float]]) -> bool:
+    """Return whether a law deviates where all arguments are zero."""
+    from bondgraph.simulation.lure import law_slices
+
+    numbers, still = p[list(compiled.law_parameters)], np.zeros(compiled.n_w)
+    for j, (port, _, q) in enumerate(law_slices(compiled)):
+        if not port.law.counts_time:
+            function = _function(UpToNumbers.of(port.law, numbers[q].size))
+            w, *_ = function(0.0, _memory(port, j, still, kept)[0], numbers[q])
+            if float(w):
+                return True
+    return False
 
 
 def _solved(

@@ -425,7 +425,7 @@ def refine_states(problem: Problem, point: Point, passes: int = 12) -> Point:
     free = problem.free_states
     scored = _scored(problem)
     damping = np.full(len(scored), 1e-6)
-    begun = evaluate(problem, point, scored=True)
+    begun = evaluate(problem, point, by_parameters=False, scored=True)
     residual, columns = begun.residual.copy(), list(begun.local)
     for _ in range(passes):
         trial, moving = states.copy(), list[int]()
@@ -443,7 +443,9 @@ def refine_states(problem: Problem, point: Point, passes: int = 12) -> Point:
         if not moving:
             break
         among = {scored[k] for k in moving}
-        after = evaluate(problem, Point(point.theta, trial), scored=True, among=among)
+        after = evaluate(
+            problem, Point(point.theta, trial), by_parameters=False, scored=True, among=among
+        )
         gain = 0.0
         for k, (there, local) in zip(moving, after.local, strict=True):
             i, rows = scored[k], columns[k][0]

@@ -148,19 +148,23 @@ def evaluate(
     point: Point,
     *,
     derivatives: bool = True,
+    by_parameters: bool = True,
     scored: bool = False,
     among: Container[int] | None = None,
     limit: float = np.inf,
 ) -> ResidualEvaluation:
     """Simulate at `point`; with derivatives also the Jacobians.
 
-    With `scored` only the windows that have training samples are simulated, of those `among` these
-    numbers. Beyond a sum of squares of `limit` nothing more is, and the residual is infinite.
+    Without `by_parameters` derivatives are those by the initial states alone, the Jacobian's
+    columns of free parameters are zero. With `scored` only the windows that have training samples
+    are simulated, of those `among` these numbers. Beyond a sum of squares of `limit` nothing more
+    is, and the residual is infinite.
     """
     data, engine, at = problem.data, problem.engine, slots(problem)
-    n_y, n_free = len(data.names), len(problem.free)
+    n_y = len(data.names)
     p = parameters_at(problem, point.theta)
-    directions = problem.directions if derivatives else []
+    directions = problem.directions if derivatives and by_parameters else []
+    n_free = len(directions)
     slopes = problem.slopes(point.theta)
     offsets = offset_scale(problem)
     y = np.full((data.n, n_y), np.nan)
@@ -209,7 +213,8 @@ def evaluate(
             by_free = tangent[:, :, :n_free]
             if by_p is not None:
                 by_free = by_free + by_start @ by_p
-            block[:, :, at.free] = by_free.transpose(1, 0, 2) * slopes
+            if n_free:
+                block[:, :, at.free] = by_free.transpose(1, 0, 2) * slopes
             for j, (name, outputs) in enumerate(problem.delays.items()):
                 passed = data.step(w) * (begun + np.flatnonzero(chosen))
                 grown = -passed if name in problem.skews else 1.0
@@ -262,8 +267,19 @@ def weighted(problem: Problem, block: Array) -> Array:
 def rest_under(
     engine: Engine, p: Array, inputs: Array, directions: Sequence[int]
 ) -> tuple[Array, Array]:
-    """Return the rest under constant inputs, and its derivative by some of the parameters."""
+    """Return the rest under constant inputs, and its derivative by some of the parameters.
+
+    Where nothing moves, and nothing does after all of them have changed, there is no derivative.
+    """
+    x = engine.rest(p, inputs)
+    if not directions:
+        return x, np.zeros((engine.n_x, 0))
     columns = []
+    if not x.any():
+        other = p.copy()
+        other[list(directions)] += 1e-6 * np.maximum(np.abs(p[list(directions)]), 1e-30)
+        if not engine.rest(other, inputs).any():
+            return x, np.zeros((engine.n_x, len(directions)))
     for i in directions:
         h = 1e-6 * max(abs(p[i]), 1e-30)
         ends = [p.copy(), p.copy()]
@@ -271,8 +287,7 @@ def rest_under(
         ends[1][i] -= h
         high, low = (engine.rest(e, inputs) for e in ends)
         columns.append((high - low) / (2 * h))
-    by_p = np.stack(columns, axis=1) if columns else np.zeros((engine.n_x, 0))
-    return engine.rest(p, inputs), by_p
+    return x, np.stack(columns, axis=1)
 
 
 @dataclass(frozen=True)
