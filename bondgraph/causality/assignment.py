@@ -9,7 +9,9 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Iterable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
+from itertools import chain, combinations, islice
 from typing import Literal, TypeAlias
 
 from bondgraph.graph.bond_graph import Bond, BondGraph
@@ -39,6 +41,9 @@ from bondgraph.support.errors import GraphError, unknown_name
 MOST_ALTERNATIVES = 1000
 MOST_RETRIES = 10_000
 MOST_FIRST = 200
+MOST_YIELDING = 3
+MOST_WORK = 20_000
+"""Bonds that are assigned anew at the most, in search of storages that have to yield."""
 
 Preference: TypeAlias = Literal["integral", "derivative"]
 
@@ -160,6 +165,27 @@ def assign_causality(
         raise conflict
 
 
+def with_dependent_storages(graph: BondGraph, first: Sequence[str] = ()) -> Iterator[Causality]:
+    """Yield assignments of a graph that has none while each storage gets what it prefers.
+
+    A loop of bonds may tie storages to each other though each of them alone could be independent:
+    only where some of them yield is a choice left for the loop. One, two and three are tried.
+
+    Parameters
+    ----------
+    graph : BondGraph
+    first : sequence of str
+        As in `assign_causality`.
+    """
+    graph.require_sound()
+    names = [n for n, _, _ in storage_ports(graph) if n not in first]
+    every = (combinations(names, count) for count in range(1, MOST_YIELDING + 1))
+    worth = MOST_WORK // max(len(graph.bonds), 1)
+    for yielding in islice(chain.from_iterable(every), worth):
+        with suppress(CausalConflict):
+            yield _assign(graph, "integral", (), tuple(first), yielding)
+
+
 def alternatives(graph: BondGraph, most: int = MOST_ALTERNATIVES) -> tuple[Causality, ...]:
     """Return one assignment for every smallest set of storages in derivative causality.
 
@@ -204,7 +230,11 @@ def alternatives(graph: BondGraph, most: int = MOST_ALTERNATIVES) -> tuple[Causa
 
 
 def _assign(
-    graph: BondGraph, prefer: Preference, inverted: tuple[str, ...], first: tuple[str, ...]
+    graph: BondGraph,
+    prefer: Preference,
+    inverted: tuple[str, ...],
+    first: tuple[str, ...],
+    yielding: tuple[str, ...] = (),
 ) -> Causality:
     sensors = {s.name for s in graph.of_type(Sensor)}
     for name in inverted:
@@ -214,10 +244,11 @@ def _assign(
     for e, bond, effort_out, reason in _imposed(graph, inverted):
         table.stroke(bond, _end(bond, e.name, effort_out), reason)
     derivative = []
-    for name, bond, e in _ordered(graph, first):
+    for name, bond, e in _ordered(graph, (*yielding, *first)):
         integral = isinstance(e, C | CField)
-        wanted = integral == (prefer == "integral")
-        word = "integral" if prefer == "integral" else "preferred derivative"
+        wanted = (integral == (prefer == "integral")) != (name in yielding)
+        other = "derivative" if name in yielding else "preferred derivative"
+        word = "integral" if integral == wanted else other
         if not table.prefer(bond, e, wanted, f"{word} causality of {e.kind} {name}"):
             table.force(bond)
         got = table.effort_to[bond] != e.name

@@ -3,12 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from contextlib import suppress
 from dataclasses import replace
+from itertools import islice
 from typing import Any
 
 import sympy as sp
 
-from bondgraph.causality.assignment import Causality, assign_causality, storage_ports
+from bondgraph.causality.assignment import (
+    CausalConflict,
+    Causality,
+    assign_causality,
+    storage_ports,
+    with_dependent_storages,
+)
 from bondgraph.equations.closed_forms import Closing
 from bondgraph.equations.dependent_storage import displaced
 from bondgraph.equations.elimination import eliminate_named
@@ -43,7 +51,7 @@ def equations(graph: BondGraph, causality: Causality | None = None) -> System:
     Raises
     ------
     CausalConflict
-        Two elements impose one variable.
+        Two elements impose one variable, whichever storages yield.
     AlgebraicLoop
         A loop is singular: its equations determine nothing, or contradict each other.
     DerivativeCausality
@@ -56,7 +64,10 @@ def equations(graph: BondGraph, causality: Causality | None = None) -> System:
     """
     graph = in_mode(graph)
     if causality is None:
-        causality = assign_causality(graph, first=_with_memory(graph))
+        try:
+            causality = assign_causality(graph, first=_with_memory(graph))
+        except CausalConflict as conflict:
+            return _with_dependent(graph, conflict)
     made = _collected(graph, causality)
     try:
         return _Solver(made).solve()
@@ -67,6 +78,17 @@ def equations(graph: BondGraph, causality: Causality | None = None) -> System:
             return displaced_equations(graph)
         except GraphError:
             raise error from None
+
+
+def _with_dependent(graph: BondGraph, conflict: CausalConflict) -> System:
+    """Derive the equations of a graph in which storages that could be independent have to yield."""
+    most = 60
+    tried = [_collected(graph, c) for c in islice(with_dependent_storages(graph), most)]
+    for derive in (_Solver, lambda made: _Solver(displaced(made))):
+        for made in tried:
+            with suppress(GraphError):
+                return derive(made).solve()
+    raise conflict
 
 
 def displaced_equations(graph: BondGraph) -> System:

@@ -15,6 +15,7 @@ from hypothesis import strategies as st
 
 from bondgraph import BondGraph, CausalConflict, GraphError
 from bondgraph.analysis.linear import eigenvalues, linear_rates
+from bondgraph.causality.assignment import assign_causality
 from bondgraph.equations.codegen import signal_function
 from bondgraph.equations.derivation import equations
 from bondgraph.equations.system import System
@@ -54,6 +55,11 @@ def response(model: System, names: tuple[str, ...]) -> np.ndarray:
     return np.asarray(y[:, :n] @ states + y[:, n:] @ u)
 
 
+def told(model: System, names: tuple[str, ...]) -> tuple[str, ...]:
+    """Return the signals that a system has: not the flow of a storage that had to yield."""
+    return tuple(n for n in names if {n, model.aliases.get(n)} & {*model.signals})
+
+
 def signals(g: BondGraph) -> tuple[str, ...]:
     return tuple(f"{k}_{e.name}" for e in g.elements.values() for k in "ef" if e.n_ports == 1)
 
@@ -73,7 +79,7 @@ def test_every_signal_equals_the_brute_force(seed: int) -> None:
         return
     assert order is not None, "a singular graph was accepted"
     assert model.order == order
-    names = signals(g)
+    names = told(model, signals(g))
     right = truth(g, names)
     assert response(model, names) == pytest.approx(right, rel=1e-7, abs=1e-8 * abs(right).max())
 
@@ -120,7 +126,7 @@ def test_order_and_names_do_not_matter(seed: int) -> None:
     if model is None or other is None:
         return
     assert model.order == other.order
-    names = signals(g)
+    names = told(model, signals(g))
     ours = response(model, names)
     theirs = response(other, tuple(f"{n[:2]}{new[n[2:]]}" for n in names))
     assert ours == pytest.approx(theirs, rel=1e-7, abs=1e-8 * abs(ours).max())
@@ -162,10 +168,33 @@ def test_power_is_conserved_in_the_junction_structure() -> None:
 
 
 def test_few_solvable_graphs_are_refused() -> None:
-    """Some loops of bonds have a solution but no causality of bonds; they are refused, and rare."""
+    """Of 19 in the first 1,400 whose storages cannot have what they prefer 11 are refused."""
     refused = 0
     for seed in range(40):
         g = random_graph(seed)
         model, order = derived(g)
         refused += model is None and order is not None
-    assert refused <= 1
+    assert refused == 0
+
+
+@pytest.mark.parametrize("seed", [14, 288, 384, 588, 799, 847, 1166, 1340])
+def test_storages_yield_where_a_loop_of_bonds_ties_them(seed: int) -> None:
+    """Each of them alone could be independent: causality by preference ends in a conflict."""
+    g = random_graph(seed)
+    with pytest.raises(CausalConflict):
+        assign_causality(g)
+    model, order = derived(g)
+    assert model is not None
+    assert model.order == order
+    names = told(model, signals(g))
+    assert names
+    right = truth(g, names)
+    assert response(model, names) == pytest.approx(right, rel=1e-7, abs=1e-8 * abs(right).max())
+
+
+@pytest.mark.parametrize("seed", [30, 35, 38])
+def test_what_has_no_solution_is_a_conflict_whichever_storage_yields(seed: int) -> None:
+    g = random_graph(seed)
+    assert degree(*pencil(g)[:2]) is None
+    with pytest.raises(CausalConflict):
+        equations(g)
