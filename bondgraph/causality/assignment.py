@@ -41,8 +41,8 @@ from bondgraph.support.errors import GraphError, unknown_name
 MOST_ALTERNATIVES = 1000
 MOST_RETRIES = 10_000
 MOST_FIRST = 200
-MOST_YIELDING = 3
-MOST_WORK = 20_000
+MOST_YIELDING = 6
+MOST_WORK = 60_000
 """Bonds that are assigned anew at the most, in search of storages that have to yield."""
 
 Preference: TypeAlias = Literal["integral", "derivative"]
@@ -169,7 +169,8 @@ def with_dependent_storages(graph: BondGraph, first: Sequence[str] = ()) -> Iter
     """Yield assignments of a graph that has none while each storage gets what it prefers.
 
     A loop of bonds may tie storages to each other though each of them alone could be independent:
-    only where some of them yield is a choice left for the loop. One, two and three are tried.
+    only where some of them yield is a choice left for the loop. As few as will do come first;
+    nothing is tried where sources contradict each other.
 
     Parameters
     ----------
@@ -178,12 +179,18 @@ def with_dependent_storages(graph: BondGraph, first: Sequence[str] = ()) -> Iter
         As in `assign_causality`.
     """
     graph.require_sound()
+    with suppress(CausalConflict):
+        _imposed_strokes(graph, ())
+        yield from _yielding(graph, tuple(first))
+
+
+def _yielding(graph: BondGraph, first: tuple[str, ...]) -> Iterator[Causality]:
     names = [n for n, _, _ in storage_ports(graph) if n not in first]
     every = (combinations(names, count) for count in range(1, MOST_YIELDING + 1))
     worth = MOST_WORK // max(len(graph.bonds), 1)
     for yielding in islice(chain.from_iterable(every), worth):
         with suppress(CausalConflict):
-            yield _assign(graph, "integral", (), tuple(first), yielding)
+            yield _assign(graph, "integral", (), first, yielding)
 
 
 def alternatives(graph: BondGraph, most: int = MOST_ALTERNATIVES) -> tuple[Causality, ...]:
@@ -236,13 +243,7 @@ def _assign(
     first: tuple[str, ...],
     yielding: tuple[str, ...] = (),
 ) -> Causality:
-    sensors = {s.name for s in graph.of_type(Sensor)}
-    for name in inverted:
-        if name not in sensors:
-            raise unknown_name("sensor", name, graph.name, sensors)
-    table = _Table(graph, sensors - set(inverted))
-    for e, bond, effort_out, reason in _imposed(graph, inverted):
-        table.stroke(bond, _end(bond, e.name, effort_out), reason)
+    table = _imposed_strokes(graph, inverted)
     derivative = []
     for name, bond, e in _ordered(graph, (*yielding, *first)):
         integral = isinstance(e, C | CField)
@@ -264,6 +265,18 @@ def _assign(
         tuple(derivative),
         chosen,
     )
+
+
+def _imposed_strokes(graph: BondGraph, inverted: tuple[str, ...]) -> _Table:
+    """Return the strokes that no choice can change."""
+    sensors = {s.name for s in graph.of_type(Sensor)}
+    for name in inverted:
+        if name not in sensors:
+            raise unknown_name("sensor", name, graph.name, sensors)
+    table = _Table(graph, sensors - set(inverted))
+    for e, bond, effort_out, reason in _imposed(graph, inverted):
+        table.stroke(bond, _end(bond, e.name, effort_out), reason)
+    return table
 
 
 def _imposed(

@@ -17,6 +17,7 @@ from bondgraph.causality.assignment import (
     storage_ports,
     with_dependent_storages,
 )
+from bondgraph.equations.cancelled_rates import without_cancelled_rates
 from bondgraph.equations.closed_forms import Closing
 from bondgraph.equations.dependent_storage import displaced
 from bondgraph.equations.elimination import eliminate_named
@@ -35,6 +36,8 @@ from bondgraph.support.errors import GraphError
 
 SHORT = 40
 LONG = 40
+MOST_TRIED = 4
+"""Assignments with storages that yield of which one must have equations: so far the first had."""
 
 
 def equations(graph: BondGraph, causality: Causality | None = None) -> System:
@@ -74,20 +77,20 @@ def equations(graph: BondGraph, causality: Causality | None = None) -> System:
     except DerivativeCausality as error:
         if not made.dependents:
             raise
-        try:
+        with suppress(GraphError):
             return displaced_equations(graph)
-        except GraphError:
-            raise error from None
+        with suppress(GraphError):
+            return _Solver(without_cancelled_rates(made)).solve()
+        raise error from None
 
 
 def _with_dependent(graph: BondGraph, conflict: CausalConflict) -> System:
     """Derive the equations of a graph in which storages that could be independent have to yield."""
-    most = 60
-    tried = [_collected(graph, c) for c in islice(with_dependent_storages(graph), most)]
-    for derive in (_Solver, lambda made: _Solver(displaced(made))):
-        for made in tried:
+    for causality in islice(with_dependent_storages(graph), MOST_TRIED):
+        made = _collected(graph, causality)
+        for changed in (replace, without_cancelled_rates):
             with suppress(GraphError):
-                return derive(made).solve()
+                return _Solver(changed(made)).solve()
     raise conflict
 
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 import random
 from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
+from typing import Any
 
 import sympy as sp
 
@@ -56,26 +57,16 @@ def rational(c: sp.Expr, value: Callable[[str], Fraction]) -> Fraction:
     return Fraction(number.real)
 
 
-class _Numbers:
-    """Float and residue of coefficients; symbols without a declared value get random ones."""
+class Residues:
+    """Values of expressions modulo a prime, at random values of their symbols."""
 
-    def __init__(self, nominal: Mapping[str, float]) -> None:
-        self._float = {n: v for n, v in nominal.items() if v == v and abs(v) != float("inf")}
+    def __init__(self) -> None:
         self._residue: dict[object, int] = {}
         self._random = random.Random(20260101)
 
-    def name(self, name: str, near: float, residue: int) -> None:
-        """Give a named coefficient its numbers."""
-        self._float[name] = near
-        self._residue[name] = residue
-
-    def near(self, c: sp.Expr) -> float:
-        """Return the value at the declared parameters."""
-        if c.is_Symbol:
-            return self._float.setdefault(str(c), self._random.uniform(0.5, 2.0))
-        put = {s: sp.Float(self.near(s)) for s in c.free_symbols}
-        value = complex(c.xreplace(put)) if put else complex(c)
-        return value.real if not value.imag else float("nan")
+    def of(self, c: Any) -> int:
+        """Return the residue of a number or an expression."""
+        return self.residue(sp.sympify(c))
 
     def residue(self, c: sp.Expr) -> int:
         """Return the value modulo a prime at random values of the symbols."""
@@ -99,6 +90,27 @@ class _Numbers:
         if key not in self._residue:
             self._residue[key] = self._random.randrange(1, PRIME)
         return self._residue[key]
+
+
+class _Numbers(Residues):
+    """Float and residue of coefficients; symbols without a declared value get random ones."""
+
+    def __init__(self, nominal: Mapping[str, float]) -> None:
+        super().__init__()
+        self._float = {n: v for n, v in nominal.items() if v == v and abs(v) != float("inf")}
+
+    def name(self, name: str, near: float, residue: int) -> None:
+        """Give a named coefficient its numbers."""
+        self._float[name] = near
+        self._residue[name] = residue
+
+    def near(self, c: sp.Expr) -> float:
+        """Return the value at the declared parameters."""
+        if c.is_Symbol:
+            return self._float.setdefault(str(c), self._random.uniform(0.5, 2.0))
+        put = {s: sp.Float(self.near(s)) for s in c.free_symbols}
+        value = complex(c.xreplace(put)) if put else complex(c)
+        return value.real if not value.imag else float("nan")
 
 
 def eliminate_named(

@@ -55,11 +55,6 @@ def response(model: System, names: tuple[str, ...]) -> np.ndarray:
     return np.asarray(y[:, :n] @ states + y[:, n:] @ u)
 
 
-def told(model: System, names: tuple[str, ...]) -> tuple[str, ...]:
-    """Return the signals that a system has: not the flow of a storage that had to yield."""
-    return tuple(n for n in names if {n, model.aliases.get(n)} & {*model.signals})
-
-
 def signals(g: BondGraph) -> tuple[str, ...]:
     return tuple(f"{k}_{e.name}" for e in g.elements.values() for k in "ef" if e.n_ports == 1)
 
@@ -79,7 +74,7 @@ def test_every_signal_equals_the_brute_force(seed: int) -> None:
         return
     assert order is not None, "a singular graph was accepted"
     assert model.order == order
-    names = told(model, signals(g))
+    names = signals(g)
     right = truth(g, names)
     assert response(model, names) == pytest.approx(right, rel=1e-7, abs=1e-8 * abs(right).max())
 
@@ -126,7 +121,7 @@ def test_order_and_names_do_not_matter(seed: int) -> None:
     if model is None or other is None:
         return
     assert model.order == other.order
-    names = told(model, signals(g))
+    names = signals(g)
     ours = response(model, names)
     theirs = response(other, tuple(f"{n[:2]}{new[n[2:]]}" for n in names))
     assert ours == pytest.approx(theirs, rel=1e-7, abs=1e-8 * abs(ours).max())
@@ -168,7 +163,7 @@ def test_power_is_conserved_in_the_junction_structure() -> None:
 
 
 def test_few_solvable_graphs_are_refused() -> None:
-    """Of 19 in the first 1,400 whose storages cannot have what they prefer 11 are refused."""
+    """None: where each storage cannot have what it prefers, some of them yield."""
     refused = 0
     for seed in range(40):
         g = random_graph(seed)
@@ -177,17 +172,19 @@ def test_few_solvable_graphs_are_refused() -> None:
     assert refused == 0
 
 
-@pytest.mark.parametrize("seed", [14, 288, 384, 588, 799, 847, 1166, 1340])
+@pytest.mark.parametrize("seed", [14, 147, 326, 384, 444, 626, 799, 1212, 1606, 2242, 3361])
 def test_storages_yield_where_a_loop_of_bonds_ties_them(seed: int) -> None:
-    """Each of them alone could be independent: causality by preference ends in a conflict."""
+    """Each of them alone could be independent: causality by preference ends in a conflict.
+
+    These are 11 of 58 such graphs among the first 5,000; none of the 58 is refused.
+    """
     g = random_graph(seed)
     with pytest.raises(CausalConflict):
         assign_causality(g)
     model, order = derived(g)
     assert model is not None
     assert model.order == order
-    names = told(model, signals(g))
-    assert names
+    names = signals(g)
     right = truth(g, names)
     assert response(model, names) == pytest.approx(right, rel=1e-7, abs=1e-8 * abs(right).max())
 
