@@ -10,7 +10,7 @@ import numpy as np
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.sensors import Sensor
 from bondgraph.signals.recording import Recording, Split, default_split
-from bondgraph.signals.split import interleaved
+from bondgraph.signals.split import interleaved, stretches
 from bondgraph.signals.wrapping import wrap_period
 from bondgraph.support.errors import UnusableInput, unknown_name
 from identification.diagnosis.screening.mixups import stuck
@@ -78,10 +78,23 @@ def material_of(asked: Asked) -> Material:
     begins = asked.cuts or breaks
     data = replace(
         data, floor=level, floor_measured=len(known) == len(sensors), floor_known=known,
-        breaks=begins, cuts=inner,
+        breaks=begins, cuts=inner, begin=0 if begins else _begin(split),
     )  # fmt: skip
     ours = asked.split is None and not breaks and recording.n >= LEAST_TO_INTERLEAVE
     return Material(recording, data, read, given, ours, _nothing_moves(data))
+
+
+def _begin(split: Split) -> int:
+    """Return where a state begins to be simulated: shortly before a leading rest ends."""
+    if split.rest is None:
+        return 0
+    scored = min(p.start or 0 for p in (*stretches(split.train), *stretches(split.test)))
+    return max(min(split.rest.stop, scored) - STILL, 0)
+
+
+STILL = 24
+"""Samples of a rest that are simulated: what rubs comes to a stand in them before it is scored, and
+little of a state has died away."""
 
 
 def _declared_steps(graph: BondGraph) -> dict[str, float]:
