@@ -12,6 +12,8 @@ from typing import Any
 
 from tqdm import tqdm
 
+from bondgraph.support.notice import Notice
+
 SEARCHED = 0.9
 """Fraction of a diagnosis from which on it only writes up what it has."""
 
@@ -86,7 +88,7 @@ class Bar:
             total=100, disable=quiet or not terminal, file=sys.stderr, leave=False,
             bar_format="{l_bar}{bar}| {elapsed}", dynamic_ncols=True,
         )  # fmt: skip
-        self._lines = not quiet and not terminal
+        self._quiet, self._lines = quiet, not quiet and not terminal
         self._begin = self._last = monotonic()
 
     def __enter__(self) -> Bar:
@@ -98,7 +100,12 @@ class Bar:
         self._bar.close()
 
     def __call__(self, text: str, fraction: float) -> None:
-        """Move to `fraction` (0..1) and show `text`."""
+        """Move to `fraction` (0..1) and show `text`; a notice stays as a line of its own."""
+        if isinstance(text, Notice):
+            if not self._quiet:
+                self._bar.write(f"suspect: {text}", file=sys.stderr)
+                sys.stderr.flush()
+            return
         self._bar.set_description_str(text[:48].ljust(48))
         self._bar.n = max(self._bar.n, round(100 * fraction))
         self._bar.refresh()

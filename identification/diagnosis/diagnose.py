@@ -17,6 +17,7 @@ from bondgraph.graph.sensors import Sensor
 from bondgraph.signals.recording import Recording, Split
 from bondgraph.signals.split import kept_back
 from bondgraph.support.errors import BondsightError, UnusableInput
+from bondgraph.support.notice import Notice
 from bondgraph.support.parallel import ending
 from identification.diagnosis.evidence.answer import Decision
 from identification.diagnosis.evidence.disturbed import disturbed
@@ -36,7 +37,7 @@ from identification.diagnosis.localisation.structural_classes import (
     excited_frequencies,
     structure,
 )
-from identification.diagnosis.screening.mixups import Mixup, mixups
+from identification.diagnosis.screening.mixups import Mixup, in_doubt, mixups
 from identification.diagnosis.screening.observation import scene
 from identification.diagnosis.screening.port_history import FittedModel
 from identification.diagnosis.screening.port_response import probes
@@ -246,9 +247,9 @@ def diagnose(
         Effects that were named on another division of the same recording: the search goes on
         beside them.
     progress : callable, optional
-        Called with a text and a fraction between 0 and 1. KeyboardInterrupt, from there or from
-        the keyboard, ends the search with the effects that were named before; it is passed on
-        before the model as it is has been fitted.
+        Called with a text and a fraction between 0 and 1; a text that is to stay is a `Notice`.
+        KeyboardInterrupt, from there or from the keyboard, ends the search with the effects that
+        were named before; it is passed on before the model as it is has been fitted.
 
     Raises
     ------
@@ -310,9 +311,13 @@ def _diagnosed(
     declared = declared_fit(template, nominal)
     result = replace(result, data=data, declared=declared, nominal=nominal)
     try:
+        say("looking for channels that are mixed up", 0.06)
         mistakes = mixups(result.graph, nominal, jobs=options.jobs)
         if any(m.kind != "dead" for m in mistakes):
             return _mistaken(result, mistakes)
+        # what is evident now need not wait for the search; one on finer stretches says it again
+        for sentence in () if known else _suspected(result.graph, nominal, mistakes):
+            say(Notice(sentence), 0.07)
         base = thinned(template, nominal, options)
         frequencies = excited_frequencies(list(data.commands.values()), data.dt)
         classes = structure(base.fit.problem.graph.with_values(_own_values(base.fit)), frequencies)
@@ -358,6 +363,11 @@ def _diagnosed(
     from identification.diagnosis.explanation.advice import advice
 
     return replace(result, advice=advice(result, frequencies))
+
+
+def _suspected(graph: BondGraph, nominal: Fit, mistakes: Sequence[Mixup]) -> tuple[str, ...]:
+    """Return what looks wrong with channels and values before anything is searched."""
+    return (*(m.sentence for m in mistakes), *in_doubt(nominal, graph.parameters))
 
 
 def _undecided(
