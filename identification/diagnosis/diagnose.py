@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
+from time import monotonic, perf_counter
 from typing import Any
 
 import numpy as np
@@ -16,6 +16,7 @@ from bondgraph.graph.checking import require_graph
 from bondgraph.graph.sensors import Sensor
 from bondgraph.signals.recording import Recording, Split
 from bondgraph.signals.split import kept_back
+from bondgraph.support.deadline import Deadline
 from bondgraph.support.errors import BondsightError, UnusableInput
 from bondgraph.support.notice import Notice
 from bondgraph.support.parallel import ending
@@ -222,6 +223,7 @@ def diagnose(
     progress: Progress | None = None,
     seed: int = 0,
     known: Sequence[Decision] = (),
+    time: float | None = None,
 ) -> Diagnosis:
     """Diagnose the mismatch between `graph` and `recording`.
 
@@ -250,18 +252,29 @@ def diagnose(
         Called with a text and a fraction between 0 and 1; a text that is to stay is a `Notice`.
         KeyboardInterrupt, from there or from the keyboard, ends the search with the effects that
         were named before; it is passed on before the model as it is has been fitted.
+    time : float, optional
+        Seconds after which the search ends with what was named by then, as ``--time`` of the
+        command line. (The column of the time is the one called so, or that of
+        ``Recording.read(path, map={"t": ...})``.)
 
     Raises
     ------
     GraphError, UnusableInput
-        The model or the channels cannot be used; one line says why.
+        The model or the channels cannot be used, or the time was over before the model as it is
+        had been fitted; one line says why.
 
     Examples
     --------
     >>> [step.chosen.label for step in found.findings]  # found = diagnose(graph, rubbing)
     ['coulomb_friction at d']
     """
-    begin = time.perf_counter()
+    if time is not None:
+        again = partial(
+            diagnose, graph, recording, split, model=model, options=options, limits=limits,
+            hold=hold, noise=noise, seed=seed, known=known,
+        )  # fmt: skip
+        return _in_time(again, progress or _silent, time)
+    begin = perf_counter()
     say = progress or _silent
     options, limits = options or DiagnosisOptions(), limits or Thresholds()
     if not isinstance(graph, Study):
@@ -289,7 +302,23 @@ def diagnose(
         with calm(), ending():
             made = _diagnosed(result, material, options, say, tuple(known))
     say("done", 1.0)
-    return replace(made, seconds=time.perf_counter() - begin)
+    return replace(made, seconds=perf_counter() - begin)
+
+
+def _in_time(made: Callable[..., Diagnosis], say: Progress, seconds: float) -> Diagnosis:
+    """Diagnose, and end the search after so many seconds."""
+    if not 0.0 < seconds < float("inf"):
+        raise UnusableInput(f"time = {seconds!r}: give the seconds after which the search ends")
+    deadline = Deadline(say, monotonic() + seconds)
+    try:
+        with deadline:
+            return made(progress=deadline)
+    except KeyboardInterrupt:
+        if not deadline.over:
+            raise
+        raise UnusableInput(
+            f"the {seconds:g} s were over before the model as it is had been fitted; give more time"
+        ) from None
 
 
 def _diagnosed(
