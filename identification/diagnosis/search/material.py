@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -17,7 +17,7 @@ from identification.diagnosis.screening.mixups import stuck
 from identification.diagnosis.search.asked import Asked
 from identification.study.factors import drives
 from identification.study.joined import joined, split_of
-from identification.study.noise_floor import read_noise
+from identification.study.noise_floor import declared_noise, read_noise
 from identification.study.problem import Data, data_for
 from identification.study.turns import in_turn
 
@@ -175,18 +175,6 @@ def _nothing_moves(data: Data) -> str:
     if (data.readings.std(axis=0) > 1.5 * data.floor).any():
         return ""
     return "the commands are constant and the readings only noise: excite the system"
-
-
-def declared_noise(recording: Recording, sensors: Collection[str]) -> dict[str, float]:
-    """Return the noise that the recording itself declares for readings of the model."""
-    known = recording.meta.get("noise")
-    found = known if isinstance(known, Mapping) else {}
-    try:
-        return {n: float(found[n]) for n in sensors if n in found}
-    except (TypeError, ValueError):
-        raise UnusableInput(
-            f"{recording.name}: what it says of its noise is no number; give --noise SENSOR=VALUE"
-        ) from None
 
 
 def given_noise(noise: Mapping[str, float], sensors: Sequence[str], model: str) -> dict[str, float]:

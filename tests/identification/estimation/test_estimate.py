@@ -68,6 +68,23 @@ def test_a_print_says_where_held_out_errors_are_far_above_the_noise(plain: Estim
     assert "far above the noise" not in str(plain)
 
 
+def test_a_drawing_measures_what_is_left_by_the_noise_that_is_stated() -> None:
+    """Its own rms would make the residual of a model that fails look like noise."""
+    made = record(400, graph=spring(k=260.0))
+    wrong = {"free": ("m",), "fixed": {"k": 200.0, "d": 2.0}}
+    told = Recording("run", made.time, made.channels, made.units, meta={"noise": {"x": NOISE}})
+    for given, recording, word in (
+        ({}, made, "the noise fitted (its rms)"),
+        ({}, told, "the noise declared"),
+        ({"noise": {"x": NOISE}}, made, "the noise given"),
+    ):
+        found = estimate(Study(spring(m=0.7), recording, **wrong, **given))  # type: ignore[arg-type]
+        ((_, right),) = found.plot()
+        assert right.get_ylabel() == f"left over, times {word}"
+        size = np.sqrt(np.mean(np.square(right.lines[0].get_ydata())))
+        assert bool(size > 10.0) == (word != "the noise fitted (its rms)"), size
+
+
 def test_interval_is_as_wide_as_the_estimates_scatter() -> None:
     scores = []
     for seed in range(20):
