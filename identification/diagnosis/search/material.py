@@ -88,8 +88,8 @@ def _begin(split: Split) -> int:
     """Return where a state begins to be simulated: shortly before a leading rest ends."""
     if split.rest is None:
         return 0
-    scored = min(p.start or 0 for p in (*stretches(split.train), *stretches(split.test)))
-    return max(min(split.rest.stop, scored) - STILL, 0)
+    scored: int = min(p.start or 0 for p in (*stretches(split.train), *stretches(split.test)))
+    return max(min(int(split.rest.stop), scored) - STILL, 0)
 
 
 STILL = 24

@@ -9,6 +9,7 @@ import numpy as np
 from bondgraph.graph.sensors import Sensor
 from bondgraph.laws import Periodic
 from bondgraph.support.arrays import Array
+from identification.diagnosis.catalogue.places import law_of
 from identification.diagnosis.diagnose import Diagnosis
 from identification.diagnosis.localisation.recording.variables import variables_of
 from identification.diagnosis.screening.observation import traced
@@ -27,11 +28,10 @@ SMOOTH = 200
 def repeating(d: Diagnosis, name: str, past: PortHistory) -> Candidate | None:
     """Return the first law still in question at an element that repeats many times on its way."""
     for t in (t for s in d.findings for t in (*s.possible, *s.same_place)):
-        law = getattr(t.fit.problem.graph.elements.get(_holder(t)), "law", None)
-        if t.element == name and isinstance(law, Periodic):
+        if t.element == name and isinstance(law_of(t.fit.problem.graph[_holder(t)]), Periodic):
             way, period = _way(d, t, past), t.fit.values[f"period_{_holder(t)}"]
-            seen = way is not None and way.size == past.n
-            return t if seen and np.ptp(way) > TURNS * period > 0 else None
+            many = way is not None and np.ptp(way) > TURNS * period > 0
+            return t if many else None
     return None
 
 
@@ -45,7 +45,8 @@ def turned_plane(
     way, held = _way(d, t, past), _holder(t)
     assert way is not None
     a, b, period = (t.fit.values[f"{n}_{held}"] for n in ("a", "b", "period"))
-    law = t.fit.problem.graph[held].law
+    law = law_of(t.fit.problem.graph[held])
+    assert isinstance(law, Periodic)
     inside = way % period
     s = np.linspace(0.0, period, SMOOTH)
     w = a * np.sin(2 * np.pi * s / period) + b * np.cos(2 * np.pi * s / period)
@@ -78,9 +79,9 @@ def _way(d: Diagnosis, t: Candidate, past: PortHistory) -> Array | None:
     if isinstance(d.graph[t.element], Sensor):
         return past.argument
     seen = traced(t.fit, _holder(t))
-    if seen is None or d.data is None:
+    if seen is None or d.scene is None:
         return None
-    return np.interp(d.data.time, t.fit.problem.data.time, seen[0])
+    return np.asarray(np.interp(d.scene.data.time, t.fit.problem.data.time, seen[0]))
 
 
 def _holder(t: Candidate) -> str:
