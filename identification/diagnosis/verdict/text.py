@@ -184,8 +184,8 @@ def _sort(kind: str) -> str:
 
 def _fits(step: Decision, d: Diagnosis) -> str:
     """How much a named effect explains and how well its law fits, in brackets."""
-    left = step.remaining
-    much = _much(step.share, 0, left is not None and left.is_noise(d.limits.noise))
+    last = step is d.findings[-1] and d.left is not None and d.left.is_noise(d.limits.noise)
+    much = _much(step.share, 0, step.answer == "exact" or last)
     said = f"explains {much} of the misfit"
     if step.physics:
         assert step.chosen is not None
