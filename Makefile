@@ -9,6 +9,8 @@ WORKERS ?= 2
 TRIAL ?= bondsight-out/blind
 VENV := .venv
 BIN := $(VENV)/bin
+AGAIN = [ ! -e $(VENV)/.core ] || echo "bringing the environment in $(VENV) up to date"
+PIP := $(BIN)/python -m pip install --quiet --quiet --disable-pip-version-check
 
 .PHONY: help environment demo test lint types tests coverage docs proofs proof proof-quick wheel bench notebooks format clean
 
@@ -88,6 +90,7 @@ clean:
 # An interpreter of at least 3.11: PYTHON if it is one, else the newest python3.x on the path.
 # Without ensurepip (some distributions split it off) the outer pip fills the environment.
 $(BIN)/python:
+	@echo "setting up the environment in $(VENV): about two minutes the first time"
 	@set -e; chosen=; \
 	for p in $(PYTHON) python3 python3.14 python3.13 python3.12 python3.11 python; do \
 	  if command -v "$$p" >/dev/null 2>&1 && \
@@ -98,13 +101,15 @@ $(BIN)/python:
 	  echo "no Python >= 3.11 found; install one or call make PYTHON=..." >&2; exit 1; fi; \
 	if "$$chosen" -c 'import ensurepip' 2>/dev/null; then "$$chosen" -m venv --clear $(VENV); \
 	else "$$chosen" -m venv --clear --without-pip $(VENV); \
-	  "$$chosen" -m pip --python $(BIN)/python install --quiet pip; fi
-	-@$(BIN)/python -m pip install --quiet --disable-pip-version-check --upgrade pip
+	  "$$chosen" -m pip --python $(BIN)/python install --quiet --quiet pip; fi
+	-@$(PIP) --upgrade pip
 
 $(VENV)/.core: pyproject.toml | $(BIN)/python
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e .
+	@$(AGAIN)
+	@$(PIP) -e .
 	@touch $@
 
 $(VENV)/.test: pyproject.toml | $(BIN)/python
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[test,dev]'
+	@$(AGAIN)
+	@$(PIP) -e '.[test,dev]'
 	@touch $@ $(VENV)/.core

@@ -62,6 +62,13 @@ def test_every_link_has_a_text(page: Path) -> None:
     assert re.findall(r"\[\]\([^)]*\)", page.read_text(encoding="utf-8")) == []
 
 
+@pytest.mark.parametrize(("name", "extra"), [("to_pandas()", "tables"), ("an FMU", "fmi")])
+def test_the_first_lesson_says_what_is_to_be_installed(name: str, extra: str) -> None:
+    page = (ROOT / "docs/tutorials/first_diagnosis.md").read_text(encoding="utf-8")
+    assert name in page
+    assert f"pip install 'bondsight[{extra}]'" in page
+
+
 def test_the_first_block_of_the_first_lesson_is_a_model_file() -> None:
     names: dict[str, Any] = {}
     exec(_blocks(ROOT / "docs/tutorials/first_diagnosis.md")[0], names)

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from bondsight.cli.arguments import OUT, add_jobs, nonnegative
-from bondsight.cli.output import writable
+from bondsight.cli.output import ended_like_ctrl_c, writable
 
 
 def add_demo_command(verbs: Any) -> None:
@@ -32,6 +32,7 @@ def add_demo_command(verbs: Any) -> None:
     p.set_defaults(run=_demo)
 
 
+@ended_like_ctrl_c()
 def _demo(options: argparse.Namespace) -> int:
     from bondsight.cli.demonstration import Wish, demo, score
 

@@ -127,7 +127,8 @@ def _found(
     from actuators.models.opening import load_model, model_name
     from bondgraph.causality.assignment import assign_causality
     from bondgraph.signals.recording import Recording
-    from bondsight.cli.progress import Bar, Deadline
+    from bondgraph.support.deadline import Deadline
+    from bondsight.cli.progress import Bar
     from identification.diagnosis.diagnose import diagnose
     from identification.diagnosis.search.candidates import DiagnosisOptions
     from identification.study.driven import require_driven

@@ -41,6 +41,7 @@ def add_fit_command(verbs: Any) -> None:
     p.set_defaults(run=_fit)
 
 
+@ended_like_ctrl_c()
 def _fit(options: argparse.Namespace) -> int:
     from numpy.linalg import LinAlgError
 
@@ -67,8 +68,7 @@ def _fit(options: argparse.Namespace) -> int:
     for finding in before:
         print(f"bondsight: warning: {finding}", file=sys.stderr)
     with Bar(options.quiet) as bar:
-        with ended_like_ctrl_c():
-            found, starts = _run(options, study, bar)
+        found, starts = _run(options, study, bar)
         archive, values = options.out / "fit.npz", options.out / "fit.json"
         save_fit(found, archive, command=command)  # before anything else can be stopped
         write_values(found, values)

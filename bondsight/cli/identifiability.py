@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from bondsight.cli.arguments import MODEL, add_jobs, add_map, add_several, mapping_of
+from bondsight.cli.output import ended_like_ctrl_c
 
 
 def add_identifiability_command(verbs: Any) -> None:
@@ -27,6 +28,7 @@ def add_identifiability_command(verbs: Any) -> None:
     p.set_defaults(run=_identifiability)
 
 
+@ended_like_ctrl_c()
 def _identifiability(options: argparse.Namespace) -> int:
     from actuators.models.opening import load_model
     from bondgraph.support.errors import UnusableInput

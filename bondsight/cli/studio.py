@@ -75,7 +75,7 @@ def stoppable(live: LiveStudio) -> Callable[[str, float], None]:
 
     What was asked before it began, such as during a take, does not count.
     """
-    from bondsight.cli.progress import SEARCHED
+    from bondgraph.support.deadline import SEARCHED
 
     live.go_on()
 

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
+from time import monotonic, perf_counter
 from typing import Any
 
 import numpy as np
@@ -16,7 +16,9 @@ from bondgraph.graph.checking import require_graph
 from bondgraph.graph.sensors import Sensor
 from bondgraph.signals.recording import Recording, Split
 from bondgraph.signals.split import kept_back
+from bondgraph.support.deadline import Deadline
 from bondgraph.support.errors import BondsightError, UnusableInput
+from bondgraph.support.notice import Notice
 from bondgraph.support.parallel import ending
 from identification.diagnosis.evidence.answer import Decision
 from identification.diagnosis.evidence.disturbed import disturbed
@@ -36,7 +38,7 @@ from identification.diagnosis.localisation.structural_classes import (
     excited_frequencies,
     structure,
 )
-from identification.diagnosis.screening.mixups import Mixup, mixups
+from identification.diagnosis.screening.mixups import Mixup, in_doubt, mixups
 from identification.diagnosis.screening.observation import scene
 from identification.diagnosis.screening.port_history import FittedModel
 from identification.diagnosis.screening.port_response import probes
@@ -221,6 +223,7 @@ def diagnose(
     progress: Progress | None = None,
     seed: int = 0,
     known: Sequence[Decision] = (),
+    time: float | None = None,
 ) -> Diagnosis:
     """Diagnose the mismatch between `graph` and `recording`.
 
@@ -246,21 +249,32 @@ def diagnose(
         Effects that were named on another division of the same recording: the search goes on
         beside them.
     progress : callable, optional
-        Called with a text and a fraction between 0 and 1. KeyboardInterrupt, from there or from
-        the keyboard, ends the search with the effects that were named before; it is passed on
-        before the model as it is has been fitted.
+        Called with a text and a fraction between 0 and 1; a text that is to stay is a `Notice`.
+        KeyboardInterrupt, from there or from the keyboard, ends the search with the effects that
+        were named before; it is passed on before the model as it is has been fitted.
+    time : float, optional
+        Seconds after which the search ends with what was named by then, as ``--time`` of the
+        command line. (The column of the time is the one called so, or that of
+        ``Recording.read(path, map={"t": ...})``.)
 
     Raises
     ------
     GraphError, UnusableInput
-        The model or the channels cannot be used; one line says why.
+        The model or the channels cannot be used, or the time was over before the model as it is
+        had been fitted; one line says why.
 
     Examples
     --------
     >>> [step.chosen.label for step in found.findings]  # found = diagnose(graph, rubbing)
     ['coulomb_friction at d']
     """
-    begin = time.perf_counter()
+    if time is not None:
+        again = partial(
+            diagnose, graph, recording, split, model=model, options=options, limits=limits,
+            hold=hold, noise=noise, seed=seed, known=known,
+        )  # fmt: skip
+        return _in_time(again, progress or _silent, time)
+    begin = perf_counter()
     say = progress or _silent
     options, limits = options or DiagnosisOptions(), limits or Thresholds()
     if not isinstance(graph, Study):
@@ -288,7 +302,23 @@ def diagnose(
         with calm(), ending():
             made = _diagnosed(result, material, options, say, tuple(known))
     say("done", 1.0)
-    return replace(made, seconds=time.perf_counter() - begin)
+    return replace(made, seconds=perf_counter() - begin)
+
+
+def _in_time(made: Callable[..., Diagnosis], say: Progress, seconds: float) -> Diagnosis:
+    """Diagnose, and end the search after so many seconds."""
+    if not 0.0 < seconds < float("inf"):
+        raise UnusableInput(f"time = {seconds!r}: give the seconds after which the search ends")
+    deadline = Deadline(say, monotonic() + seconds)
+    try:
+        with deadline:
+            return made(progress=deadline)
+    except KeyboardInterrupt:
+        if not deadline.over:
+            raise
+        raise UnusableInput(
+            f"the {seconds:g} s were over before the model as it is had been fitted; give more time"
+        ) from None
 
 
 def _diagnosed(
@@ -310,9 +340,13 @@ def _diagnosed(
     declared = declared_fit(template, nominal)
     result = replace(result, data=data, declared=declared, nominal=nominal)
     try:
+        say("looking for channels that are mixed up", 0.06)
         mistakes = mixups(result.graph, nominal, jobs=options.jobs)
         if any(m.kind != "dead" for m in mistakes):
             return _mistaken(result, mistakes)
+        # what is evident now need not wait for the search; one on finer stretches says it again
+        for sentence in () if known else _suspected(result.graph, nominal, mistakes):
+            say(Notice(sentence), 0.07)
         base = thinned(template, nominal, options)
         frequencies = excited_frequencies(list(data.commands.values()), data.dt)
         classes = structure(base.fit.problem.graph.with_values(_own_values(base.fit)), frequencies)
@@ -358,6 +392,11 @@ def _diagnosed(
     from identification.diagnosis.explanation.advice import advice
 
     return replace(result, advice=advice(result, frequencies))
+
+
+def _suspected(graph: BondGraph, nominal: Fit, mistakes: Sequence[Mixup]) -> tuple[str, ...]:
+    """Return what looks wrong with channels and values before anything is searched."""
+    return (*(m.sentence for m in mistakes), *in_doubt(nominal, graph.parameters))
 
 
 def _undecided(

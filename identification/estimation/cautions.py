@@ -30,6 +30,8 @@ ROUGH = 0.1
 """Difference of a rate taken from all samples and from half of them that is worth a word."""
 BEYOND = 10.0
 """Times the largest reading from which an offset of its sensor is worth a word."""
+ALIKE = 1e-6
+"""Part of what an unknown does to the readings below which nothing of it is its own."""
 STRAINED = 4.0
 """Cost from which residuals or priors contradict what was said of them."""
 
@@ -187,6 +189,46 @@ def far_levels(stack: JointProblem, point: JointPoint) -> tuple[str, ...]:
                     "and preloads, or declare the offset at the sensor"
                 )
     return tuple(dict.fromkeys(said))
+
+
+def same_as_starts(stack: JointProblem, found: Sequence[ResidualEvaluation]) -> tuple[str, ...]:
+    """Say which offsets of sensors do to all readings what an initial state does.
+
+    Of a mass that nothing holds the position at the start shifts its reading as the offset does.
+    """
+    lower, upper = stack.bounds
+    said = []
+    for p, at, e in zip(stack.problems, stack.columns, found, strict=True):
+        known = e.jacobian.shape[1] == slots(p).size and np.isfinite(e.jacobian).all()
+        if not known or not all(np.isfinite(columns).all() for _, columns in e.local):
+            continue
+        states = [p.engine.state_names[i] for i in p.free_states]
+        offsets = range(*slots(p).offsets.indices(e.jacobian.shape[1]))
+        for n, c in zip(p.data.names, offsets, strict=True):
+            if upper[at[c]] > lower[at[c]] and (alike := _imitating(e, c)).any():
+                named = [s for s, is_one in zip(states, alike, strict=True) if is_one]
+                said.append(
+                    f"the offset of {n} and the initial {' and '.join(named)} shift {n} alike: "
+                    "only their sum is known, and the interval of the offset is that of a guess; "
+                    f"fix one, by Nuisances(offsets=False) or initial={{{named[0]!r}: value}}"
+                )
+    return tuple(dict.fromkeys(said))
+
+
+def _imitating(e: ResidualEvaluation, column: int) -> Array:
+    """Which initial states together do what an unknown does, in every window; else none."""
+    count = e.local[0][1].shape[1] if e.local else 0
+    taken = np.zeros(count, bool)
+    for rows, columns in e.local:
+        moved = e.jacobian[rows, column]
+        size = np.linalg.norm(columns, axis=0)
+        made = np.linalg.lstsq(columns / np.where(size > 0, size, 1.0), moved, rcond=1e-10)[0]
+        left = moved - columns / np.where(size > 0, size, 1.0) @ made
+        norm = float(np.linalg.norm(moved))
+        if not count or not norm or not np.linalg.norm(left) < ALIKE * norm:
+            return np.zeros(count, bool)
+        taken |= np.abs(made) > ALIKE * norm
+    return taken
 
 
 def _number(value: Expr, known: Mapping[str, float]) -> float:

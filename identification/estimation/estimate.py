@@ -20,6 +20,7 @@ from identification.estimation.cautions import (
     final_cost,
     miscalibrated,
     runs_away,
+    same_as_starts,
     widened,
 )
 from identification.estimation.covariance import interval_covariance
@@ -380,6 +381,7 @@ def _finished(
             *doubts(study, stack, found, solution), *cautions(study),
             *miscalibrated(study.graph, study.nuisances.gains, (*estimates, *nuisances)),
             *coarse_steps(study, setting, stack, point, found), *far_levels(stack, point),
+            *same_as_starts(stack, found),
         ),
         filtered=solution.filtered, run=solution.run,
     )  # fmt: skip

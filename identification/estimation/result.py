@@ -21,6 +21,7 @@ from identification.estimation.levenberg_marquardt import FitStatus
 from identification.report.tables import library
 from identification.study.factors import gain_name
 from identification.study.joint import JointPoint, JointProblem, refine_states
+from identification.study.noise_floor import declared_noise
 from identification.study.problem import Problem
 from identification.study.residual import (
     Point,
@@ -276,13 +277,27 @@ class Estimation:
         ]
 
     def plot(self, record: int = 0) -> Any:
-        """Draw the readings of a recording beside the fit; returns axes, shape (n_y, 2)."""
+        """Draw the readings of a recording beside the fit; returns axes, shape (n_y, 2).
+
+        What is left is drawn over the noise that was given, or that the recording declares; else
+        over the noise that the fit took, which is large where the model fails.
+        """
         from identification.report.readings import readings_drawn
 
         data = self.problem(record).data
         units = {s.name: s.unit for s in self.study.graph.of_type(Sensor)}
-        fits = [("fitted", self.simulated[record], data.floor)]
-        return readings_drawn(data.time, data.readings, units, data.split, fits)
+        given = {} if isinstance(self.study.noise, str) else self.study.noise
+        declared = declared_noise(self.study.records[record], data.names)
+        floor = [declared.get(n, v) if n not in given else v
+                 for n, v in zip(data.names, data.floor, strict=True)]  # fmt: skip
+        measures = {
+            n: "the noise given" if n in given
+            else "the noise declared" if n in declared
+            else "the noise fitted (its rms)"
+            for n in data.names
+        }  # fmt: skip
+        fits = [("fitted", self.simulated[record], np.asarray(floor))]
+        return readings_drawn(data.time, data.readings, units, data.split, fits, measures)
 
     def _repr_html_(self) -> str:
         """Return a table for notebooks."""

@@ -64,17 +64,32 @@ def quantity(value: float, unit: str, digits: int = 4) -> str:
     return f"{short(value * factor, digits)} {shown}".strip()
 
 
-def interval(low: float, high: float, unit: str) -> str:
+def told_by(value: float, size: float) -> float:
+    """Return the size that gives a value and its interval one unit: the value's, if not tiny."""
+    return abs(value) if size < 1e3 * abs(value) < math.inf else size
+
+
+def interval(low: float, high: float, unit: str, value: float = 0.0) -> str:
     """Return an interval, both ends in one unit, with digits enough to tell them apart.
+
+    Parameters
+    ----------
+    low, high : float, SI
+    unit : str
+    value : float, SI
+        What the interval is of, as `quantity` shows it: the unit is the same, unless an end is a
+        thousand times larger.
 
     Examples
     --------
     >>> interval(0.0355301, 0.0355325, "m")
     '35.5301 … 35.5325 mm'
+    >>> interval(0.9e-3, 1.2e-3, "N", 0.99e-3)
+    '900 … 1200 µN'
     """
     ends = [abs(v) for v in (low, high) if math.isfinite(v)]
     size = max(ends, default=0.0)
-    factor, shown = prefixed(unit, size)
+    factor, shown = prefixed(unit, told_by(value, size))
     width = high - low
     if len(ends) == 2 and 0 < width < size and 1e-3 <= size * factor < 1e6:
         decimals = min(max(0, 1 - math.floor(math.log10(width * factor))), 6)

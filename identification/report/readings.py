@@ -19,6 +19,7 @@ def readings_drawn(
     units: Mapping[str, str],
     split: Split,
     fits: Sequence[tuple[str, Array, Array]],
+    measures: Mapping[str, str] | None = None,
 ) -> Any:
     """Draw readings beside what fits make of them; held-out stretches are shaded.
 
@@ -32,6 +33,8 @@ def readings_drawn(
         Which samples were held out.
     fits : sequence of (str, ndarray (N, n_y), ndarray (n_y,))
         Label, simulated readings and noise; the last one is the best.
+    measures : dict of str to str, optional
+        What the noise of a reading is, where it is not the noise that the recording shows.
 
     Returns
     -------
@@ -58,7 +61,7 @@ def readings_drawn(
                 for ax in (left, right):
                     ax.axvspan(time[start], time[stop - 1], color=SOFT, alpha=0.12, lw=0)
             left.set_ylabel(f"{name}, {units[name] or 'SI'}")
-            right.set_ylabel("left over, times the noise")
+            right.set_ylabel(f"left over, times {(measures or {}).get(name, 'the noise')}")
         one_legend(figure, axes[:1, 0])
         axes[0, 1].set_title("shaded: held out", loc="right")
         for ax in axes[-1]:

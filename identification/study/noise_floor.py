@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection, Mapping
 from dataclasses import replace
 from itertools import pairwise
 
@@ -9,6 +10,7 @@ import numpy as np
 
 from bondgraph.signals.recording import Recording, Split
 from bondgraph.support.arrays import Array
+from bondgraph.support.errors import UnusableInput
 from identification.statistics.periods import repeats
 
 RELATIVE_LEAST = 1e-5
@@ -198,3 +200,15 @@ def _rough_level(y: Array) -> float:
 def _rounding(y: Array) -> float:
     steps = np.abs(np.diff(np.unique(y)))
     return float(steps.min() / np.sqrt(12.0)) if steps.size else 0.0
+
+
+def declared_noise(recording: Recording, sensors: Collection[str]) -> dict[str, float]:
+    """Return the noise that the recording itself declares for readings of the model."""
+    known = recording.meta.get("noise")
+    found = known if isinstance(known, Mapping) else {}
+    try:
+        return {n: float(found[n]) for n in sensors if n in found}
+    except (TypeError, ValueError):
+        raise UnusableInput(
+            f"{recording.name}: what it says of its noise is no number; give --noise SENSOR=VALUE"
+        ) from None

@@ -65,6 +65,9 @@ class Data:
     finer : tuple of (int, dict)
         For each recording the steps a sample in which its commands are known, and these commands,
         shape ((n - 1) steps + 1,); see `joined.between_samples`. Empty: all at the samples alone.
+    begin : int
+        First sample that is simulated from a free state. Long before the first that is scored one
+        could be anything: it would have died away by then.
     """
 
     name: str
@@ -82,6 +85,7 @@ class Data:
     finer: tuple[tuple[int, Mapping[str, Array]], ...] = ()
     cuts: tuple[int, ...] = ()
     floor_known: frozenset[str] = frozenset()
+    begin: int = 0
 
     @property
     def sure(self) -> Array:
@@ -150,7 +154,7 @@ class Data:
     def first(self, count: int) -> Data:
         """Return the first `count` samples, all of them scored in training."""
         split = Split(slice(0, count), slice(count, count), "the first samples")
-        return replace(self.begun(count), split=split)
+        return replace(self.begun(count), split=split, begin=0)
 
     def begun(self, count: int) -> Data:
         """Return the first `count` samples; the split is carried over."""
@@ -171,6 +175,7 @@ class Data:
             readings=self.readings[:count],
             split=split,
             breaks=tuple(b for b in self.breaks if b < count),
+            begin=min(self.begin, count - 1),
         )
 
     def thinned(self, factor: int) -> Data:
@@ -194,6 +199,7 @@ class Data:
             breaks=tuple(-(-b // factor) for b in self.breaks),
             cuts=tuple(-(-b // factor) for b in self.cuts),
             finer=(),
+            begin=self.begin // factor,
         )
 
 

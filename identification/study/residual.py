@@ -91,10 +91,15 @@ class ResidualEvaluation:
 
 
 def windows(problem: Problem) -> list[slice]:
-    """Windows: one for each recording, or shorter ones that do not straddle the split."""
+    """Windows: one for each recording, or shorter ones that do not straddle the split.
+
+    A free state begins at `Data.begin`, one that is known at the first sample.
+    """
     n = problem.data.n
     ends = [0, *problem.data.breaks, n]
     if problem.window is None:
+        if problem.initial == "free":
+            ends[0] = problem.data.begin
         return [slice(a, b) for a, b in pairwise(ends)]
     found = []
     split = problem.data.split
@@ -225,6 +230,8 @@ def evaluate(
             states = weighted(problem, states).reshape(part.size, -1)
             local.append((slice(filled, filled + part.size), states))
         filled += part.size
+    before = windows(problem)[0].start if problem.window is None else 0
+    y[:before] = y[before]  # the model stands still where it begins
     residual = np.concatenate(rows) if rows else np.zeros(0)
     jacobian = np.concatenate(jacobians) if jacobians else np.zeros((residual.size, 0))
     return ResidualEvaluation(y, residual, jacobian, local)

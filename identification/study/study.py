@@ -34,7 +34,7 @@ from identification.study.factors import drives, with_gains
 from identification.study.free_parameters import varied
 from identification.study.joint import JointProblem, stack_of
 from identification.study.noise_floor import noise_floor
-from identification.study.problem import Data, Problem, data_for
+from identification.study.problem import Data, Problem, data_for, rivals_for
 from identification.study.process_noise import ProcessNoise, admit_process_noise, diffusion_at
 from identification.study.scaled import free_parameter
 from identification.study.specification import Nuisances, Vary
@@ -352,17 +352,21 @@ class Study:
         sensors = [s.name for s in graph.of_type(Sensor)]
         here = [n for n in sensors if n in recording.channels]
         if not here:
+            hints = (_renamed(n, graph, recording) for n in sensors)
+            how = next(filter(None, hints), "") or (
+                f"name the column of each: map={{{sensors[0]!r}: column}}, on the command line "
+                f"--map {sensors[0]}=column"
+            )
             raise UnusableInput(
                 f"recording {recording.name!r} has none of the sensors {', '.join(sensors)} of "
-                f"{graph.name}; its channels are {', '.join(recording.channels)}; name the column "
-                f"of each: map={{{sensors[0]!r}: column}}, on the command line --map "
-                f"{sensors[0]}=column"
+                f"{graph.name}; its channels are {', '.join(recording.channels)}; {how}"
             )
         for name in (*(s.name for s in drives(graph)), *external_signals(graph)):
             if name not in recording.channels and name not in self.silent:
                 known = recording.channels
                 error = unknown_name("channel for input", name, recording.name, known)
-                raise UnusableInput(f"{error}; select(...) renames it, silent=({name!r},) is 0")
+                how = _renamed(name, graph, recording) or "select(...) renames it"
+                raise UnusableInput(f"{error}; {how}, silent=({name!r},) is 0")
         for n in sensors:
             if n not in here:
                 graph = graph.remove(n)
@@ -584,6 +588,16 @@ def _rebuilt(declared: Mapping[str, object]) -> Study:
 def _nth(levels: float | Sequence[float], i: int) -> float:
     found = np.asarray(levels, float)
     return float(found[i] if found.ndim else found)
+
+
+def _renamed(name: str, graph: BondGraph, recording: Recording) -> str:
+    """Return how the only free channel in the unit of a source or sensor gets its name."""
+    unit = getattr(graph.elements.get(name), "unit", "")
+    free = rivals_for(unit, graph, recording)
+    if len(free) != 1:
+        return ""
+    table = f"{{{name!r}: {free[0]!r}, '*': '*'}}"
+    return f"{free[0]} is the only one in {unit}: give recording.select({table})"
 
 
 def default_splits(graph: BondGraph, recordings: Sequence[Recording]) -> tuple[Split, ...]:

@@ -62,7 +62,7 @@ def parameter_table(c: Comparison) -> tuple[list[str], list[list[str]]]:
         for x in c.contestants:
             found = [n for n in x.judgement.material.numbers if n.name == name]
             row.append(
-                f"{value(found[0])} ({ends(*found[0].ci95, found[0].unit)})"
+                f"{value(found[0])} ({ends(*found[0].ci95, found[0].unit, found[0].value)})"
                 if found
                 else "fixed or absent"
             )

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from identification.report import html
-from identification.report.numbers import interval, prefixed, quantity, short
+from identification.report.numbers import interval, prefixed, quantity, short, told_by
 from identification.report.tables import aligned
 from identification.validation.held_out import Error
 
@@ -30,7 +30,7 @@ def error_row(e: Error) -> list[str]:
     return [
         e.record, e.channel, part, str(e.n),
         quantity(e.rmse, e.unit, 3),
-        interval(*e.rmse_ci, e.unit) if known else "too short",
+        interval(*e.rmse_ci, e.unit, e.rmse) if known else "too short",
         quantity(e.floor, e.unit, 3),
         f"{e.fit:.2f} %" if np.isfinite(e.fit) else "–",
         short(e.chi2, 3),
@@ -49,7 +49,7 @@ def number_row(n: Number) -> list[str]:
     if n.at_bound and "bound" not in remark:
         remark = f"{remark}, at its bound" if remark else "at its bound"
     declared = quantity(n.nominal, n.unit) if np.isfinite(n.nominal) else "–"
-    return [n.name, value(n), ends(*n.ci95, n.unit), declared, remark]
+    return [n.name, value(n), ends(*n.ci95, n.unit, n.value), declared, remark]
 
 
 def value(n: Number) -> str:
@@ -62,8 +62,8 @@ def value(n: Number) -> str:
     return quantity(n.value, n.unit, digits)
 
 
-def ends(low: float, high: float, unit: str) -> str:
-    """Return an interval with as many digits as tell its ends apart.
+def ends(low: float, high: float, unit: str, of: float = 0.0) -> str:
+    """Return an interval with as many digits as tell its ends apart, in the unit of its value.
 
     Examples
     --------
@@ -72,9 +72,9 @@ def ends(low: float, high: float, unit: str) -> str:
     """
     size, width = max(abs(low), abs(high)), abs(high - low)
     if not (np.isfinite([low, high]).all() and width > 0):
-        return interval(low, high, unit)
+        return interval(low, high, unit, of)
     digits = int(np.clip(np.ceil(np.log10(size / width)) + 2, 3, 12))
-    factor, shown = prefixed(unit, size)
+    factor, shown = prefixed(unit, told_by(of, size))
     return f"{short(low * factor, digits)} … {short(high * factor, digits)} {shown}".strip()
 
 

@@ -14,7 +14,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bondsight.cli.output import ended_like_ctrl_c
+from bondsight.cli.main import main
+from bondsight.cli.output import INTERRUPTED, ended_like_ctrl_c
 from tests.bondsight.carriage_files import GOOD
 
 
@@ -39,6 +40,29 @@ def test_another_thread_sets_no_handler() -> None:
     thread.start()
     thread.join()
     assert seen == [before]
+
+
+@pytest.mark.parametrize(
+    ("words", "work"),
+    [
+        (("demo", "--seed", "3"), "bondsight.cli.demonstration.demo"),
+        (("identifiability", "motor"), "actuators.models.opening.load_model"),
+        (("fit", "r.csv", "--model", "motor"), "actuators.models.opening.load_model"),
+    ],
+)
+def test_every_verb_that_hands_out_work_ends_like_ctrl_c(
+    words: tuple[str, ...], work: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """Else its processes are left alone, and warn of what they leak when they end."""
+    if threading.current_thread() is not threading.main_thread():
+        pytest.skip("signals come to the main thread only")
+    monkeypatch.chdir(tmp_path)
+    before = signal.signal(signal.SIGTERM, lambda *_: pytest.fail("not ended"))
+    monkeypatch.setattr(work, lambda *_: signal.raise_signal(signal.SIGTERM))
+    try:
+        assert main(words) == INTERRUPTED
+    finally:
+        signal.signal(signal.SIGTERM, before)
 
 
 def test_a_batch_system_ends_a_diagnosis_in_words(tmp_path: Path) -> None:

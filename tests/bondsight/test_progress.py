@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 
+from bondgraph.support.notice import Notice
 from bondsight.cli import progress
 from bondsight.cli.progress import PAUSE, Bar
 
@@ -20,3 +21,13 @@ def test_a_log_gets_a_line_now_and_then(
     said = capsys.readouterr()
     assert said.out == ""
     assert said.err == ("" if quiet else f"{PAUSE + 1:.0f} s: b\n{3 * PAUSE:.0f} s: d\n")
+
+
+@pytest.mark.parametrize("quiet", [False, True])
+def test_a_notice_is_told_at_once(quiet: bool, capsys: pytest.CaptureFixture[str]) -> None:
+    with Bar(quiet) as bar:
+        bar("fitting", 0.1)
+        bar(Notice("check the unit of T first: all values are a thousand times off"), 0.1)
+        bar("searching", 0.2)
+    line = "suspect: check the unit of T first: all values are a thousand times off\n"
+    assert capsys.readouterr().err == ("" if quiet else line)

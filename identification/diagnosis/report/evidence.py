@@ -98,7 +98,13 @@ def parameters(d: Diagnosis) -> str:
 
     def row(e: Estimate, *before: Mapping[str, float]) -> list[str]:
         given = [quantity(v[e.name], e.unit) if e.name in v else "–" for v in before]
-        return [e.name, *given, quantity(e.value, e.unit), interval(*e.ci95, e.unit), _remark(e)]
+        return [
+            e.name,
+            *given,
+            quantity(e.value, e.unit),
+            interval(*e.ci95, e.unit, e.value),
+            _remark(e),
+        ]
 
     known = ([declared, nominal], ["fitted, nominal", "fitted, repaired"])
     columns, heads = known if d.repaired else ([declared], ["fitted"])

@@ -512,6 +512,7 @@ def _brief(data: Data) -> Data:
         split=Split(slice(0, stop - begin), slice(0, stop - begin), "the first samples"),
         breaks=(),
         finer=() if begin else data.finer[:1],
+        begin=0,
     )
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -10,14 +10,14 @@ import numpy as np
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.sensors import Sensor
 from bondgraph.signals.recording import Recording, Split, default_split
-from bondgraph.signals.split import interleaved
+from bondgraph.signals.split import interleaved, stretches
 from bondgraph.signals.wrapping import wrap_period
 from bondgraph.support.errors import UnusableInput, unknown_name
 from identification.diagnosis.screening.mixups import stuck
 from identification.diagnosis.search.asked import Asked
 from identification.study.factors import drives
 from identification.study.joined import joined, split_of
-from identification.study.noise_floor import read_noise
+from identification.study.noise_floor import declared_noise, read_noise
 from identification.study.problem import Data, data_for
 from identification.study.turns import in_turn
 
@@ -78,10 +78,23 @@ def material_of(asked: Asked) -> Material:
     begins = asked.cuts or breaks
     data = replace(
         data, floor=level, floor_measured=len(known) == len(sensors), floor_known=known,
-        breaks=begins, cuts=inner,
+        breaks=begins, cuts=inner, begin=0 if begins else _begin(split),
     )  # fmt: skip
     ours = asked.split is None and not breaks and recording.n >= LEAST_TO_INTERLEAVE
     return Material(recording, data, read, given, ours, _nothing_moves(data))
+
+
+def _begin(split: Split) -> int:
+    """Return where a state begins to be simulated: shortly before a leading rest ends."""
+    if split.rest is None:
+        return 0
+    scored: int = min(p.start or 0 for p in (*stretches(split.train), *stretches(split.test)))
+    return max(min(int(split.rest.stop), scored) - STILL, 0)
+
+
+STILL = 24
+"""Samples of a rest that are simulated: what rubs comes to a stand in them before it is scored, and
+little of a state has died away."""
 
 
 def _declared_steps(graph: BondGraph) -> dict[str, float]:
@@ -162,18 +175,6 @@ def _nothing_moves(data: Data) -> str:
     if (data.readings.std(axis=0) > 1.5 * data.floor).any():
         return ""
     return "the commands are constant and the readings only noise: excite the system"
-
-
-def declared_noise(recording: Recording, sensors: Collection[str]) -> dict[str, float]:
-    """Return the noise that the recording itself declares for readings of the model."""
-    known = recording.meta.get("noise")
-    found = known if isinstance(known, Mapping) else {}
-    try:
-        return {n: float(found[n]) for n in sensors if n in found}
-    except (TypeError, ValueError):
-        raise UnusableInput(
-            f"{recording.name}: what it says of its noise is no number; give --noise SENSOR=VALUE"
-        ) from None
 
 
 def given_noise(noise: Mapping[str, float], sensors: Sequence[str], model: str) -> dict[str, float]:

@@ -28,6 +28,7 @@ from identification.diagnosis.screening.port_response import Probes, probes
 from identification.diagnosis.screening.tangent_space import freedom
 from identification.diagnosis.search.candidates import Candidate
 from identification.diagnosis.studio.packing import packed
+from identification.diagnosis.studio.turns_plane import repeating, turned_plane
 from identification.estimation.single_record import Fit
 from identification.report.numbers import axis_scale
 from identification.report.words import spaced
@@ -81,6 +82,9 @@ def planes(d: Diagnosis, share: float = 1.0) -> dict[str, Any]:
             continue
         if _bends_flux(d, name):
             found[name] = _flux_plane(d, name, past, added, known, at, line)
+            continue
+        if (turning := repeating(d, name, past)) is not None:
+            found[name] = turned_plane(d, name, past, added, at, turning)
             continue
         free = _imitated(scene, probed, basis, known, name)
         points = (data.time[known], (past.output + added)[known])

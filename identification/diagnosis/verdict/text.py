@@ -159,6 +159,8 @@ def _no_law(law: str, fit: float) -> str:
 
 
 NO_LAW = "no law of the catalogue fits it"
+ALMOST = 0.99
+"""Share of the misfit from which it is told how near to all it is."""
 UNPROVED = ", but does not predict held-out samples well enough to be named"
 
 
@@ -182,13 +184,23 @@ def _sort(kind: str) -> str:
 
 def _fits(step: Decision, d: Diagnosis) -> str:
     """How much a named effect explains and how well its law fits, in brackets."""
-    said = f"explains {100 * step.share:.0f} % of the misfit"
+    last = step is d.findings[-1] and d.left is not None and d.left.is_noise(d.limits.noise)
+    much = _much(step.share, 0, step.answer == "exact" or last)
+    said = f"explains {much} of the misfit"
     if step.physics:
         assert step.chosen is not None
         said = f"{sort_at(step.physics, d.graph[step.chosen.element])}, {said}"
     if np.isfinite(step.law_fit) and step.answer != "exact":
         said += f"; the law fits to {100 * step.law_fit:.0f} %"
     return f" ({said})"
+
+
+def _much(share: float, digits: int, noise: bool) -> str:
+    """Return a share that is all only where nothing but noise is left."""
+    most = 100.0 - 10.0**-digits
+    if 100 * share < 0.5 * (100.0 + most):
+        return f"{100 * share:.{digits}f} %"
+    return "all" if noise else f"{most:.{digits}f} %"
 
 
 def what_remains(d: Diagnosis) -> str:
@@ -390,11 +402,11 @@ def _certainty(f: Data) -> str:
         return (
             f"It is {f.get('kind_words') or _sort(f['kind'])}{'' if near else f'; {NO_LAW}'}.{law}"
         )
-    explained = f"it accounts for {_percent(f['share_of_misfit_explained'])} of the misfit above "
-    explained += "the noise floor"
+    share = f["share_of_misfit_explained"]
+    much = _much(share, 1, f.get("answer") == "exact") if share > ALMOST else _percent(share)
+    explained = f"it accounts for {much} of the misfit above the noise floor"
     if f["effect"] == "unknown":
         close = [p for p in f["also_possible"] if not p.get("kind")]
-        share = f["share_of_misfit_explained"]
         if f.get("answer") == "family":
             return (
                 f"Which of {listed(_members(f))} it is these data do not tell; that it is one of "

@@ -115,7 +115,7 @@ def parameters(j: Judgement) -> str:
         return ""
     kinds = ["maybe" if n.at_bound else "" for n in m.numbers]
     nuisances = [
-        [n.name, quantity(n.value, n.unit), ends(*n.ci95, n.unit),
+        [n.name, quantity(n.value, n.unit), ends(*n.ci95, n.unit, n.value),
          "at its bound" if n.at_bound else ""]
         for n in m.nuisances
     ]  # fmt: skip

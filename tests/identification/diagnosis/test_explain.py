@@ -12,7 +12,7 @@ import pytest
 from bondgraph.support.errors import UnusableInput
 from bondsight.cli.main import main
 from identification.diagnosis.verdict import KINDS, parse_verdict, read_verdict
-from identification.diagnosis.verdict.text import WIDTH, retold
+from identification.diagnosis.verdict.text import WIDTH, _much, retold
 
 
 def finding(effect: str = "hysteresis", element: str = "C_nl", **more: Any) -> dict[str, Any]:
@@ -83,6 +83,26 @@ def test_a_named_effect() -> None:
         "At the end of what a nuisance may be: offset x.",
     ):  # fmt: skip
         assert words in text, words
+
+
+@pytest.mark.parametrize(
+    ("share", "answer", "words"),
+    [
+        (0.9999, "exact", "accounts for all of the misfit"),
+        (0.9999, "approximate", "accounts for 99.9 % of the misfit"),
+        (0.9951, "approximate", "accounts for 99.5 % of the misfit"),
+    ],
+)
+def test_all_of_a_misfit_is_explained_where_noise_is_left(
+    share: float, answer: str, words: str
+) -> None:
+    made = finding(share_of_misfit_explained=share, answer=answer)
+    assert words in said(verdict("missing_physics", made))
+
+
+def test_a_headline_rounds_no_share_up_to_all() -> None:
+    assert [_much(s, 0, False) for s in (0.5, 0.994, 0.9951, 1.0)] == ["50 %", *3 * ["99 %"]]
+    assert [_much(s, 0, True) for s in (0.994, 0.9951, 1.0)] == ["99 %", "all", "all"]
 
 
 def test_several_findings_and_ports_that_cannot_be_told_apart() -> None:

@@ -12,6 +12,7 @@ import pytest
 from bondgraph import BondGraph, C, De, Df, I, One, R, Se, Sf, Zero
 from bondgraph.graph.parameter import Parameter
 from bondgraph.signals.recording import Recording
+from bondgraph.support.notice import Notice
 from identification.diagnosis.diagnose import diagnose
 from identification.diagnosis.screening import mixups
 from identification.diagnosis.screening.mixups import moved
@@ -72,7 +73,16 @@ def test_values_that_make_up_for_a_unit_are_said_in_the_answer() -> None:
     v = v + 1e-3 * v.std() * rng.standard_normal(t.size)
     kilo = Recording("run", t, {"I": 1e-3 * current, "v": v}, {"I": "A", "v": "V"})
     options = DiagnosisOptions(jobs=1, keep=2, more=1, effects=1)
-    d = diagnose(charged(8e-4, 25.0), kilo, hold="hold", options=options)
+    told: list[str] = []
+    d = diagnose(
+        charged(8e-4, 25.0), kilo, hold="hold", options=options,
+        progress=lambda text, _: told.append(text),
+    )  # fmt: skip
+    # at once: the search has not begun
+    first = next(i for i, text in enumerate(told) if isinstance(text, Notice))
+    assert told[first].startswith("check the unit of ")
+    assert not any("screening" in text for text in told[:first])
+    assert any("screening" in text for text in told[first:])
     assert d.kind == "parameters_only"
     assert "nothing missing shows; but check the unit of " in sentence(d)
     said = sentence(d)

@@ -11,7 +11,7 @@ import pytest
 from bondgraph.laws import Coulomb, EndStop
 from bondgraph.signals.recording import Recording
 from bondgraph.signals.split import interleaved, stretches
-from bondsight.cli.progress import SEARCHED
+from bondgraph.support.deadline import SEARCHED
 from identification.diagnosis.catalogue import CATALOGUE
 from identification.diagnosis.diagnose import STOPPED, Diagnosis, diagnose
 from identification.diagnosis.search.candidates import DiagnosisOptions

@@ -14,7 +14,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from bondsight.cli.progress import SEARCHED, Deadline
+from bondgraph.support.deadline import SEARCHED, Deadline
+from bondgraph.support.errors import UnusableInput
 from identification.diagnosis.catalogue import CATALOGUE
 from identification.diagnosis.diagnose import STOPPED_AT_ONCE, Diagnosis, diagnose
 from identification.diagnosis.evidence.answer import Decision
@@ -115,15 +116,19 @@ def test_in_another_thread_words_alone_look_at_the_clock() -> None:
     assert ended == [True]
 
 
-def stopped_at(word: str, recorded: pd.DataFrame | None = None) -> Diagnosis:
+def stopped_at(
+    word: str, recorded: pd.DataFrame | None = None, time: float | None = None
+) -> Diagnosis:
     def progress(text: str, fraction: float) -> None:
-        if word in text:
+        if word in text and time is not None:
+            signal.raise_signal(signal.SIGALRM)  # as if the time were over
+        elif word in text:
             raise KeyboardInterrupt
 
     without = tuple(e.name for e in CATALOGUE if e.name != "coulomb_friction")
     options = DiagnosisOptions(jobs=1, effects=1, keep=1, more=0, without=without)
     recorded = frame() if recorded is None else recorded
-    return diagnose(spring(), recorded, options=options, progress=progress)
+    return diagnose(spring(), recorded, options=options, progress=progress, time=time)
 
 
 @pytest.mark.parametrize("word", ["screening", "fitting coulomb"])
@@ -163,6 +168,15 @@ def test_noise_reassures_nobody_where_nothing_was_looked_for(tmp_path: Path) -> 
 def test_before_the_model_is_fitted_there_is_nothing_to_say() -> None:
     with pytest.raises(KeyboardInterrupt):
         stopped_at("as it is")
+
+
+def test_a_time_ends_the_search_as_on_the_command_line() -> None:
+    d = stopped_at("screening", time=HANGS)
+    assert (d.kind, d.stopped) == ("unknown_physics", STOPPED_AT_ONCE)
+    with pytest.raises(UnusableInput, match="were over before the model as it is had been fitted"):
+        stopped_at("as it is", time=HANGS)
+    with pytest.raises(UnusableInput, match=r"time = -1\.0: give the seconds"):
+        stopped_at("screening", time=-1.0)
 
 
 def test_a_repair_that_is_stopped_is_told_as_it_was_found(monkeypatch: pytest.MonkeyPatch) -> None:

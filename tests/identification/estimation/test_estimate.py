@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import pickle
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
 
-from bondgraph import BondGraph
+from bondgraph import BondGraph, C, Dq, I, One, R, Se
 from bondgraph.graph.drives import Drive
 from bondgraph.graph.parameter import Parameter
 from bondgraph.laws import Polynomial
@@ -66,6 +67,49 @@ def test_a_print_says_where_held_out_errors_are_far_above_the_noise(plain: Estim
     (said,) = (line for line in str(far).splitlines() if "far above the noise" in line)
     assert "the error of x of run is 400 times" in said
     assert "far above the noise" not in str(plain)
+
+
+def test_a_drawing_measures_what_is_left_by_the_noise_that_is_stated() -> None:
+    """Its own rms would make the residual of a model that fails look like noise."""
+    made = record(400, graph=spring(k=260.0))
+    wrong = {"free": ("m",), "fixed": {"k": 200.0, "d": 2.0}}
+    told = Recording("run", made.time, made.channels, made.units, meta={"noise": {"x": NOISE}})
+    for given, recording, word in (
+        ({}, made, "the noise fitted (its rms)"),
+        ({}, told, "the noise declared"),
+        ({"noise": {"x": NOISE}}, made, "the noise given"),
+    ):
+        found = estimate(Study(spring(m=0.7), recording, **wrong, **given))  # type: ignore[arg-type]
+        ((_, right),) = found.plot()
+        assert right.get_ylabel() == f"left over, times {word}"
+        size = np.sqrt(np.mean(np.square(right.lines[0].get_ydata())))
+        assert bool(size > 10.0) == (word != "the noise fitted (its rms)"), size
+
+
+@pytest.mark.parametrize("given", [{}, {"held": True}, {"offsets": False}, {"start": 0.0}])
+def test_an_offset_that_is_the_initial_position_is_told(given: dict[str, Any]) -> None:
+    """Nothing holds a free mass, so that its position at the start is the offset of its reading."""
+
+    def mass() -> BondGraph:
+        with BondGraph("mass") as g:
+            body = One("body")
+            Se("F", unit="N") >> body >> I("m", 0.5, unit="kg")
+            body >> R("d", 2.0, unit="N*s/m")
+            if "held" in given:
+                body >> C("k", stiffness=200.0, unit="N/m")
+            body >> Dq("x", unit="m")
+        return g
+
+    rng, t = np.random.default_rng(0), 0.01 * np.arange(300)
+    u = np.repeat(rng.standard_normal(30), 10)
+    x = np.asarray(simulate(mass(), t, {"F": u}, hold="hold")["x"])
+    x = x + 1e-4 * rng.standard_normal(t.size)
+    made = Recording.from_arrays("run", {"F[N]": u, "x[m]": x}, fs=100.0)
+    nuisances = Nuisances(offsets=given.get("offsets", True))
+    initial: Any = {"q_x": given["start"]} if "start" in given else "free"
+    found = estimate(Study(mass(), made, hold="hold", nuisances=nuisances, initial=initial))
+    told = [n for n in found.notes if n.startswith("the offset of x and the initial q_x shift x")]
+    assert len(told) == (not given)
 
 
 def test_interval_is_as_wide_as_the_estimates_scatter() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from importlib.resources import files
 from pathlib import Path
 
@@ -9,7 +10,9 @@ import pytest
 
 from identification.report import html
 from identification.report.canvas import drawing
+from identification.report.numbers import interval, quantity
 from identification.report.words import ended, listed, spaced, stopped
+from identification.validation.tables import ends
 
 EVIL = "<b onclick=alert(1)>\"&'"
 
@@ -79,3 +82,12 @@ def test_small_words() -> None:
     assert ended("why?") == "why?"
     assert stopped("it moves") == "It moves."
     assert stopped("") == ""
+
+
+@pytest.mark.parametrize("told", [interval, ends])
+def test_a_value_and_both_ends_of_its_interval_are_in_one_unit(told: Callable[..., str]) -> None:
+    assert quantity(0.95e-3, "N") == "950 µN"
+    assert told(0.9e-3, 1.2e-3, "N", 0.95e-3) == "900 … 1200 µN"
+    assert told(0.9e-3, 1.2e-3, "N", 1.05e-3).endswith((" … 1.2 mN", " … 1.20 mN"))
+    # what is not known at all is told by its ends
+    assert told(-2.5, 2.5, "m", 1e-9) == "−2.5 … 2.5 m"

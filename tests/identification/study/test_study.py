@@ -124,6 +124,21 @@ def test_missing_recordings_channels_and_sensors() -> None:
         Study(g, made)
 
 
+@pytest.mark.parametrize(("names", "other"), [(("force", "x"), "F"), (("F", "place"), "x")])
+def test_the_only_channel_in_a_unit_is_told_with_what_to_write(
+    names: tuple[str, str], other: str
+) -> None:
+    made = record(60)
+    arrays = {f"{names[0]}[N]": made["F"], f"{names[1]}[m]": made["x"]}
+    given = Recording.from_arrays("given", arrays, fs=100.0)
+    with pytest.raises(UnusableInput, match=r"is the only one in .+: give recording\.select") as no:
+        Study(spring(), given)
+    called = next(n for n in names if n not in ("F", "x"))
+    table = {other: called, "*": "*"}
+    assert f"recording.select({table!r})" in str(no.value)
+    assert Study(spring(), given.select(table)).records[0].channels.keys() == {"F", "x"}
+
+
 def test_unit_of_another_dimension_is_refused() -> None:
     made = record(60)
     volts = Recording.from_arrays("volts", {"F[V]": made["F"], "x[m]": made["x"]}, fs=100.0)

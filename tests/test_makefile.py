@@ -1,0 +1,42 @@
+"""What ``make`` says while it sets up: one line before, and nothing of pip unless it fails."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+SETS_UP = "setting up the environment in {}: about two minutes the first time"
+
+
+@pytest.mark.skipif(shutil.which("make") is None, reason="no make here")
+@pytest.mark.parametrize("target", ["demo", "environment"])
+def test_setting_up_is_announced(target: str, tmp_path: Path) -> None:
+    venv = tmp_path / "venv"
+    asked = ["make", "--dry-run", target, f"VENV={venv}"]
+    done = subprocess.run(asked, cwd=ROOT, capture_output=True, text=True, check=True)
+    lines = done.stdout.splitlines()
+    assert lines[0] == f'echo "{SETS_UP.format(venv)}"'
+    installs = [line for line in lines if " -m pip install " in line]
+    assert installs
+    assert all(line.count("--quiet") == 2 for line in installs)
+    assert not venv.exists()
+
+
+@pytest.mark.skipif(shutil.which("make") is None, reason="no make here")
+def test_only_the_line_is_printed(tmp_path: Path) -> None:
+    """With a pip that says nothing, as it does when all is well."""
+    venv = tmp_path / "venv"
+    (venv / "bin").mkdir(parents=True)
+    python = venv / "bin" / "python"
+    python.write_text("#!/bin/sh\nexit 0\n")
+    python.chmod(0o755)
+    asked = ["make", "--no-print-directory", "environment", f"VENV={venv}"]
+    first = subprocess.run(asked, cwd=ROOT, capture_output=True, text=True, check=True)
+    assert (first.stdout, first.stderr) == ("", "")
+    (venv / ".test").unlink()
+    again = subprocess.run(asked, cwd=ROOT, capture_output=True, text=True, check=True)
+    assert again.stdout == f"bringing the environment in {venv} up to date\n"
