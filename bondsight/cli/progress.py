@@ -30,6 +30,7 @@ class Bar:
         )  # fmt: skip
         self._quiet, self._lines = quiet, not quiet and not terminal
         self._begin = self._last = monotonic()
+        self._told: set[str] = set()
 
     def __enter__(self) -> Bar:
         """Show the bar."""
@@ -42,7 +43,8 @@ class Bar:
     def __call__(self, text: str, fraction: float) -> None:
         """Move to `fraction` (0..1) and show `text`; a notice stays as a line of its own."""
         if isinstance(text, Notice):
-            if not self._quiet:
+            if not self._quiet and text not in self._told:  # a second search says it again
+                self._told.add(text)
                 self._bar.write(f"suspect: {text}", file=sys.stderr)
                 sys.stderr.flush()
             return

@@ -29,5 +29,6 @@ def test_a_notice_is_told_at_once(quiet: bool, capsys: pytest.CaptureFixture[str
         bar("fitting", 0.1)
         bar(Notice("check the unit of T first: all values are a thousand times off"), 0.1)
         bar("searching", 0.2)
+        bar(Notice("check the unit of T first: all values are a thousand times off"), 0.1)
     line = "suspect: check the unit of T first: all values are a thousand times off\n"
     assert capsys.readouterr().err == ("" if quiet else line)

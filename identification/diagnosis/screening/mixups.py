@@ -191,7 +191,7 @@ def moved(
     far = far_off(last, declared)
     found = [
         f"{e.name} is declared as {declared[e.name].value:.4g} and fitted as {e.value:.4g} "
-        f"{e.unit}".rstrip()
+        f"{e.unit if e.unit != '1' else ''}".rstrip()
         + ": check its value and the units of all channels"
         for e in last.estimates
         if e.name in far
