@@ -1,0 +1,207 @@
+"""Where a guard first acts: seen at the samples of a run, located inside a step.
+
+A crossing is located by runs of the exact step that end there, none by interpolated readings.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from bondgraph.simulation.exact_run import KernelRun
+from bondgraph.simulation.modes.mode_run import Memory, ModeRun
+from bondgraph.support.arrays import Array
+
+SLACK = 1e-11
+"""Share of a signal, and of what it is summed of, that rounding may put beyond a level."""
+FINEST = 1e-13
+"""Share of a step to which a crossing is located."""
+_FINER = 16
+
+
+@dataclass(frozen=True)
+class Located:
+    """A crossing: so long (s) after a sample, the run that ends there, and which junctions act."""
+
+    sample: int
+    after: float
+    run: KernelRun
+    acting: tuple[str, ...]
+
+
+class Margins:
+    """How far the conditions of a mode are beyond their levels along one piece.
+
+    Sizes: n_g conditions. A condition that rounding puts beyond its level where the piece begins
+    acts once it is beyond by more than the rounding, or has left it.
+    """
+
+    def __init__(
+        self,
+        run: ModeRun,
+        first: KernelRun,
+        x: Array,
+        u: Array,
+        shift: Mapping[str, float],
+        largest: Mapping[tuple[str, str], float],
+    ) -> None:
+        self.run, self.conditions = run, run.mode.conditions
+        self._at = [run.columns.get(c.reading, -1) for c in self.conditions]
+        self._shift = [shift.get(c.reading, 0.0) for c in self.conditions]
+        parts, last = run.parts, np.concatenate([u, first.w[0]])
+        summed = np.abs(parts.cy) @ np.abs(x) + np.abs(parts.dy) @ np.abs(last)
+        n_u = u.size
+        self._direct = np.array([parts.dy[i, :n_u] if i >= 0 else 0.0 * u for i in self._at])
+        self.slack = SLACK * np.array(
+            [
+                max(c.size, largest.get((c.junction, c.reading), 0.0), summed[i] if i >= 0 else 0.0)
+                for c, i in zip(self.conditions, self._at, strict=True)
+            ]
+        )
+        self.margin = self.of(first.y[:1])[0]
+        self.tight = self.margin > 0.0
+
+    @property
+    def wanting(self) -> tuple[str, ...]:
+        """Junctions that switch at once where the piece begins."""
+        return self.names(self.margin > self.slack)
+
+    def names(self, acting: Array) -> tuple[str, ...]:
+        """Return the junctions of some conditions."""
+        return tuple(c.junction for c, a in zip(self.conditions, acting, strict=True) if a)
+
+    def signals(self, y: Array) -> Array:
+        """Return the signals that are compared, shape (N, n_g)."""
+        found = np.empty((y.shape[0], len(self.conditions)))
+        for k, (c, i, shift) in enumerate(
+            zip(self.conditions, self._at, self._shift, strict=True)
+        ):
+            found[:, k] = c.constant if i < 0 else y[:, i] + shift
+        return found
+
+    def of(self, y: Array) -> Array:
+        """Return the margins, shape (N, n_g)."""
+        return self._of_signals(self.signals(y))
+
+    def _of_signals(self, signals: Array) -> Array:
+        columns = [c.margin(signals[:, k]) for k, c in enumerate(self.conditions)]
+        return np.stack(columns, axis=1) if columns else np.zeros((signals.shape[0], 0))
+
+    def left(self, margins: Array) -> None:
+        """Take note of the conditions that have left their levels."""
+        self.tight = self.tight & ~(margins <= 0.0).any(axis=0)
+
+    def first_crossing(
+        self, times: Array, u: Array, n_sub: int, made: KernelRun, x: Array, memory: Memory
+    ) -> Located | None:
+        """Return the first crossing within a run from `x`, or None."""
+        signals = self.signals(made.y)
+        margins = self._of_signals(signals)
+        left = np.logical_or.accumulate(margins <= 0.0, axis=0)
+        needed = np.where(self.tight & ~left, self.slack, 0.0)
+        seen = _after(margins > needed) | _peaks(margins, self.slack)
+        if self.run.inputs.hold == "hold" and self._direct.any():
+            jumped = signals[1:-1] + np.diff(u[:-1], axis=0) @ self._direct.T
+            seen[1:] |= (self._of_signals(jumped) > needed[1:-1]).any(axis=1)
+        step = float(times[-1] - times[0]) / (times.size - 1)
+        for j in np.flatnonzero(seen):
+            at = self._standing(u, step, n_sub, int(j), x, memory)
+            least = np.where(self.tight & ~left[j], self.slack, 0.0)
+            ends = bool((margins[j + 1] > least).any())
+            found = self._within(at, step, least, ends, FINEST + 1e-15 * abs(times[j]) / step)
+            if found is not None:
+                after, run, acting = found
+                return Located(int(j), after, run, self.names(acting))
+        return None
+
+    def _standing(
+        self, u: Array, step: float, n_sub: int, j: int, x: Array, memory: Memory
+    ) -> Callable[[float, int], KernelRun]:
+        """Return ``at(part, n)``: a run from sample `j` over a part of a step, in `n` rows."""
+        run, hold = self.run, self.run.inputs.hold
+        if j:
+            before = run.run(u[: j + 1], step, x, memory, n_sub)
+            x, memory = before.x, {**memory, **before.memory}
+
+        def at(part: float, n: int = 1) -> KernelRun:
+            way = np.linspace(0.0, part if hold == "linear" else 0.0, n + 1)[:, None]
+            inputs = u[j] + way * (u[j + 1] - u[j])
+            return run.run(inputs, part * step / n, x, memory, n_sub)
+
+        return at
+
+    def _within(
+        self,
+        at: Callable[[float, int], KernelRun],
+        step: float,
+        least: Array,
+        ends: bool,
+        finest: float,
+    ) -> tuple[float, KernelRun, Array] | None:
+        """Return when (s) after a sample something acts, with the run up to there, or None."""
+        from scipy.optimize import brentq
+
+        def beyond(part: float) -> float:
+            return float((self.of(at(part, 1).y)[-1] - least).max())
+
+        begun = at(1.0, 1)
+        if ((acting := self.of(begun.y)[0] - least) > 0.0).any():
+            return 0.0, at(0.0, 1), acting > 0.0
+        low, high = (0.0, 1.0) if ends else self._peak(at, least)
+        if not high:
+            return None
+        part = low
+        if beyond(low) <= 0.0:
+            if beyond(high) <= 0.0:  # by rounding; the next interval begins with it
+                return None
+            part = brentq(beyond, low, high, xtol=finest, rtol=8.9e-16)
+        for more in (0.0, *(finest * 2.0**k for k in range(60))):
+            tried = min(part + more, high)
+            run = at(tried, 1)
+            acting = self.of(run.y)[-1] - least
+            if (acting > 0.0).any():
+                return tried * step, run, acting > 0.0
+        return None
+
+    def _peak(
+        self, at: Callable[[float, int], KernelRun], least: Array
+    ) -> tuple[float, float]:
+        """Return parts of a step between which something begins to act; (0, 0) if nothing does."""
+        low, high = 0.0, 1.0
+        for _ in range(2):
+            parts = np.linspace(low, high, _FINER + 1)
+            beyond = np.array([(self.of(at(p, 1).y)[-1] - least).max() for p in parts[1:]])
+            if (beyond > 0.0).any():
+                i = int(np.argmax(beyond > 0.0))
+                return float(parts[i]), float(parts[i + 1])
+            i = int(np.argmax(beyond)) + 1
+            low, high = float(parts[max(i - 1, 0)]), float(parts[min(i + 1, _FINER)])
+        return 0.0, 0.0
+
+
+def _after(acting: Array) -> Array:
+    """Return the intervals at whose ends something acts, shape (N - 1,)."""
+    return np.asarray(acting[1:].any(axis=1))
+
+
+def _peaks(margins: Array, slack: Array) -> Array:
+    """Return the intervals in which a parabola through three samples goes beyond a level.
+
+    Twice what it rises above the middle sample counts: it is no more than a first look.
+    """
+    seen = np.zeros(margins.shape[0] - 1, bool)
+    if margins.shape[0] < 3:
+        return seen
+    a, b, c = margins[:-2], margins[1:-1], margins[2:]
+    bent = 2.0 * b - a - c
+    with np.errstate(divide="ignore", invalid="ignore"):
+        at = 0.5 * (c - a) / bent  # of the vertex, in steps from the middle sample
+        top = b + 0.5 * at * (c - a)
+    high = (bent > 0.0) & (np.abs(at) <= 1.0) & (top > slack)
+    high &= np.maximum(np.maximum(a, b), c) <= slack
+    early, late = (high & (at <= 0.25)).any(axis=1), (high & (at >= -0.25)).any(axis=1)
+    seen[:-1] |= early
+    seen[1:] |= late
+    return seen
