@@ -129,7 +129,7 @@ class Pieces:
     def _stopped(
         self, entry: Entry, times: Array, found: Located, key: tuple[bool, ...], begin: float
     ) -> tuple[float, tuple[str, ...]]:
-        time = float(times[found.sample]) + found.after
+        time = float(times[found.sample] + found.after)
         self._windows[key] = max(_LEAST, int((time - begin) / self.inputs.step) + 2)
         assert entry.margins is not None
         self._notice(entry.margins, found.run.y)
