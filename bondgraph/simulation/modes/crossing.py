@@ -18,7 +18,7 @@ SLACK = 1e-11
 """Share of a signal, and of what it is summed of, that rounding may put beyond a level."""
 FINEST = 1e-13
 """Share of a step to which a crossing is located."""
-_FINER = 16
+_FINER = 64
 
 
 @dataclass(frozen=True)
@@ -150,7 +150,7 @@ class Margins:
         if ((acting := self.of(begun.y)[0] - least) > 0.0).any():
             return 0.0, at(0.0, 1), acting > 0.0
         low, high = (0.0, 1.0) if ends else self._peak(at, least)
-        if not high:
+        if high <= 0.0:
             return None
         part = low
         if beyond(low) <= 0.0:
@@ -165,20 +165,11 @@ class Margins:
                 return tried * step, run, acting > 0.0
         return None
 
-    def _peak(
-        self, at: Callable[[float, int], KernelRun], least: Array
-    ) -> tuple[float, float]:
-        """Return parts of a step between which something begins to act; (0, 0) if nothing does."""
-        low, high = 0.0, 1.0
-        for _ in range(2):
-            parts = np.linspace(low, high, _FINER + 1)
-            beyond = np.array([(self.of(at(p, 1).y)[-1] - least).max() for p in parts[1:]])
-            if (beyond > 0.0).any():
-                i = int(np.argmax(beyond > 0.0))
-                return float(parts[i]), float(parts[i + 1])
-            i = int(np.argmax(beyond)) + 1
-            low, high = float(parts[max(i - 1, 0)]), float(parts[min(i + 1, _FINER)])
-        return 0.0, 0.0
+    def _peak(self, at: Callable[[float, int], KernelRun], least: Array) -> tuple[float, float]:
+        """Return parts of a step between which something begins to act; not above 0 if nothing does."""
+        acting = (self.of(at(1.0, _FINER).y) > least).any(axis=1)
+        first = int(np.argmax(acting))
+        return (first - 1) / _FINER, first / _FINER
 
 
 def _after(acting: Array) -> Array:

@@ -175,46 +175,46 @@ class Pieces:
     def _entered(self, asked: Mapping[str, bool], now: float) -> Entry:
         """Enter the mode that is asked for, or the one that guards make of it."""
         mode, entry = self._consistent(asked, now)
-        for name in self.watch.guards:
-            if self.events_differ(mode, name):
-                self.events.append(SwitchEvent(now, name, mode[name]))
+        switched = (n for n in self.watch.guards if mode[n] != self.mode[n])
+        self.events += [SwitchEvent(float(now), n, mode[n]) for n in switched]
         self.mode, self.shift = mode, entry.shift
         return entry
 
-    def events_differ(self, mode: Mapping[str, bool], name: str) -> bool:
-        """Whether a junction is switched in `mode`."""
-        return mode[name] != self.mode[name]
-
     def _consistent(self, asked: Mapping[str, bool], now: float) -> tuple[dict[str, bool], Entry]:
-        tried: dict[tuple[bool, ...], str] = {}
-        mode, first = dict(asked), None
-        while tuple(mode.values()) not in tried:
+        """Return the mode that guards make of the one asked for, or else the nearest that fits.
+
+        What a switch asks for may have no state: a coil whose last path has opened, until a diode
+        takes its current.
+        """
+        tried: dict[tuple[bool, ...], tuple[str, ...]] = {}
+        refusals: list[BondsightError] = []
+        mode = dict(asked)
+
+        def fitting(mode: dict[str, bool]) -> Entry | None:
             try:
                 entry = self._entry(mode, now)
             except BondsightError as error:
-                first = error
-                tried[tuple(mode.values())] = ""
-                break
+                if not self.watch:
+                    raise
+                refusals.append(error)
+                return None
             wanting = entry.margins.wanting if entry.margins else ()
-            if not wanting:
+            tried[tuple(mode.values())] = wanting
+            return None if wanting else entry
+
+        while tuple(mode.values()) not in tried:
+            if (entry := fitting(mode)) is not None:
                 return mode, entry
-            tried[tuple(mode.values())] = ", ".join(wanting)
-            mode |= {n: not mode[n] for n in wanting}
-        if first is not None and not self.watch:
-            raise first
+            if refusals:
+                break
+            mode = {**mode, **{n: not mode[n] for n in tried[tuple(mode.values())]}}
         for other in islice(self._near(asked), MOST_TRIED):
-            if tuple(other.values()) in tried:
-                continue
-            try:
-                entry = self._entry(other, now)
-            except BondsightError as error:
-                first = first or error
-                continue
-            if not (entry.margins and entry.margins.wanting):
+            if tuple(other.values()) not in tried and (entry := fitting(other)) is not None:
                 return other, entry
-        if first is not None:
-            raise GraphError(f"{first}; no other state of its guarded junctions fits") from first
-        names = ", ".join(dict.fromkeys(n for v in tried.values() for n in v.split(", ")))
+        if refusals:
+            why = f"{refusals[0]}; no other state of its guarded junctions fits"
+            raise GraphError(why) from refusals[0]
+        names = ", ".join(dict.fromkeys(n for wanting in tried.values() for n in wanting))
         raise GraphError(
             f"{self.graph.name}: at {now:.9g} s the guards contradict each other: in every mode "
             f"one of {names} wants to switch; set levels apart, or let a signal that jumps at a "
