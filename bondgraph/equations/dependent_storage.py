@@ -133,7 +133,7 @@ class _Displacing:
             self._put(store, value.xreplace(first), why)
 
     def drop_flows(self) -> None:
-        """Leave out the signals that need the flow of a dependent storage that moves: nothing does."""
+        """Leave out the signals that need the flow of a storage that moves: nothing does."""
         for d in self.made.dependents:
             if d.element in self.still:
                 continue

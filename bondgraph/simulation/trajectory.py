@@ -12,9 +12,9 @@ import numpy as np
 from bondgraph.drawing.courses import courses
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.sensors import Sensor
-from bondgraph.simulation.modes.guards import SwitchEvent
 from bondgraph.signals.files.checks import optional
 from bondgraph.signals.units import read_unit
+from bondgraph.simulation.modes.guards import SwitchEvent
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import unknown_name
 

@@ -31,7 +31,7 @@ class Located:
     acting: tuple[str, ...]
 
 
-class Margins:
+class GuardMargins:
     """How far the conditions of a mode are beyond their levels along one piece.
 
     Sizes: n_g conditions. A condition that rounding puts beyond its level where the piece begins
@@ -75,9 +75,7 @@ class Margins:
     def signals(self, y: Array) -> Array:
         """Return the signals that are compared, shape (N, n_g)."""
         found = np.empty((y.shape[0], len(self.conditions)))
-        for k, (c, i, shift) in enumerate(
-            zip(self.conditions, self._at, self._shift, strict=True)
-        ):
+        for k, (c, i, shift) in enumerate(zip(self.conditions, self._at, self._shift, strict=True)):
             found[:, k] = c.constant if i < 0 else y[:, i] + shift
         return found
 
@@ -166,7 +164,7 @@ class Margins:
         return None
 
     def _peak(self, at: Callable[[float, int], KernelRun], least: Array) -> tuple[float, float]:
-        """Return parts of a step between which something begins to act; not above 0 if nothing does."""
+        """Return between which parts of a step something begins to act; up to 0 if nothing does."""
         acting = (self.of(at(1.0, _FINER).y) > least).any(axis=1)
         first = int(np.argmax(acting))
         return (first - 1) / _FINER, first / _FINER

@@ -11,7 +11,7 @@ import numpy as np
 
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.simulation.exact_run import KernelRun
-from bondgraph.simulation.modes.crossing import Located, Margins
+from bondgraph.simulation.modes.crossing import GuardMargins, Located
 from bondgraph.simulation.modes.guards import SwitchEvent
 from bondgraph.simulation.modes.mode_run import Inputs, ModeRun
 from bondgraph.simulation.modes.resolve import mode_of
@@ -38,7 +38,7 @@ class Entry:
     run: ModeRun
     x: Array
     shift: dict[str, float]
-    margins: Margins | None
+    margins: GuardMargins | None
 
 
 class Pieces:
@@ -239,7 +239,7 @@ class Pieces:
         margins = None
         if self.watch:
             u = self.inputs.at(run.mode, np.array([now, now + self.inputs.step]))[0]
-            margins = Margins(run, first, x, u, shift, self.seen)
+            margins = GuardMargins(run, first, x, u, shift, self.seen)
         return Entry(run, x, shift, margins)
 
     # -- taking over ------------------------------------------------------------------------
@@ -295,7 +295,7 @@ class Pieces:
             self.held[n] = float(y[run.columns[n]])
             self.largest[n] = max(self.largest.get(n, 0.0), abs(self.held[n]))
 
-    def _notice(self, margins: Margins, y: Array) -> None:
+    def _notice(self, margins: GuardMargins, y: Array) -> None:
         signals = margins.signals(y)
         margins.left(margins.of(y))
         for k, c in enumerate(margins.conditions):

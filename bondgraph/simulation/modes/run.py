@@ -1,10 +1,10 @@
 """Piecewise simulation of a switched graph: one mode after the other, states carried over.
 
-Junctions switch at given times (a schedule) or by the state (guards: a diode that opens, a stop that
-is hit), which is located inside a step. Every mode must be linear up to scalar laws. What the
-storages hold is continuous at a switch. A mode in which a storage depends on others (or on a source)
-takes over only values that fit; where they do not, the switch would need an impulse and is refused,
-unless guards leave another mode that fits.
+Junctions switch at given times (a schedule) or by the state (guards: a diode that opens, a stop
+that is hit), which is located inside a step. Every mode must be linear up to scalar laws. What the
+storages hold is continuous at a switch. A mode in which a storage depends on others (or on a
+source) takes over only values that fit; where they do not, the switch would need an impulse and is
+refused, unless guards leave another mode that fits.
 """
 
 from __future__ import annotations
@@ -147,7 +147,7 @@ def _checked_grid(graph: BondGraph, time: Array) -> Array:
 def _stretches(
     graph: BondGraph, grid: Array, schedule: Schedule
 ) -> list[tuple[float, float, dict[str, bool]]]:
-    """Begin and end of each stretch between switch times, and what the schedule sets at its begin."""
+    """Begin and end of each stretch between switch times, and what is switched at its begin."""
     mode = mode_of(graph)
     if not mode:
         raise GraphError(f"{graph.name} has no switched junction; simulate(graph, ...) serves it")

@@ -24,7 +24,7 @@ _ROUNDS = 8
 
 
 class Mode:
-    """A compiled mode with everything that its storages hold, and guards watch, among the outputs."""
+    """A compiled mode; what its storages hold and what guards watch are among its outputs."""
 
     def __init__(
         self, graph: BondGraph, mode: Mapping[str, bool], watch: Watch | None = None

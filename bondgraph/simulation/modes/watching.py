@@ -21,8 +21,8 @@ from bondgraph.support.errors import GraphError, UnusableInput, real_number, unk
 
 
 @dataclass(frozen=True)
-class Condition:
-    """A condition in one mode.
+class ActiveGuard:
+    """What may switch a junction in one mode.
 
     Attributes
     ----------
@@ -85,7 +85,9 @@ class Watch:
         """Whether there are any."""
         return bool(self.guards)
 
-    def conditions(self, mode: Mapping[str, bool]) -> tuple[tuple[Condition, Reading | None], ...]:
+    def conditions(
+        self, mode: Mapping[str, bool]
+    ) -> tuple[tuple[ActiveGuard, Reading | None], ...]:
         """Return what may switch in a mode, with the reading to be added for it, if one is."""
         found = []
         with apart():
@@ -97,20 +99,20 @@ class Watch:
 
     def _condition(
         self, junction: str, when: When, mode: Mapping[str, bool]
-    ) -> tuple[Condition, Reading | None]:
+    ) -> tuple[ActiveGuard, Reading | None]:
         above, below = self._levels(junction, when)
         if isinstance(when.signal, str):
-            return Condition(junction, when.signal, above, below), None
+            return ActiveGuard(junction, when.signal, above, below), None
         signal = sp.sympify(when.signal).xreplace(
             {s: self._open(n, mode[n]) for s, n in self._held_back.items()}
         )
         own = {p.symbol for p in self.graph.parameters.values()}
         if signal.free_symbols <= own:
-            return Condition(junction, "", above, below, self._number(junction, signal)), None
+            return ActiveGuard(junction, "", above, below, self._number(junction, signal)), None
         name = f"guard_of_{junction}"
         while name in self.graph.elements or name in self.graph.parameters:
             name += "_"
-        return Condition(junction, name, above, below), Reading(name, signal)
+        return ActiveGuard(junction, name, above, below), Reading(name, signal)
 
     def _open(self, name: str, on: bool) -> sp.Expr:
         """Return what an open junction holds back: what its zero source has to balance."""

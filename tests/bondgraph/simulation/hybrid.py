@@ -25,7 +25,7 @@ def simulated(
     mode: str,
     x: Any,
     times: Any,
-    switches: Mapping[float, str] = {},  # noqa: B006
+    switches: Mapping[float, str] = {},
 ) -> tuple[Any, list[tuple[float, str]]]:
     """States at the times, shape (N, n_x), and when which mode began; `switches` are forced."""
     states, begun = [np.asarray(x, float)], []

@@ -310,7 +310,6 @@ def test_a_mass_hits_a_damped_stop_as_scipy_says() -> None:
     np.testing.assert_allclose(run["v"], truth[:, 0], rtol=0, atol=1e-9)
 
 
-
 # -- several at once, and near misses --------------------------------------------------------
 def two_valves() -> BondGraph:
     """A filling tank with two drains."""
@@ -549,7 +548,10 @@ def test_a_coil_that_no_diode_catches_is_refused_as_before() -> None:
         (Guard("heater", on=When("TT", below=1.0)), "no sensor 'TT' in oven for the guard of heat"),
         (Guard("heater", on=When(effort("rom"), below=1.0)), "Did you mean 'room'"),
         (Guard("heater", on=When(displacement("Cr"), below=1.0)), "Did you mean 'C_r'"),
-        (Guard("heater", on=When("T", below="lo")), "no parameter 'lo' in oven: level of the guard"),
+        (
+            Guard("heater", on=When("T", below="lo")),
+            "no parameter 'lo' in oven: level of the guard",
+        ),
         (
             Guard("heater", on=When("T", below=21.0), off=When("T", above=19.0)),
             "can hold at once; the wrong way round",
