@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import TypeAlias
 
 import sympy as sp
 
 from bondgraph.graph.elements import Value
 from bondgraph.support.errors import GraphError, UnusableInput, real_number
 
-Signal = str | sp.Expr
+Signal: TypeAlias = str | sp.Expr
 """Name of a sensor, or an expression of signals as in a `Reading`."""
 
 

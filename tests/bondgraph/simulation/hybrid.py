@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -31,7 +32,7 @@ def simulated(
     states, begun = [np.asarray(x, float)], []
     stops = sorted({*times, *switches})
     kept = set(times)
-    for a, b in zip(stops[:-1], stops[1:], strict=True):
+    for a, b in pairwise(stops):
         if a in switches:
             mode = switches[a]
             begun.append((a, mode))

@@ -79,7 +79,7 @@ def test_a_half_wave_rectifier_conducts_as_scipy_says(count: int) -> None:
     v = 10.0 * np.sin(2 * np.pi * 50.0 * t)
 
     def ahead(s: float, x: Any) -> float:
-        return float(np.interp(s, t, v)) - x[0]
+        return float(np.interp(s, t, v) - x[0])
 
     modes = {
         "off": Location(lambda s, x: [-x[0] / 0.1], {"on": ahead}),
@@ -378,7 +378,7 @@ def test_a_level_beyond_either_side() -> None:
     t = np.arange(100) * 0.1
     loose = Guard("brake", on=When(displacement("k"), above=2.0, below=-0.5))
     run = simulate_modes(swing(), t, (), events=[loose], start={"q_k": 0.0, "p_m": 1.0})
-    assert told(run) == [(pytest.approx(np.pi + np.arcsin(0.5), abs=1e-11), "on")]
+    assert_same_events(told(run), [(np.pi + np.arcsin(0.5), "on")], 1e-11)
 
 
 def test_a_guard_that_holds_at_the_start_acts_there() -> None:
@@ -499,17 +499,19 @@ def test_events_given_as_a_schedule_make_the_same_run(hold: str) -> None:
     assert again.events == ()
 
 
-def test_a_guard_that_never_acts_changes_nothing_and_costs_no_loop_over_samples() -> None:
-    spent = {}
-    for count in (2_001, 64_001):
+@pytest.mark.parametrize("events", [(), (Guard("heater", on=When("T", above=50.0)),)])
+def test_a_guard_that_never_acts_costs_no_loop_over_samples(events: tuple[Guard, ...]) -> None:
+    def spent(count: int) -> int:
         t = np.linspace(0.0, 10.0, count)
         v = {"T_h": np.sin(3 * t)}
-        never = Guard("heater", on=When("T", above=50.0))
         plain = simulate(in_mode(oven(), {"heater": False}), t, v)
         made: list[Trajectory] = []
-        spent[count] = calls(lambda: made.append(simulate_modes(oven(), t, (), v, events=[never])))
+        work = calls(lambda: made.append(simulate_modes(oven(), t, (), v, events=events)))
         np.testing.assert_allclose(made[-1]["T"], plain["T"], atol=1e-12)
-    assert spent[64_001] < 3 * spent[2_001]
+        return work
+
+    spent(2_001)  # what is compiled and cached
+    assert spent(64_001) < 3 * spent(2_001)
 
 
 # -- what cannot be ---------------------------------------------------------------------------
@@ -576,7 +578,7 @@ def test_values_that_are_no_guards_are_refused() -> None:
     with pytest.raises(UnusableInput, match="give a level"):
         When("T")
     with pytest.raises(UnusableInput, match="give the name of a sensor"):
-        When(3.0, above=1.0)  # type: ignore[arg-type]
+        When(3.0, above=1.0)
     with pytest.raises(GraphError, match="give on="):
         Guard("heater")
     with pytest.raises(GraphError, match="give a When"):
