@@ -6,7 +6,8 @@ A crossing is located by runs of the exact step that end there, none by interpol
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import count
 
 import numpy as np
 
@@ -105,7 +106,7 @@ class GuardMargins:
             seen[1:] |= (self._of_signals(jumped) > needed[1:-1]).any(axis=1)
         step = float(times[-1] - times[0]) / (times.size - 1)
         for j in np.flatnonzero(seen):
-            at = self._standing(u, step, n_sub, int(j), x, memory)
+            at = self._standing(times, u, n_sub, int(j), x, memory)
             least = np.where(self.tight & ~left[j], self.slack, 0.0)
             ends = bool((margins[j + 1] > least).any())
             found = self._within(at, step, least, ends, FINEST + 1e-15 * abs(times[j]) / step)
@@ -115,17 +116,22 @@ class GuardMargins:
         return None
 
     def _standing(
-        self, u: Array, step: float, n_sub: int, j: int, x: Array, memory: Memory
+        self, times: Array, u: Array, n_sub: int, j: int, x: Array, memory: Memory
     ) -> Callable[[float, int], KernelRun]:
         """Return ``at(part, n)``: a run from sample `j` over a part of a step, in `n` rows."""
-        run, hold = self.run, self.run.inputs.hold
+        run, begin = self.run, float(times[j])
+        step = float(times[-1] - times[0]) / (times.size - 1)
         if j:
             before = run.run(u[: j + 1], step, x, memory, n_sub)
             x, memory = before.x, {**memory, **before.memory}
 
         def at(part: float, n: int = 1) -> KernelRun:
-            way = np.linspace(0.0, part if hold == "linear" else 0.0, n + 1)[:, None]
-            inputs = u[j] + way * (u[j + 1] - u[j])
+            if part == 0.0:
+                made = at(1.0)
+                kept = {e: memory[e] for e in made.memory if e in memory}
+                return replace(made, y=made.y[:1], x=x, memory=kept)
+            over = np.linspace(0.0, part * step, n + 1)
+            inputs = run.inputs.at(run.mode, begin + over)
             return run.run(inputs, part * step / n, x, memory, n_sub)
 
         return at
@@ -139,35 +145,50 @@ class GuardMargins:
         finest: float,
     ) -> tuple[float, KernelRun, Array] | None:
         """Return when (s) after a sample something acts, with the run up to there, or None."""
-        from scipy.optimize import brentq
 
         def beyond(part: float) -> float:
             return float((self.of(at(part, 1).y)[-1] - least).max())
 
-        begun = at(1.0, 1)
+        begun = at(0.0, 1)
         if ((acting := self.of(begun.y)[0] - least) > 0.0).any():
-            return 0.0, at(0.0, 1), acting > 0.0
+            return 0.0, begun, acting > 0.0
         low, high = (0.0, 1.0) if ends else self._peak(at, least)
-        if high <= 0.0:
+        if high <= 0.0 or beyond(high) <= 0.0:  # by rounding; the next interval begins with it
             return None
-        part = low
-        if beyond(low) <= 0.0:
-            if beyond(high) <= 0.0:  # by rounding; the next interval begins with it
-                return None
-            part = brentq(beyond, low, high, xtol=finest, rtol=8.9e-16)
-        for more in (0.0, *(finest * 2.0**k for k in range(60))):
-            tried = min(part + more, high)
-            run = at(tried, 1)
-            acting = self.of(run.y)[-1] - least
-            if (acting > 0.0).any():
-                return tried * step, run, acting > 0.0
-        return None
+        part = _first_beyond(beyond, low, high, finest)
+        run = at(part, 1)
+        return part * step, run, self.of(run.y)[-1] > least
 
     def _peak(self, at: Callable[[float, int], KernelRun], least: Array) -> tuple[float, float]:
         """Return between which parts of a step something begins to act; up to 0 if nothing does."""
         acting = (self.of(at(1.0, _FINER).y) > least).any(axis=1)
         first = int(np.argmax(acting))
         return (first - 1) / _FINER, first / _FINER
+
+
+def _first_beyond(
+    beyond: Callable[[float], float], low: float, high: float, finest: float
+) -> float:
+    """Return where a function rises above zero, from the side on which it is above.
+
+    It is not above zero at `low`, where it may be zero (a current that begins), and is at `high`.
+    """
+    from scipy.optimize import brentq
+
+    least, most = low, high
+    while most - least > 2.0 * finest and np.nextafter(least, most) < most:
+        at = least
+        if beyond(least) < 0.0:
+            at = brentq(beyond, least, most, xtol=finest, rtol=8.9e-16)
+        above = beyond(at) > 0.0
+        for k in count():  # away from the root, until the other side is met
+            way = finest * 2.0**k
+            tried = max(at - way, least) if above else min(at + way, most)
+            if (beyond(tried) > 0.0) != above:
+                least, most = sorted((at, tried))
+                break
+            at = tried
+    return most
 
 
 def _after(acting: Array) -> Array:

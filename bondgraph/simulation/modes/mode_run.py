@@ -5,18 +5,22 @@ from __future__ import annotations
 import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from bondgraph.signals.recorded_rates import LEAST
 from bondgraph.simulation.exact_run import KernelRun, Prepared, prepare, run_prepared, settled_run
 from bondgraph.simulation.modes.states import Mode
 from bondgraph.simulation.simulate import require_finite
-from bondgraph.simulation.start import inputs_of, own_input
+from bondgraph.simulation.start import missing, own_input
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import unknown_name
 
 if TYPE_CHECKING:
+    from scipy.interpolate import CubicSpline
+
     from bondgraph.simulation.first_order_hold import Blocks
 
 SHORT = 1e-9
@@ -53,18 +57,41 @@ class Inputs:
 
     def at(self, mode: Mode, times: Array) -> Array:
         """Return the inputs of `mode` at rising times; what is held ends with its last value."""
-        # a sensor drifts along the whole record, not once a piece
-        own = {n: own_input(n, self.grid.size) for n in mode.compiled.inputs if n != "one"}
-        signals = {**{n: v for n, v in own.items() if v is not None}, **self.commands}
-        if self.hold == "hold":
-            index = np.searchsorted(self.grid, times + self.slack, side="right") - 1
-            before = np.searchsorted(self.grid, times[-1] - self.slack) - 1
-            index[-1] = max(index[0], before)
-            index = np.clip(index, 0, None)
-            found = {n: v[index] for n, v in signals.items()}
-        else:
-            found = {n: np.interp(times, self.grid, v) for n, v in signals.items()}
-        return inputs_of(mode.compiled, found, times)
+        compiled = mode.compiled
+        index = self._before(times) if self.hold == "hold" else None
+        u = np.empty((times.size, compiled.n_u))
+        for i, name in enumerate(compiled.inputs):
+            way = name.partition("_")[2] if name in compiled.model.recorded else name
+            if way != name and way in self._splines:
+                u[:, i] = self._splines[way](times, 1)
+            elif f"d_{name}" in compiled.model.recorded and name in self._splines:
+                u[:, i] = self._splines[name](times)
+            else:
+                values = self._values(compiled.model.name, name)
+                u[:, i] = np.interp(times, self.grid, values) if index is None else values[index]
+        return u
+
+    def _values(self, model: str, name: str) -> Array:
+        """Return an input at the samples; a sensor drifts along the whole record, not a piece."""
+        values = self.commands.get(name, own_input(name, self.grid.size))
+        if values is None:
+            raise missing(model, name, self.commands)
+        return values
+
+    @cached_property
+    def _splines(self) -> dict[str, CubicSpline]:
+        """Splines through commands, of which the rates of recorded integrals are the slopes."""
+        from scipy.interpolate import CubicSpline
+
+        if self.grid.size < LEAST:
+            return {}
+        return {n: CubicSpline(self.grid, v) for n, v in self.commands.items()}
+
+    def _before(self, times: Array) -> Array:
+        """Return the samples whose values are held at rising times."""
+        index = np.searchsorted(self.grid, times + self.slack, side="right") - 1
+        index[-1] = max(index[0], np.searchsorted(self.grid, times[-1] - self.slack) - 1)
+        return np.clip(index, 0, None)
 
 
 class ModeRun:

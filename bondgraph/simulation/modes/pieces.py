@@ -116,6 +116,7 @@ class Pieces:
                 found = entry.margins.first_crossing(times, u, n_sub, made, x, self.memory)
             rows = times.size if found is None else found.sample + 1
             self._keep(run, times[:rows], made.y[:rows], skip=0 if new else 1)
+            self._measure(run, made.y[: rows + 1])  # a guard acts up to a sample later
             new = False
             if found is not None:
                 return self._stopped(entry, times, found, key, begin)
@@ -279,6 +280,9 @@ class Pieces:
         for n in run.mode.shown:
             values = y[:, run.columns[n]] + self.shift.get(n, 0.0)
             self.outputs.setdefault(n, np.zeros(grid.size))[near[on_grid]] = values[on_grid]
+
+    def _measure(self, run: ModeRun, y: Array) -> None:
+        """Take note of how large the contents become."""
         for n in run.mode.carried:
             size = float(np.abs(y[:, run.columns[n]]).max())
             self.largest[n] = max(self.largest.get(n, 0.0), size)
@@ -293,7 +297,7 @@ class Pieces:
             self.held[f"y {n}"] = float(y[run.columns[n]]) + self.shift.get(n, 0.0)
         for n in run.mode.carried:
             self.held[n] = float(y[run.columns[n]])
-            self.largest[n] = max(self.largest.get(n, 0.0), abs(self.held[n]))
+        self._measure(run, made.y[row : row + 1 or None])
 
     def _notice(self, margins: GuardMargins, y: Array) -> None:
         signals = margins.signals(y)

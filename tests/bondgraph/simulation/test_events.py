@@ -6,8 +6,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
+from scipy.optimize import brentq
 
 from bondgraph import (
     BondGraph,
@@ -613,12 +614,29 @@ def test_a_late_sensor_is_not_watched_but_what_it_reads_is() -> None:
     assert run.events[1].time == pytest.approx(0.1 + 0.5 * np.log(30.0 / 9.0), abs=1e-9)
 
 
+@pytest.mark.parametrize("tail", [0.0, -1e-3])
+def test_a_current_that_begins_at_zero_ends_where_it_crosses_it(tail: float) -> None:
+    """The signal is at its level where the piece begins, and again before the next sample."""
+    with BondGraph("coil") as g:
+        d = X1("D", on=True)
+        Se("V", unit="V") >> d >> R("R_s", 1.0, unit="ohm")
+        d >> I("L", 1.0, unit="H")
+        d >> Df("i", unit="A")
+    t = np.array([0.0, 1.0, 2.0])
+    v = np.array([0.1, -1.0, tail])
+    run = simulate_modes(g, t, (), {"V": v}, events=[diode("D")], hold="linear")
+    # L i' + R i = 0.1 - 1.1 t from rest
+    root = brentq(lambda s: 1.2 * (1 - np.exp(-s)) - 1.1 * s, 0.05, 1.0, xtol=1e-15)
+    assert told(run) == [(pytest.approx(root, abs=1e-12), "off")]
+
+
 # -- any circuit ------------------------------------------------------------------------------
 value = st.floats(0.1, 10.0)
 
 
 @settings(max_examples=25, deadline=None)
 @given(value, value, value, value, st.booleans(), st.integers(0, 2**31), st.booleans())
+@example(1.0, 1.0, 1.0, 1.0, True, 100000, False)
 def test_a_diode_blocks_or_conducts_in_any_circuit(
     source: float, load: float, store: float, turn: float, coil: bool, seed: int, held: bool
 ) -> None:
