@@ -108,11 +108,10 @@ class GuardMargins:
         for j in np.flatnonzero(seen):
             at = self._standing(times, u, n_sub, int(j), x, memory)
             least = np.where(self.tight & ~left[j], self.slack, 0.0)
-            ends = bool((margins[j + 1] > least).any())
-            found = self._within(at, step, least, ends, FINEST + 1e-15 * abs(times[j]) / step)
+            found = self._within(at, least, FINEST + 1e-15 * abs(times[j]) / step)
             if found is not None:
-                after, run, acting = found
-                return Located(int(j), after, run, self.names(acting))
+                part, run, acting = found
+                return Located(int(j), part * step, run, self.names(acting))
         return None
 
     def _standing(
@@ -137,33 +136,30 @@ class GuardMargins:
         return at
 
     def _within(
-        self,
-        at: Callable[[float, int], KernelRun],
-        step: float,
-        least: Array,
-        ends: bool,
-        finest: float,
+        self, at: Callable[[float, int], KernelRun], least: Array, finest: float
     ) -> tuple[float, KernelRun, Array] | None:
-        """Return when (s) after a sample something acts, with the run up to there, or None."""
-
-        def beyond(part: float) -> float:
-            return float((self.of(at(part, 1).y)[-1] - least).max())
-
+        """Return after which part of a step something acts, with the run up to there, or None."""
         begun = at(0.0, 1)
-        if ((acting := self.of(begun.y)[0] - least) > 0.0).any():
-            return 0.0, begun, acting > 0.0
-        low, high = (0.0, 1.0) if ends else self._peak(at, least)
-        if high <= 0.0 or beyond(high) <= 0.0:  # by rounding; the next interval begins with it
+        if (acting := self.of(begun.y)[0] > least).any():
+            return 0.0, begun, acting
+        fine = self.of(at(1.0, _FINER).y) > least
+        row = int(np.argmax(fine.any(axis=1)))
+        if not row:  # or by rounding alone; the next interval begins with it
             return None
-        part = _first_beyond(beyond, low, high, finest)
-        run = at(part, 1)
-        return part * step, run, self.of(run.y)[-1] > least
+        low, part, first = (row - 1) / _FINER, row / _FINER, fine[row]
+        while True:
+            part = _first_beyond(self._beyond(at, first, least), low, part, finest)
+            run = at(part, 1)
+            acting = self.of(run.y)[-1] > least
+            if not (acting & ~first).any():
+                return part, run, acting if acting.any() else first
+            first = acting & ~first  # these were beyond before
 
-    def _peak(self, at: Callable[[float, int], KernelRun], least: Array) -> tuple[float, float]:
-        """Return between which parts of a step something begins to act; up to 0 if nothing does."""
-        acting = (self.of(at(1.0, _FINER).y) > least).any(axis=1)
-        first = int(np.argmax(acting))
-        return (first - 1) / _FINER, first / _FINER
+    def _beyond(
+        self, at: Callable[[float, int], KernelRun], some: Array, least: Array
+    ) -> Callable[[float], float]:
+        """Return how far some conditions are beyond their levels after a part of a step."""
+        return lambda part: float((self.of(at(part, 1).y)[-1] - least)[some].max())
 
 
 def _first_beyond(
@@ -171,16 +167,23 @@ def _first_beyond(
 ) -> float:
     """Return where a function rises above zero, from the side on which it is above.
 
-    It is not above zero at `low`, where it may be zero (a current that begins), and is at `high`.
+    It is not above zero at `low`, where it may be zero (a current that begins), and is at `high`,
+    but for rounding.
     """
     from scipy.optimize import brentq
 
-    least, most = low, high
+    if beyond(high) <= 0.0:
+        return high
+    least, most, begins = low, high, True
     while most - least > 2.0 * finest and np.nextafter(least, most) < most:
         at = least
         if beyond(least) < 0.0:
             at = brentq(beyond, least, most, xtol=finest, rtol=8.9e-16)
-        above = beyond(at) > 0.0
+        elif not begins:  # zero all along: no slope leads to where it rises
+            at = 0.5 * (least + most)
+            least, most = (least, at) if beyond(at) > 0.0 else (at, most)
+            continue
+        begins, above = False, beyond(at) > 0.0
         for k in count():  # away from the root, until the other side is met
             way = finest * 2.0**k
             tried = max(at - way, least) if above else min(at + way, most)

@@ -27,6 +27,8 @@ MOST_EVENTS = 100
 """Within one sample interval; more is a chattering."""
 MOST_TRIED = 256
 """Modes that are tried at one switch."""
+ROUNDED = 1e-15
+"""Share of a time by which it may be off a sample and still be that of the sample."""
 _PARTS = 4
 _LEAST, _FIRST = 16, 64
 
@@ -140,14 +142,16 @@ class Pieces:
 
     def _chunk(self, now: float, end: float, window: int) -> Array:
         """Return even times from `now` on: to the next sample, along samples, or to `end`."""
-        grid, slack = self.inputs.grid, self.inputs.slack
-        first = int(np.searchsorted(grid, now - slack))
-        last = int(np.searchsorted(grid, end + slack)) - 1
-        on_grid = first <= last and abs(grid[first] - now) <= slack
-        if on_grid and last > first:
-            return grid[first : min(last, first + window) + 1]
-        to = grid[first] if not on_grid and first <= last else end
-        return np.linspace(now, float(to), (_PARTS if self.watch else 1) + 1)
+        grid = self.inputs.grid
+        exact = ROUNDED * (self.inputs.step + abs(now))
+        near = min(int(np.searchsorted(grid, now - 0.5 * self.inputs.step)), grid.size - 1)
+        if abs(grid[near] - now) <= exact:
+            last = int(np.searchsorted(grid, end + self.inputs.slack)) - 1
+            if last > near:
+                return grid[near : min(last, near + window) + 1]
+        ahead = int(np.searchsorted(grid, now + exact))
+        to = min(end, float(grid[ahead])) if ahead < grid.size else end
+        return np.linspace(now, to, (_PARTS if self.watch else 1) + 1)
 
     def _count(self, now: float, acting: tuple[str, ...]) -> None:
         """Refuse more events in one sample interval than make sense."""
