@@ -43,6 +43,10 @@ from bondgraph.graph.sensors import Df as Df
 from bondgraph.graph.sensors import Dq as Dq
 from bondgraph.graph.sensors import Reading as Reading
 from bondgraph.signals.recording import Recording as Recording
+from bondgraph.simulation.modes.guards import Guard as Guard
+from bondgraph.simulation.modes.guards import SwitchEvent as SwitchEvent
+from bondgraph.simulation.modes.guards import When as When
+from bondgraph.simulation.modes.run import simulate_modes as simulate_modes
 from bondgraph.simulation.responses import impulse_response as impulse_response
 from bondgraph.simulation.responses import step_response as step_response
 from bondgraph.simulation.simulate import simulate as simulate

@@ -66,6 +66,7 @@ class _Displacing:
         dependent = {d.stored for d in made.dependents}
         self.found = {t: r for t, r in made.found.items() if t not in dependent}
         self.states = list(made.states)
+        self.still: set[str] = set()
 
     def eliminate(self, d: Dependent) -> None:
         e = self.made.graph[d.element]
@@ -105,6 +106,9 @@ class _Displacing:
             given = "flow" if inertia else "effort"
             why = f"{e.kind} {e.name} in derivative causality: its {given} is imposed"
             self._put(d.stored, imposed / slope, why)
+            if imposed.free_symbols <= self.parameters | {ONE}:  # what stands still has no flow
+                self._put(d.rate, sp.S.Zero, f"{why}, a constant")
+                self.still.add(d.element)
             return
         moved = {s: symbol(f"z_{s}") + c * q for s, c in shift.items()}
         inserted = sp.expand(imposed.xreplace({symbol(s): v for s, v in moved.items()}))
@@ -129,8 +133,10 @@ class _Displacing:
             self._put(store, value.xreplace(first), why)
 
     def drop_flows(self) -> None:
-        """Leave out the signals that need the flow of a dependent storage: nothing needs them."""
+        """Leave out the signals that need the flow of a storage that moves: nothing does."""
         for d in self.made.dependents:
+            if d.element in self.still:
+                continue
             lost = self._needing(d.rate)
             read = [(n, y) for n, y, _ in self.made.outputs]
             read += [(r.element, r.stored) for r in self.made.rates]

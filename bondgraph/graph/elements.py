@@ -496,7 +496,7 @@ class RS(TwoPort):
 
 @dataclass(frozen=True)
 class Switched(Junction):
-    """A junction that a controller turns off; abstract.
+    """A junction that a controller, or its own signals, turn off; abstract.
 
     On, it is its junction; off, it isolates. Equations belong to one mode: `on` here, or
     `bondgraph.simulation.modes.resolve.in_mode`. Switching keeps states; a mode that would need an

@@ -5,7 +5,7 @@ The linear part is exact, laws are implicit, memory changes on accepted steps on
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -20,7 +20,7 @@ from bondgraph.support.errors import BondsightError, unknown_name
 
 if TYPE_CHECKING:
     from bondgraph.laws.law import Law
-    from bondgraph.simulation.first_order_hold import Discrete
+    from bondgraph.simulation.first_order_hold import Continuous, Discrete
     from bondgraph.simulation.lure import Compiled
     from bondgraph.simulation.lure_kernel import March
     from bondgraph.simulation.lure_layout import KernelLayout
@@ -108,8 +108,13 @@ def prepare(
     n_sub: int = 1,
     directions: Sequence[int] = (),
     state_directions: bool = False,
+    *,
+    model: Continuous | None = None,
 ) -> Prepared:
-    """Discretise `compiled` at parameters `p` (SI, shape (n_p,)) for samples `step` (s) apart."""
+    """Discretise `compiled` at parameters `p` (SI, shape (n_p,)) for samples `step` (s) apart.
+
+    `model` are its matrices at `p`, where they are known.
+    """
     from bondgraph.simulation.first_order_hold import continuous, discretise, standing
 
     wanted = np.asarray(directions, int)
@@ -120,7 +125,7 @@ def prepare(
     for column, i in enumerate(wanted):
         dq[law_positions == i, column] = 1.0
 
-    model = continuous(compiled, p, wanted)
+    model = model or continuous(compiled, p, wanted)
 
     moving = discretise(model, step / n_sub)
 
@@ -227,15 +232,31 @@ def settle(
     BondsightError
         If `loud`: they are not finite.
     """
+
+    def run_with(n_sub: int) -> KernelRun:
+        return run_record(compiled, p, u, step, x0, n_sub=n_sub, hold=hold, memory=memory)
+
+    return settled_run(compiled, run_with, hold, accuracy, largest, loud)
+
+
+def settled_run(
+    compiled: Compiled,
+    run_with: Callable[[int], KernelRun],
+    hold: str,
+    accuracy: float,
+    largest: int = LARGEST,
+    loud: bool = False,
+) -> tuple[int, KernelRun]:
+    """Do what `settle` does with any way to run so many sub-steps a sample."""
     # where laws remember, one sub-step and two may miss the same turning points, and agree
     remembers = any(port.law.n_memory for port in compiled.laws)
     n_sub = 2 if remembers or hold == "band-limited" else 1
-    run = run_record(compiled, p, u, step, x0, n_sub=n_sub, hold=hold, memory=memory)
+    run = run_with(n_sub)
     if compiled.n_w == 0 and hold != "band-limited":
         return n_sub, run
     change = float("inf")
     while n_sub < largest:
-        finer = run_record(compiled, p, u, step, x0, n_sub=2 * n_sub, hold=hold, memory=memory)
+        finer = run_with(2 * n_sub)
         change = relative_change(_unrounded(compiled, run), _unrounded(compiled, finer))
         run, n_sub = finer, 2 * n_sub
         if change < accuracy:

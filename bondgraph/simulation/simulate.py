@@ -140,12 +140,7 @@ def simulate(
             raise unknown_name("input", name, compiled.model.name, compiled.inputs)
     u = inputs_of(compiled, commands, time)
     p = compiled.vector(parameters or {})
-    if not np.isfinite(compiled.block(p)).all():
-        none = [n for n, v in zip(compiled.parameter_names, p, strict=True) if v == 0]
-        raise UnusableInput(
-            f"{compiled.model.name}: the equations divide by a parameter that is 0, or by one too "
-            f"small for it ({', '.join(none) or 'none is 0'}); give other values"
-        )
+    require_finite(compiled, p)
     known = compiled.states
     step = float(np.diff(time).mean())
     hold = hold or usual_hold(compiled.model.graph, compiled.model.recorded)
@@ -166,6 +161,17 @@ def simulate(
         compiled.model.name, time, outputs, laws, n_sub, run.x, run.memory, known, run.settled,
         hold=hold, units=units_of(compiled.model.graph),
     )  # fmt: skip
+
+
+def require_finite(compiled: Compiled, p: Array) -> None:
+    """Refuse parameters `p`, shape (n_p,), at which the equations are no numbers."""
+    if np.isfinite(compiled.block(p)).all():
+        return
+    none = [n for n, v in zip(compiled.parameter_names, p, strict=True) if v == 0]
+    raise UnusableInput(
+        f"{compiled.model.name}: the equations divide by a parameter that is 0, or by one too "
+        f"small for it ({', '.join(none) or 'none is 0'}); give other values"
+    )
 
 
 def _usual_hold_of(graph: BondGraph, integrator: str | None) -> str:

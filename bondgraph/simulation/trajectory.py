@@ -14,6 +14,7 @@ from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.sensors import Sensor
 from bondgraph.signals.files.checks import optional
 from bondgraph.signals.units import read_unit
+from bondgraph.simulation.modes.guards import SwitchEvent
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import unknown_name
 
@@ -46,6 +47,8 @@ class Trajectory:
         What the inputs did between samples.
     units : dict of str to str
         SI units of the outputs, where the sensors name them.
+    events : tuple of SwitchEvent
+        Which guards have switched a junction, and when; see `simulate_modes`.
 
     Examples
     --------
@@ -65,6 +68,7 @@ class Trajectory:
     inner_steps: int = 0
     hold: str = "linear"
     units: Mapping[str, str] = field(default_factory=dict)
+    events: tuple[SwitchEvent, ...] = ()
 
     def __getitem__(self, name: str) -> Array:
         """Output by name."""
@@ -76,7 +80,9 @@ class Trajectory:
         """Short text."""
         unsettled = "" if self.settled else ", not settled"
         outputs = ", ".join(self.outputs)
-        return f"Trajectory({self.name!r}, {self.time.size} samples, {outputs}{unsettled})"
+        count = len(self.events)
+        events = f", {count} event{'s' if count > 1 else ''}" if count else ""
+        return f"Trajectory({self.name!r}, {self.time.size} samples, {outputs}{events}{unsettled})"
 
     def to_pandas(self) -> Any:
         """Return a data frame with time as index (needs pandas)."""

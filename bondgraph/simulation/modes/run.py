@@ -1,26 +1,27 @@
 """Piecewise simulation of a switched graph: one mode after the other, states carried over.
 
-Switch times are inputs: nothing here detects an event (a diode that would open, a stop that would
-be hit). A piece is simulated by `bondgraph.simulate`, so every mode must be linear up to scalar
-laws. What the storages hold is continuous at a switch. A mode in which a storage depends on others
-(or on a source) takes over only values that fit; where they do not, the switch would need an
-impulse and is refused.
+Junctions switch at given times (a schedule) or by the state (guards: a diode that opens, a stop
+that is hit), which is located inside a step. Every mode must be linear up to scalar laws. What the
+storages hold is continuous at a switch. A mode in which a storage depends on others (or on a
+source) takes over only values that fit; where they do not, the switch would need an impulse and is
+refused, unless guards leave another mode that fits.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from typing import Any
+from dataclasses import replace
 
 import numpy as np
 
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import Source
+from bondgraph.simulation.modes.guards import Guard
+from bondgraph.simulation.modes.mode_run import SHORT, Inputs
+from bondgraph.simulation.modes.pieces import Pieces
 from bondgraph.simulation.modes.resolve import mode_of
-from bondgraph.simulation.modes.states import Mode, taken_over
-from bondgraph.simulation.simulate import rested, simulate
-from bondgraph.simulation.start import own_input, usual_hold
+from bondgraph.simulation.modes.watching import Watch
+from bondgraph.simulation.start import checked_commands, usual_hold
 from bondgraph.simulation.timing import is_timed, read, sent, without_timing
 from bondgraph.simulation.trajectory import Trajectory
 from bondgraph.support.arrays import Array
@@ -29,23 +30,21 @@ from bondgraph.support.errors import GraphError, UnusableInput, unknown_name
 Schedule = Sequence[tuple[float, Mapping[str, bool]]]
 """Times of switching (s, rising) and what each changes."""
 
-Signals = Mapping[str, Array]
-_SHORT = 1e-9
-
 
 def simulate_modes(
     graph: BondGraph,
     time: Array,
-    schedule: Schedule,
-    commands: Signals | None = None,
+    schedule: Schedule = (),
+    commands: Mapping[str, Array] | None = None,
     parameters: Mapping[str, float] | None = None,
     *,
     start: Mapping[str, float] | None = None,
     hold: str | None = None,
     accuracy: float = 1e-4,
     tolerance: float = 1e-6,
+    events: Sequence[Guard] = (),
 ) -> Trajectory:
-    """Simulate `graph` through given switch times.
+    """Simulate `graph` through switch times that are given, and those that its state decides.
 
     Parameters
     ----------
@@ -67,30 +66,57 @@ def simulate_modes(
         As in `bondgraph.simulate`.
     tolerance : float
         A store may differ by so much of its largest value so far from what a new mode dictates.
+    events : sequence of Guard
+        What switches the junctions that the schedule does not. A guard that holds at the start acts
+        there. Wherever something switches, guards are asked again in the new mode until none wants
+        to switch; where that leads round in a circle or to an impulse, the mode that fits and has
+        the fewest other junctions switched is taken. What holds for less than a sample is found
+        where a parabola through the samples shows it.
 
     Returns
     -------
     Trajectory
         Outputs at `time`; a sample at a switch belongs to the new mode. `laws` is empty, `state`
-        is that of the last mode.
+        is that of the last mode, `events` are those of the guards.
 
     Raises
     ------
     GraphError
-        A switch would need an impulse (the line names the store), or a mode has no equations.
+        A switch would need an impulse (the line names the store), a mode has no equations, or
+        guards contradict each other or chatter.
     UnusableInput
-        Times that do not rise or lie outside of `time`.
+        Times that do not rise or lie outside of `time`, levels that make no sense.
+
+    Examples
+    --------
+    A heater that a thermostat switches.
+
+    >>> import numpy as np
+    >>> from bondgraph import De, R, Se, X1, Zero, C
+    >>> from bondgraph.simulation.modes.guards import Guard, When
+    >>> with BondGraph("oven") as oven:
+    ...     heater, room = X1("heater", on=False), Zero("room")
+    ...     _ = Se("T_h") >> heater >> R("R_h", 1.0)
+    ...     _ = heater >> room >> C("C_r", 1.0)
+    ...     _ = room >> R("loss", 1.0)
+    ...     _ = room >> De("T")
+    >>> two_levels = Guard("heater", on=When("T", below=19.0), off=When("T", above=21.0))
+    >>> t = np.linspace(0.0, 2.0, 201)
+    >>> run = simulate_modes(oven, t, (), {"T_h": 60.0 + 0.0 * t}, events=[two_levels])
+    >>> [(round(e.time, 4), e.on) for e in run.events[:3]]
+    [(0.0, True), (0.602, False), (0.7021, True)]
     """
     if is_timed(graph):
         between, before = hold or usual_hold(graph, ()), None if start else 0.0
+        Watch(graph, events)  # a guard on a late sensor is refused where it still is late
         arrived = sent(graph, time, commands, parameters, before, between)
         made = simulate_modes(
             without_timing(graph), time, schedule, arrived, parameters,
-            start=start, hold=hold, accuracy=accuracy, tolerance=tolerance,
+            start=start, hold=hold, accuracy=accuracy, tolerance=tolerance, events=events,
         )  # fmt: skip
         return replace(made, outputs=read(graph, made.time, made.outputs, parameters))
     grid = _checked_grid(graph, time)
-    given = {k: np.asarray(v, float) for k, v in (commands or {}).items()}
+    given = checked_commands(graph.name, commands, grid)
     hold = hold or usual_hold(graph, ())
     if hold not in ("linear", "hold"):
         raise unknown_name("inter-sample behaviour", hold, "simulate_modes", ("linear", "hold"))
@@ -99,16 +125,14 @@ def simulate_modes(
             f"{graph.name}: the equations need the rate of what is recorded of {by[0]}, but an "
             "input that is held jumps between samples; leave hold out, or use hold='linear'"
         )
-    for name, values in given.items():
-        if values.shape != grid.shape:
-            raise UnusableInput(
-                f"{graph.name}: input {name} has shape {values.shape}, time has {grid.shape}"
-            )
-    pieces = _pieces(graph, grid, schedule)
-    run = _Run(grid, given, dict(parameters or {}), hold, accuracy, tolerance)
-    for begin, end, mode in pieces:
-        run.piece(Mode(graph, mode), begin, end, start if begin == grid[0] else None)
-    return run.trajectory(graph.name)
+    stretches = _stretches(graph, grid, schedule)
+    scheduled = {name for _, changes in schedule for name in changes}
+    watch = Watch(graph, events, scheduled, parameters)
+    inputs = Inputs(grid, given, hold)
+    run = Pieces(graph, watch, inputs, dict(parameters or {}), accuracy, tolerance)
+    for begin, end, changes in stretches:
+        run.stretch(changes, begin, end, start if begin == grid[0] else None)
+    return run.trajectory()
 
 
 def _checked_grid(graph: BondGraph, time: Array) -> Array:
@@ -120,16 +144,17 @@ def _checked_grid(graph: BondGraph, time: Array) -> Array:
     return grid
 
 
-def _pieces(
+def _stretches(
     graph: BondGraph, grid: Array, schedule: Schedule
 ) -> list[tuple[float, float, dict[str, bool]]]:
-    """Begin, end and mode of each piece."""
+    """Begin and end of each stretch between switch times, and what is switched at its begin."""
     mode = mode_of(graph)
     if not mode:
         raise GraphError(f"{graph.name} has no switched junction; simulate(graph, ...) serves it")
     found = []
+    set_there: dict[str, bool] = {}
     begin = float(grid[0])
-    slack = _SHORT * (grid[1] - grid[0])
+    slack = SHORT * (grid[1] - grid[0])
     for t, changes in schedule:
         if not begin <= t <= grid[-1]:
             raise UnusableInput(
@@ -137,146 +162,12 @@ def _pieces(
                 f"{grid[-1]:g} s"
             )
         if t - begin > slack:
-            found.append((begin, float(t), dict(mode)))
-            begin = float(t)
+            found.append((begin, float(t), set_there))
+            begin, set_there = float(t), {}
         for name, on in changes.items():
             if name not in mode:
                 raise unknown_name("switched junction", name, graph.name, mode)
-            mode[name] = on
+            set_there[name] = on
     if grid[-1] - begin > slack:
-        found.append((begin, float(grid[-1]), dict(mode)))
+        found.append((begin, float(grid[-1]), set_there))
     return found
-
-
-@dataclass
-class _Run:
-    """The pieces so far."""
-
-    grid: Array
-    commands: Signals
-    parameters: Mapping[str, float]
-    hold: str
-    accuracy: float
-    tolerance: float
-    outputs: dict[str, list[Array]] = field(default_factory=dict)
-    held: dict[str, float] = field(default_factory=dict)
-    largest: dict[str, float] = field(default_factory=dict)
-    shift: dict[str, float] = field(default_factory=dict)
-    memory: dict[str, tuple[float, ...]] = field(default_factory=dict)
-    state: Array = field(default_factory=lambda: np.zeros(0))
-    finest: int = 1
-
-    def piece(
-        self, mode: Mode, begin: float, end: float, start: Mapping[str, float] | None
-    ) -> None:
-        """Simulate one mode from `begin` to `end` and keep its samples."""
-        first = not self.held
-        x = self._start(mode, begin, start) if first else self._taken_over(mode, begin)
-        readings = {n: self.held.get(f"y {n}") for n in mode.taps}
-        times = self._times(begin, end)
-        chunks = even_runs(times)
-        for i, chunk in enumerate(chunks):
-            done = self._simulate(mode, chunk, x)
-            x = done.state
-            self.memory |= done.memory
-            if i == 0 and not first:
-                for n, before in readings.items():
-                    if before is not None:
-                        self.shift[n] = before - float(done[n][0])
-            self._keep(mode, done, last=i == len(chunks) - 1 and end >= self.grid[-1])
-        self.state = x
-
-    def _times(self, begin: float, end: float) -> Array:
-        slack = _SHORT * (self.grid[1] - self.grid[0])
-        inside = self.grid[(self.grid > begin + slack) & (self.grid < end - slack)]
-        return np.concatenate([[begin], inside, [end]])
-
-    def _at(self, mode: Mode, times: Array) -> dict[str, Array]:
-        # a sensor drifts along the whole record, not once a piece
-        own = {n: own_input(n, self.grid.size) for n in mode.compiled.inputs if n != "one"}
-        signals = {**{n: v for n, v in own.items() if v is not None}, **self.commands}
-        if self.hold == "hold":
-            slack = _SHORT * (self.grid[1] - self.grid[0])
-            index = np.searchsorted(self.grid, times + slack, side="right") - 1
-            index[-1] = max(index[0], np.searchsorted(self.grid, times[-1] - slack) - 1)
-            return {n: v[np.clip(index, 0, None)] for n, v in signals.items()}
-        return {n: np.interp(times, self.grid, v) for n, v in signals.items()}
-
-    def _simulate(self, mode: Mode, times: Array, x: Array | None) -> Trajectory:
-        done = simulate(
-            mode.compiled,
-            times,
-            self._at(mode, times),
-            self.parameters,
-            x0=x,
-            hold=self.hold,
-            accuracy=self.accuracy,
-            memory={n: m for n, m in self.memory.items() if n in _remembering(mode)},
-        )
-        self.finest = max(self.finest, done.steps_per_sample)
-        return done
-
-    def _keep(self, mode: Mode, done: Trajectory, *, last: bool) -> None:
-        slack = _SHORT * (self.grid[1] - self.grid[0])
-        near = np.searchsorted(self.grid, done.time - slack)
-        on_grid = np.abs(self.grid[np.clip(near, 0, self.grid.size - 1)] - done.time) <= slack
-        if not last:
-            on_grid[-1] = False  # the next piece gives it
-        for n in mode.compiled.model.output_names:
-            values = done[n] + self.shift.get(n, 0.0)
-            self.outputs.setdefault(n, []).append(values[on_grid])
-            self.held[f"y {n}"] = float(values[-1])
-        for n in mode.carried:
-            self.held[n] = float(done[n][-1])
-            self.largest[n] = max(self.largest.get(n, 0.0), float(np.abs(done[n]).max()))
-
-    # -- taking over ------------------------------------------------------------------------
-    def _start(self, mode: Mode, begin: float, start: Mapping[str, float] | None) -> Array:
-        from bondgraph.simulation.start import inputs_of
-
-        now = {n: v[:1] for n, v in self.commands.items()}
-        model, p = mode.compiled, mode.compiled.vector(self.parameters)
-        first = inputs_of(mode.compiled, now, np.zeros(1))
-        x, memory = rested(model, p, first, self.grid[1] - self.grid[0], None, None)
-        if not start:  # where states are given, laws are relaxed at these
-            self.memory |= {n: tuple(m) for n, m in (memory or {}).items()}
-        for name, value in (start or {}).items():
-            if name not in mode.states:
-                raise unknown_name("state", name, f"mode {mode.text}", mode.states)
-            x[mode.states.index(name)] = value
-        return x
-
-    def _taken_over(self, mode: Mode, begin: float) -> Array:
-        """Return the state of a new mode in which every storage holds what it held."""
-        probe = np.array([begin, begin + (self.grid[1] - self.grid[0])])
-
-        def holds(x: Array) -> Mapping[str, float]:
-            done = self._simulate(mode, probe, x)
-            return {n: float(done[n][0]) for n in mode.carried}
-
-        return taken_over(mode, self.held, self.largest, holds, begin, self.tolerance)
-
-    def trajectory(self, name: str) -> Trajectory:
-        """Return all pieces as one record."""
-        outputs = {n: np.concatenate(parts) for n, parts in self.outputs.items()}
-        return Trajectory(name, self.grid, outputs, {}, self.finest, self.state, dict(self.memory))
-
-
-def _remembering(mode: Mode) -> set[str]:
-    return {port.element for port in mode.compiled.laws if port.law.n_memory}
-
-
-def even_runs(times: Array) -> list[Array]:
-    """Cut rising times, of which only the first and the last step may differ, into even runs."""
-    if times.size <= 2:
-        return [times]
-    steps = np.diff(times)
-    middle: Any = np.median(steps[1:-1]) if steps.size > 2 else steps.max()
-    first = 0 if np.isclose(steps[0], middle, rtol=1e-6, atol=0) else 1
-    last = times.size - (0 if np.isclose(steps[-1], middle, rtol=1e-6, atol=0) else 1)
-    cuts = [times[: first + 1]] if first else []
-    if last - first >= 2:
-        cuts.append(times[first:last])
-    if last < times.size:
-        cuts.append(times[last - 1 :])
-    return cuts

@@ -13,6 +13,7 @@ from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import C, CField
 from bondgraph.graph.sensors import Dq
 from bondgraph.simulation.modes.resolve import in_mode
+from bondgraph.simulation.modes.watching import Watch, watched
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import GraphError
 
@@ -23,18 +24,25 @@ _ROUNDS = 8
 
 
 class Mode:
-    """A compiled mode with everything that its storages hold among the outputs."""
+    """A compiled mode; what its storages hold and what guards watch are among its outputs."""
 
-    def __init__(self, graph: BondGraph, mode: Mapping[str, bool]) -> None:
+    def __init__(
+        self, graph: BondGraph, mode: Mapping[str, bool], watch: Watch | None = None
+    ) -> None:
         from bondgraph.simulation.lure import compile_model
 
         self.text = ", ".join(f"{n} {'on' if on else 'off'}" for n, on in mode.items())
-        resolved = in_mode(graph, mode)
+        conditions = watch.conditions(mode) if watch else ()
+        self.conditions = tuple(c for c, _ in conditions)
+        readings = [r for _, r in conditions if r is not None]
+        resolved = watched(in_mode(graph, mode), readings)
         try:
             compiled = compile_model(resolved)
         except GraphError as error:
             raise GraphError(f"mode {self.text}: {error}") from error
         self.states = compiled.states
+        hidden = {r.name for r in readings}
+        self.shown = tuple(n for n in compiled.model.output_names if n not in hidden)
         stored = [
             f"{'q' if isinstance(e, C | CField) else 'p'}_{n}"
             for n, _, e in storage_ports(resolved)
@@ -44,6 +52,7 @@ class Mode:
         shifted = {f"z_{s}" for s in self.stores}  # what they mean differs from mode to mode
         own = tuple(s for s in self.states if s not in self.stores and s not in shifted)
         self.carried = (*self.stores, *own)
+        self.remembering = {port.element for port in compiled.laws if port.law.n_memory}
         self.compiled: Compiled = replace(compiled, observed=self.carried)
 
 

@@ -7,6 +7,7 @@ import pytest
 import sympy as sp
 
 from bondgraph import (
+    X0,
     X1,
     BondGraph,
     C,
@@ -32,6 +33,7 @@ from bondgraph.graph.sensors import Sensor
 from bondgraph.laws import Law, Polynomial
 from bondgraph.signals.recorded_rates import slopes, with_rates
 from bondgraph.signals.recording import Recording
+from bondgraph.simulation.modes.guards import Guard, When
 from bondgraph.simulation.modes.run import simulate_modes
 from bondgraph.simulation.responses import step_response
 from bondgraph.simulation.simulate import simulate as simulated
@@ -332,3 +334,22 @@ def test_a_base_under_a_switched_spring(given: str) -> None:
     if given == "integral":
         with pytest.raises(UnusableInput, match="recorded of b, but an input that is held jumps"):
             simulate_modes(held(given), t, schedule, {"b": recorded(t)[given]}, hold="hold")
+
+
+def test_a_stop_on_a_base_whose_displacement_is_recorded() -> None:
+    """The crossing follows the spline through the record, not a line between its samples."""
+    with BondGraph("stop") as g:
+        s, body, contact, pad = Zero("s"), One("body"), X0("contact", on=False), One("pad")
+        Sf("b", unit="m", given="integral") >> s >> body >> I("m", 0.3, unit="kg")
+        s >> R("d", 2.0, unit="N*s/m")
+        s >> C("k", stiffness=200.0, unit="N/m")
+        body >> contact >> pad >> C("k_c", stiffness=500.0, unit="N/m")
+        body >> Dq("x")
+    guard = Guard("contact", on=When("x", above=0.02), off=When(effort("contact"), below=0.0))
+    times = []
+    for count in (401, 6401):
+        t = np.linspace(0, 1, count)
+        run = simulate_modes(g, t, (), {"b": recorded(t)["integral"]}, events=[guard])
+        times.append([e.time for e in run.events])
+    assert len(times[0]) == 4
+    assert times[0] == pytest.approx(times[1], abs=1e-7)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from bondgraph import TF, BondGraph, C, I, MSe, One, R, Reading, Se, Zero
+from bondgraph import TF, BondGraph, C, I, MSe, MSf, One, R, Reading, Se, Sf, Zero
 from bondgraph.analysis.linear import LAPLACE
 from bondgraph.analysis.operator_equations import operator_equations
 from bondgraph.drawing.readings import readings
@@ -180,3 +180,19 @@ def test_it_has_no_bond() -> None:
 
 def test_a_modulated_source_takes_its_value_in_second_place() -> None:
     assert MSe("a", effort("b"), unit="V") == MSe("a", value=effort("b"), unit="V")
+
+
+def test_the_flow_of_a_store_that_a_constant_holds_can_be_read() -> None:
+    """A current that stands still has no voltage across its coil."""
+    with BondGraph("held") as g:
+        node, coil = Zero("node"), One("coil")
+        Sf("F") >> node >> C("c", 2.0)
+        node >> coil >> I("L", 2.0)
+        coil >> R("r", 4.0)
+        MSf("feed", 0.5) >> coil
+        Reading("u", effort("feed"))
+        Reading("u_L", effort("L"))
+    t = np.linspace(0.0, 1.0, 11)
+    run = simulate(compile_model(g), t, {"F": np.ones(11)})
+    assert run["u_L"] == pytest.approx(np.zeros(11), abs=1e-12)
+    assert run["u"] == pytest.approx(0.5 * 4.0 - 0.5 * t / 2.0, abs=1e-9)

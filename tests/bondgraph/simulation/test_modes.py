@@ -15,7 +15,7 @@ from bondgraph.hysteresis import PrandtlIshlinskii
 from bondgraph.laws import Hysteretic, Polynomial, SlewLimit
 from bondgraph.simulation.lure import compile_model
 from bondgraph.simulation.modes.resolve import in_mode, mode_of, modes
-from bondgraph.simulation.modes.run import even_runs, simulate_modes
+from bondgraph.simulation.modes.run import simulate_modes
 from bondgraph.support.errors import UnknownName, UnusableInput
 
 TIME = np.linspace(0.0, 5.0, 501)
@@ -249,8 +249,12 @@ def test_schedules_that_make_no_sense_are_refused() -> None:
 
 def test_steps_of_nanoseconds_are_told_apart() -> None:
     for unit in (1.0, 1e-9):
-        runs = even_runs(unit * np.array([0.0, 0.3, 1.3, 2.3, 2.9]))
-        assert [r.size for r in runs] == [2, 3, 2]
+        with charger() as g:
+            g["node"] >> De("u", unit="V")
+        t, at = unit * TIME, [(unit * 1.7049, {"switch": False})]
+        run = simulate_modes(g, t, at, STEP, {"C_1": unit}, start={"q_C_1": 0.0})
+        peak = 0.8 * (1 - np.exp(-2.5 * 1.7049))
+        assert run["u"][171:173] == pytest.approx(peak * np.exp(-(TIME[171:173] - 1.7049) / 2))
 
 
 def meter(junction: Any, **sensor: Any) -> BondGraph:
