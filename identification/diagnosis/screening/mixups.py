@@ -417,6 +417,7 @@ def mixups(
     )  # fmt: skip
 
 
+@calm()
 def _in_windows(graph: BondGraph, data: Data) -> float:
     """Misfit of short stretches, each with a state of its own; NaN where it cannot be told."""
     first = slice(0, min(FEWER, data.n))
@@ -520,6 +521,7 @@ def _fitted(graph: BondGraph, data: Data) -> Fit:
     return nominal_fit(graph, data, data.hold)[1]
 
 
+@calm()
 def _cost(fitter: Fitter, graph: BondGraph, data: Data, mixup: Mixup | None = None) -> float:
     """Misfit after a fit; infinite where it cannot be made, or a dead sensor does follow."""
     try:

@@ -23,6 +23,7 @@ from identification.diagnosis.screening.score_test import Screened, screen
 from identification.diagnosis.search.base import Base
 from identification.diagnosis.search.there import There, look_there
 from identification.estimation.single_record import Fit
+from identification.estimation.threads import calm
 
 
 class Looks:
@@ -89,6 +90,7 @@ class Looks:
             return []
 
 
+@calm()
 def _relations(base: Fit, classes: Isolability) -> tuple[BlindRelation, ...]:
     """Relations blind to every place; models that are not linear up to laws have none."""
     try:
