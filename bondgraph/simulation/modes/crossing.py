@@ -167,13 +167,15 @@ def _first_beyond(
 ) -> float:
     """Return where a function rises above zero, from the side on which it is above.
 
-    It is not above zero at `low`, where it may be zero (a current that begins), and is at `high`,
-    but for rounding.
+    It is not above zero at `low`, where it may be zero (a current that begins), and is at `high`;
+    both but for rounding.
     """
     from scipy.optimize import brentq
 
     if beyond(high) <= 0.0:
         return high
+    if beyond(low) > 0.0:
+        return low
     least, most, begins = low, high, True
     while most - least > 2.0 * finest and np.nextafter(least, most) < most:
         at = least

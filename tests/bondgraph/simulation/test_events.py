@@ -23,6 +23,7 @@ from bondgraph import (
     One,
     R,
     Se,
+    Sf,
     Zero,
     displacement,
     effort,
@@ -663,3 +664,18 @@ def test_a_diode_blocks_or_conducts_in_any_circuit(
     across = np.minimum(before, v) - run["u"]
     assert across[~on].max(initial=0.0) <= 1e-9
     assert [e.on for e in run.events] == [k % 2 == 0 for k in range(len(run.events))]
+
+
+def test_a_level_is_reached_where_the_search_looks_to_within_rounding() -> None:
+    """Runs in one step and in many to the very same time differ in their last bits."""
+    with BondGraph("tank") as g:
+        tank, valve = Zero("tank"), X1("valve", on=False)
+        Sf("q") >> tank >> C("c", 1.0)
+        tank >> De("h")
+        tank >> valve >> R("r", 1.0)
+    t = np.arange(5) * 0.01
+    for part in range(1, 64, 3):
+        at = (3 + part / 64) * 0.01
+        valve_opens = Guard("valve", on=When("h", above=2.64 * at))
+        run = simulate_modes(g, t, (), {"q": np.full(5, 2.64)}, events=[valve_opens])
+        assert_same_events(told(run), [(at, "on")], 1e-12)
