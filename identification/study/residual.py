@@ -283,8 +283,10 @@ def rest_under(
         return x, np.zeros((engine.n_x, 0))
     columns = []
     if not x.any():
-        other = p.copy()
-        other[list(directions)] += 1e-6 * np.maximum(np.abs(p[list(directions)]), 1e-30)
+        other, moved = p.copy(), list(directions)
+        # each by another share: what balances now does not go on to do so
+        shares = 1e-6 * (1.0 + np.sqrt(2.0) * np.arange(len(moved)) % 1.0)
+        other[moved] += shares * np.maximum(np.abs(p[moved]), 1e-30)
         if not engine.rest(other, inputs).any():
             return x, np.zeros((engine.n_x, len(directions)))
     for i in directions:

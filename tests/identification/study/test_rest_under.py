@@ -7,6 +7,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
+from bondgraph import BondGraph, C, Dq, I, MSe, One, Parameter, R, Se
+from bondgraph.graph.parameter import symbol
 from bondgraph.laws import Bilinear
 from bondgraph.support.arrays import Array
 from identification.study.engine import ExactEngine, engine_of
@@ -49,6 +51,26 @@ def test_a_preloaded_spring_moves_with_its_stiffness(force: float) -> None:
     place = [n.startswith("q_") for n in engine.state_names].index(True)
     assert x[place] == pytest.approx((force - 0.5) / 150.0, rel=1e-6)
     assert by_k[place, 0] == pytest.approx(-(force - 0.5) / 150.0**2, rel=1e-4)
+
+
+def test_two_forces_that_balance_move_the_rest_each() -> None:
+    """``k x = a - c``: zero as it is, and after both have grown by one share."""
+    with BondGraph("balance") as g:
+        body = One("body")
+        Se("F") >> body >> I("m", 1.0)
+        body >> C("k", stiffness=100.0)
+        body >> R("d", 1.0)
+        MSe("up", symbol("a", positive=True)) >> body
+        body >> MSe("down", symbol("c", positive=True))
+        body >> Dq("x")
+    engine = engine_of(g.with_parameters([Parameter(n, 2.0, "1") for n in ("a", "c")]))
+    assert engine.lure is not None
+    inputs = np.array([float(n == "one") for n in engine.lure.inputs])
+    forces = [engine.parameter_names.index(n) for n in ("a", "c")]
+    x, by_p = rest_under(engine, engine.vector({}), inputs, forces)
+    assert not x.any()
+    place = [n.startswith("q_") for n in engine.state_names].index(True)
+    assert by_p[place] == pytest.approx([0.01, -0.01])
 
 
 def test_states_are_refined_without_derivatives_by_parameters() -> None:
