@@ -11,7 +11,8 @@ from collections import deque
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
-from itertools import chain, combinations, islice
+from itertools import chain, combinations
+from math import inf
 from typing import Literal, TypeAlias
 
 from bondgraph.graph.bond_graph import Bond, BondGraph
@@ -44,6 +45,8 @@ MOST_FIRST = 200
 MOST_YIELDING = 6
 MOST_WORK = 60_000
 """Bonds that are assigned anew at the most, in search of storages that have to yield."""
+MOST_TURNS = 100
+"""Choices that are taken back at the most in one assignment of that search."""
 
 Preference: TypeAlias = Literal["integral", "derivative"]
 
@@ -187,10 +190,12 @@ def with_dependent_storages(graph: BondGraph, first: Sequence[str] = ()) -> Iter
 def _yielding(graph: BondGraph, first: tuple[str, ...]) -> Iterator[Causality]:
     names = [n for n, _, _ in storage_ports(graph) if n not in first]
     every = (combinations(names, count) for count in range(1, MOST_YIELDING + 1))
-    worth = MOST_WORK // max(len(graph.bonds), 1)
-    for yielding in islice(chain.from_iterable(every), worth):
+    work = _Work(MOST_WORK, MOST_TURNS)
+    for yielding in chain.from_iterable(every):
+        if work.bonds <= 0:
+            return
         with suppress(CausalConflict):
-            yield _assign(graph, "integral", (), first, yielding)
+            yield _assign(graph, "integral", (), first, yielding, work)
 
 
 def alternatives(graph: BondGraph, most: int = MOST_ALTERNATIVES) -> tuple[Causality, ...]:
@@ -242,8 +247,9 @@ def _assign(
     inverted: tuple[str, ...],
     first: tuple[str, ...],
     yielding: tuple[str, ...] = (),
+    work: _Work | None = None,
 ) -> Causality:
-    table = _imposed_strokes(graph, inverted)
+    table = _imposed_strokes(graph, inverted, work)
     derivative = []
     for name, bond, e in _ordered(graph, (*yielding, *first)):
         integral = isinstance(e, C | CField)
@@ -267,13 +273,15 @@ def _assign(
     )
 
 
-def _imposed_strokes(graph: BondGraph, inverted: tuple[str, ...]) -> _Table:
+def _imposed_strokes(
+    graph: BondGraph, inverted: tuple[str, ...], work: _Work | None = None
+) -> _Table:
     """Return the strokes that no choice can change."""
     sensors = {s.name for s in graph.of_type(Sensor)}
     for name in inverted:
         if name not in sensors:
             raise unknown_name("sensor", name, graph.name, sensors)
-    table = _Table(graph, sensors - set(inverted))
+    table = _Table(graph, sensors - set(inverted), work or _Work())
     for e, bond, effort_out, reason in _imposed(graph, inverted):
         table.stroke(bond, _end(bond, e.name, effort_out), reason)
     return table
@@ -345,11 +353,19 @@ def _choices(graph: BondGraph) -> Iterator[tuple[str, Bond, str, str]]:
         yield b.name, b, b.head, f"free choice at {b.name}"
 
 
+@dataclass
+class _Work:
+    """What assignments may still cost: bonds in all of them, choices taken back in each."""
+
+    bonds: float = inf
+    turns: int = MOST_RETRIES
+
+
 class _Table:
     """Strokes under construction; a trail takes back what led to a conflict."""
 
-    def __init__(self, graph: BondGraph, taps: set[str]) -> None:
-        self.graph = graph
+    def __init__(self, graph: BondGraph, taps: set[str], work: _Work) -> None:
+        self.graph, self.work = graph, work
         self.effort_to: dict[Bond, str] = {}
         self.reasons: dict[Bond, str] = {}
         self.trail: list[Bond] = []
@@ -427,7 +443,7 @@ class _Table:
                     while made and made[-1][2]:
                         self.undo(made.pop()[1])
                     retries += 1
-                    if not made or retries > MOST_RETRIES:
+                    if not made or retries > self.work.turns or self.work.bonds <= 0:
                         raise conflict from None
                     position, mark, _ = made.pop()
                     self.undo(mark)
@@ -445,6 +461,7 @@ class _Table:
                 if old != to:
                     raise self._conflict(b, to, why)
                 continue
+            self.work.bonds -= 1
             self.effort_to[b] = to
             self.reasons[b] = why
             self.trail.append(b)

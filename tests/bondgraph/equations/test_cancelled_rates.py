@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import pytest
 
-from bondgraph import GY, TF, BondGraph, CausalConflict, De, I, One, R, Sf, Zero
-from bondgraph.causality.assignment import assign_causality
+from bondgraph import GY, TF, BondGraph, C, CausalConflict, De, I, One, R, Se, Sf, Zero
+from bondgraph.causality import assignment
+from bondgraph.causality.assignment import _Table, assign_causality
 from bondgraph.equations.derivation import equations
 from bondgraph.graph.parameter import symbol
 
@@ -51,3 +54,39 @@ def test_two_sources_of_one_variable_stay_a_conflict() -> None:
         Sf("v") >> g["end"]
     with pytest.raises(CausalConflict):
         equations(g)
+
+
+def test_what_no_yielding_storage_resolves_is_refused_before_long(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Five pairs of resistors leave choices that are taken back in vain, whatever yields."""
+    with BondGraph("vain") as g:
+        last: One | Zero = One("root")
+        Se("u") >> last
+        for k in range(5):
+            zero, one = Zero(f"za_{k}"), One(f"oa_{k}")
+            last >> zero >> one
+            zero >> R(f"a_{k}", 1.0)
+            one >> R(f"b_{k}", 1.0)
+            last = one
+        root = g["root"]
+        for k in range(5):
+            zero, one = Zero(f"z_{k}"), One(f"o_{k}")
+            root >> zero >> one
+            one >> I(f"i_{k}", 1.0)
+            one >> R(f"r_{k}", 1.0)
+            zero >> C(f"c_{k}", 1.0)
+            root = one
+        x, y, m = Zero("x"), Zero("y"), Zero("m")
+        last >> x >> One("p") >> y >> One("q") >> x
+        y >> R("loss", 1.0)
+        y >> GY("g", ratio=2.0) >> m >> GY("h", ratio=1.0) >> x
+    made, plain, left = _Table.stroke, assignment.MOST_WORK, [0]
+
+    def counted(*given: Any) -> None:
+        left[0] += 1
+        assert left[0] <= plain
+        made(*given)
+
+    monkeypatch.setattr(_Table, "stroke", counted)
+    assert not list(assignment.with_dependent_storages(g))
