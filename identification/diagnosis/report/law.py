@@ -18,7 +18,7 @@ from identification.diagnosis.localisation.recording.variables import variables_
 from identification.diagnosis.screening.observation import traced
 from identification.diagnosis.search.candidates import Candidate
 from identification.estimation.single_record import Fit
-from identification.study.residual import by_step, parameters_at, windows
+from identification.study.residual import by_step, parameters_at, time_memories, windows
 
 
 @dataclass(frozen=True)
@@ -73,7 +73,10 @@ def _run(f: Fit, column: int) -> tuple[Array, Array]:
     ready = by_step(lambda h: prepare(problem.compiled, p, h, problem.steps))
     for part, x0 in zip(windows(problem), f.point.states, strict=True):
         own = ready(problem.data.step(part))
-        run = run_prepared(own, problem.inputs[part], x0, fine=problem.fine_inputs(part))
+        run = run_prepared(
+            own, problem.inputs[part], x0,
+            fine=problem.fine_inputs(part), memory=time_memories(problem, part.start),
+        )  # fmt: skip
         s[part], w[part] = run.s[:, column], run.w[:, column]
     return s, w
 

@@ -20,7 +20,7 @@ from identification.diagnosis.screening.port_history import FittedModel, PortHis
 from identification.estimation.single_record import Fit
 from identification.study.engine import Engine, engine_of
 from identification.study.problem import Problem
-from identification.study.residual import by_step, parameters_at, windows
+from identification.study.residual import by_step, parameters_at, time_memories, windows
 
 
 def scene(nominal: Fit) -> FittedModel:
@@ -171,7 +171,8 @@ def observed(
     ready = by_step(lambda h: prepare(seen, p, h, problem.steps))
     trace = np.full((problem.data.n, len(names)), np.nan)
     for w, x0 in zip(windows(problem), states, strict=True):
-        run = run_prepared(ready(problem.data.step(w)), u[w], x0, fine=fine(u[w]))
+        memory = time_memories(problem, w.start)
+        run = run_prepared(ready(problem.data.step(w)), u[w], x0, fine=fine(u[w]), memory=memory)
         trace[w] = run.y[:, seen.n_y :]
     trace = filled(trace)
     return {n: trace[:, i] for i, n in enumerate(names)}
@@ -204,7 +205,8 @@ def _observe_with_sensors(nominal: Fit, watched: dict[str, tuple[str, str]]) -> 
     u = engine.inputs(problem.data.commands, problem.data.time, problem.data.starts)
     for w, start in zip(windows(problem), x0, strict=True):
         fine = engine.fine_inputs(u[w], problem.n_sub, problem.data.hold)
-        run = engine.run(ready(problem.data.step(w)), u[w], start, fine)
+        memory = time_memories(problem, w.start)
+        run = engine.run(ready(problem.data.step(w)), u[w], start, fine, memory=memory)
         trace[w] = run.y[:, : len(sensors)]
     trace = filled(trace)
     return {signal: trace[:, sensors.index(sensor)] for signal, sensor in sensed.items()}

@@ -31,6 +31,7 @@ from identification.study.residual import (
     output_delays,
     parameters_at,
     read_out,
+    time_memories,
     windows,
 )
 
@@ -134,8 +135,9 @@ class Probes:
         for w, x0 in zip(windows(problem), states, strict=True):
             step = problem.data.step(w)
             run: KernelRun = self.engine.run(
-                self._ready(step), u[w], x0, self.fine(u[w]), every_substep=bool(problem.delays)
-            )
+                self._ready(step), u[w], x0, self.fine(u[w]), every_substep=bool(problem.delays),
+                memory=time_memories(problem, w.start),
+            )  # fmt: skip
             theta, stretch = self.fit.point.theta, problem.data.dt / step
             y[w] = read_out(problem, run, theta, derivatives=False, stretch=stretch).y
         return y

@@ -16,9 +16,18 @@ from bondgraph.graph.sensors import Dq
 from bondgraph.laws import Law
 from bondgraph.signals.recording import Split
 from bondgraph.support.ops import Ops
+from identification.diagnosis.report import law
+from identification.diagnosis.screening.port_response import probes
 from identification.estimation.single_record import fit
 from identification.study.problem import Data, Problem
-from identification.study.residual import evaluate, start_point, time_memories, windows
+from identification.study.residual import (
+    evaluate,
+    offset_scale,
+    slots,
+    start_point,
+    time_memories,
+    windows,
+)
 from tests.settled import simulate
 
 N, DT = 1200, 1e-3
@@ -91,3 +100,18 @@ def test_derivatives_of_windows_with_such_a_law(data: Data) -> None:
         ends.append(-evaluate(problem, replace(point, theta=theta), derivatives=False).residual)
     difference = (ends[0] - ends[1]) / 2e-4
     np.testing.assert_allclose(column, difference, atol=1e-6 * np.abs(column).max())
+
+
+def test_what_a_fit_is_seen_to_do_counts_from_the_start_of_the_record(data: Data) -> None:
+    """A state that begins shortly before a leading rest ends leaves the clock of a law alone."""
+    split = Split(slice(400, 800), slice(800, N), "without the rest")
+    found = fit(Problem(free_mass(), replace(data, begin=300, split=split)))
+    assert found.values["height_x"] == pytest.approx(2e-3, rel=1e-3)
+    _, w = law._run(found, 0)
+    assert w[480] == pytest.approx(0.0, abs=1e-6)
+    assert w[520] == pytest.approx(2e-3, rel=1e-2)
+    probed = probes(found)
+    seen = probed._still[300:, 0] + found.point.theta[slots(found.problem).offsets] * offset_scale(
+        found.problem
+    )
+    assert seen == pytest.approx(found.simulated[300:, 0], abs=1e-9)
