@@ -332,7 +332,8 @@ def read_out(
         declared = lags - own
         if problem.skews:
             declared = _grown_delays(problem, theta, declared, run, first, stretch)
-        run, by_delay = _declared_delays(run, n_y, declared, problem.steps, resting=first == 0)
+        still = first in (0, problem.data.begin)  # it rests before either
+        run, by_delay = _declared_delays(run, n_y, declared, problem.steps, resting=still)
         by_delay = stretch * by_delay
         lags = own
     if problem.clock:

@@ -76,20 +76,24 @@ def material_of(asked: Asked) -> Material:
     level = np.array([floor[n] for n in sensors])
     inner = tuple(c for c in asked.cuts if c not in breaks)
     begins = asked.cuts or breaks
+    late = round(_latest(graph) / data.dt)
     data = replace(
         data, floor=level, floor_measured=len(known) == len(sensors), floor_known=known,
-        breaks=begins, cuts=inner, begin=0 if begins else _begin(split),
+        breaks=begins, cuts=inner, begin=0 if begins else _begin(split, late),
     )  # fmt: skip
     ours = asked.split is None and not breaks and recording.n >= LEAST_TO_INTERLEAVE
     return Material(recording, data, read, given, ours, _nothing_moves(data))
 
 
-def _begin(split: Split) -> int:
-    """Return where a state begins to be simulated: shortly before a leading rest ends."""
+def _begin(split: Split, late: int) -> int:
+    """Return where a state begins to be simulated: shortly before a leading rest ends.
+
+    Commands that come `late`, in samples, rest as long before.
+    """
     if split.rest is None:
         return 0
     scored: int = min(p.start or 0 for p in (*stretches(split.train), *stretches(split.test)))
-    return max(min(int(split.rest.stop), scored) - STILL, 0)
+    return max(min(int(split.rest.stop), scored) - STILL - late, 0)
 
 
 STILL = 24

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from bondgraph import BondGraph, C, Dq, I, One, R, Se
+from bondgraph.graph.drives import Drive
 from bondgraph.laws import Coulomb, Law
 from bondgraph.signals.recording import Recording
 from identification.diagnosis.screening.observation import scene
@@ -64,3 +65,16 @@ def test_thinned_and_shorter_data_begin_where_the_rest_ends(nominal: Fit) -> Non
     assert data.thinned(3).begin == (REST - STILL) // 3
     assert data.begun(REST // 2).begin < REST // 2
     assert data.first(N // 2).begin == 0
+
+
+def test_a_late_command_rests_as_long_before(nominal: Fit) -> None:
+    data = nominal.problem.data
+    channels = {"T[N*m]": data.commands["T"], "phi[rad]": data.readings[:, 0]}
+    recording = Recording.from_arrays("rests", channels, fs=1.0 / DT)
+    graph = swing()
+    with graph:
+        graph.parameter("late", 40 * DT, unit="s")
+    graph = graph.with_element("T", drive=Drive(delay="late"))
+    late = material_of(asked_of(graph, recording, None, None, {})).data
+    assert late.split.rest is not None
+    assert late.begin == late.split.rest.stop - STILL - 40
