@@ -209,6 +209,16 @@ def rivals_for(unit: str, graph: BondGraph, recording: Recording) -> list[str]:
     return [n for n in free if same_dimension(recording.units[n], unit)]
 
 
+def renamed(name: str, graph: BondGraph, recording: Recording) -> str:
+    """Return how the only free channel in the unit of a source or sensor gets its name."""
+    unit = getattr(graph.elements.get(name), "unit", "")
+    free = rivals_for(unit, graph, recording)
+    if len(free) != 1:
+        return ""
+    table = f"{{{name!r}: {free[0]!r}, '*': '*'}}"
+    return f"{free[0]} is the only one in {unit}: give recording.select({table})"
+
+
 def _left(unit: str, graph: BondGraph, recording: Recording) -> str:
     """Return in which units the columns are that nothing of the graph is called by."""
     free = [n for n in recording.channels if n not in graph.elements]
@@ -245,6 +255,8 @@ def data_for(
                         f"are in {unit}; choose one with {map_option(n, same[0])}"
                     )
                 error = unknown_name(f"channel for {kind}", n, recording.name, recording.channels)
+                if how := renamed(n, graph, recording):
+                    raise UnusableInput(f"{error}; {how}")
                 less = f", or leave it out: graph.remove({n!r})" if kind == "sensor" else ""
                 raise UnusableInput(
                     f"{error}{_left(unit, graph, recording)}; name it with --map {n}=COLUMN or "

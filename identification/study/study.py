@@ -34,7 +34,7 @@ from identification.study.factors import drives, with_gains
 from identification.study.free_parameters import varied
 from identification.study.joint import JointProblem, stack_of
 from identification.study.noise_floor import noise_floor
-from identification.study.problem import Data, Problem, data_for, rivals_for
+from identification.study.problem import Data, Problem, data_for, renamed
 from identification.study.process_noise import ProcessNoise, admit_process_noise, diffusion_at
 from identification.study.scaled import free_parameter
 from identification.study.specification import Nuisances, Vary
@@ -352,7 +352,7 @@ class Study:
         sensors = [s.name for s in graph.of_type(Sensor)]
         here = [n for n in sensors if n in recording.channels]
         if not here:
-            hints = (_renamed(n, graph, recording) for n in sensors)
+            hints = (renamed(n, graph, recording) for n in sensors)
             how = next(filter(None, hints), "") or (
                 f"name the column of each: map={{{sensors[0]!r}: column}}, on the command line "
                 f"--map {sensors[0]}=column"
@@ -365,7 +365,7 @@ class Study:
             if name not in recording.channels and name not in self.silent:
                 known = recording.channels
                 error = unknown_name("channel for input", name, recording.name, known)
-                how = _renamed(name, graph, recording) or "select(...) renames it"
+                how = renamed(name, graph, recording) or "select(...) renames it"
                 raise UnusableInput(f"{error}; {how}, silent=({name!r},) is 0")
         for n in sensors:
             if n not in here:
@@ -588,16 +588,6 @@ def _rebuilt(declared: Mapping[str, object]) -> Study:
 def _nth(levels: float | Sequence[float], i: int) -> float:
     found = np.asarray(levels, float)
     return float(found[i] if found.ndim else found)
-
-
-def _renamed(name: str, graph: BondGraph, recording: Recording) -> str:
-    """Return how the only free channel in the unit of a source or sensor gets its name."""
-    unit = getattr(graph.elements.get(name), "unit", "")
-    free = rivals_for(unit, graph, recording)
-    if len(free) != 1:
-        return ""
-    table = f"{{{name!r}: {free[0]!r}, '*': '*'}}"
-    return f"{free[0]} is the only one in {unit}: give recording.select({table})"
 
 
 def default_splits(graph: BondGraph, recordings: Sequence[Recording]) -> tuple[Split, ...]:

@@ -12,6 +12,7 @@ from bondgraph.graph.parameter import Parameter
 from bondgraph.signals.recording import Recording, Split
 from bondgraph.support.errors import UnknownName, UnusableInput
 from identification.estimation import LogNormal, Nuisances, Study, Vary, estimate
+from identification.study.problem import data_for
 from tests.identification.estimation.plants import record, spring, study
 
 
@@ -137,6 +138,14 @@ def test_the_only_channel_in_a_unit_is_told_with_what_to_write(
     table = {other: called, "*": "*"}
     assert f"recording.select({table!r})" in str(no.value)
     assert Study(spring(), given.select(table)).records[0].channels.keys() == {"F", "x"}
+
+
+def test_data_say_the_same_of_the_only_channel_in_a_unit() -> None:
+    """In the words of Python: who comes from the command line has it matched already."""
+    read = record(60).select({"push": "F", "x": "x"})
+    split = Split(slice(0, 60), slice(60, 60), "all")
+    with pytest.raises(UnusableInput, match=r"push is the only one in N: give recording\.select"):
+        data_for(spring(), read, split, {"x": 1.0})
 
 
 def test_unit_of_another_dimension_is_refused() -> None:
