@@ -80,17 +80,16 @@ def equations(graph: BondGraph, causality: Causality | None = None) -> System:
         with suppress(GraphError):
             return displaced_equations(graph)
         with suppress(GraphError):
-            return _Solver(without_cancelled_rates(made)).solve()
+            return _Solver(without_cancelled_rates(_collected(graph, causality))).solve()
         raise error from None
 
 
 def _with_dependent(graph: BondGraph, conflict: CausalConflict) -> System:
     """Derive the equations of a graph in which storages that could be independent have to yield."""
     for causality in islice(with_dependent_storages(graph), MOST_TRIED):
-        made = _collected(graph, causality)
         for changed in (replace, without_cancelled_rates):
-            with suppress(GraphError):
-                return _Solver(changed(made)).solve()
+            with suppress(GraphError):  # solving takes notes in what was collected
+                return _Solver(changed(_collected(graph, causality))).solve()
     raise conflict
 
 

@@ -99,7 +99,7 @@ def diagnose_files(
     except KeyboardInterrupt as stop:
         when = str(stop) or "stopped"
         raise Stopped(f"{when} before anything was found, so nothing was written") from None
-    from identification.diagnosis.diagnose import characterised
+    from identification.diagnosis.explanation.recovered import characterised
     from identification.diagnosis.studio import write_report
     from identification.diagnosis.verdict import in_words, verdict, write_verdict
 

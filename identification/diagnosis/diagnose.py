@@ -26,8 +26,8 @@ from identification.diagnosis.evidence.hypotheses import Thresholds
 from identification.diagnosis.evidence.judged import judged_on
 from identification.diagnosis.evidence.remaining import Remaining, remaining
 from identification.diagnosis.explanation import presentation
-from identification.diagnosis.explanation.characterisation import Character, characterise
-from identification.diagnosis.explanation.latent_signal import Latent, latent
+from identification.diagnosis.explanation.characterisation import Character
+from identification.diagnosis.explanation.latent_signal import Latent
 from identification.diagnosis.explanation.next_experiment import Experiment, experiments_of
 from identification.diagnosis.explanation.notes import notes_of
 from identification.diagnosis.localisation.blind_relations import BlindRelation
@@ -41,9 +41,7 @@ from identification.diagnosis.localisation.structural_classes import (
 from identification.diagnosis.screening.mixups import Mixup, in_doubt, mixups
 from identification.diagnosis.screening.observation import scene
 from identification.diagnosis.screening.port_history import FittedModel
-from identification.diagnosis.screening.port_response import probes
 from identification.diagnosis.screening.score_test import Screened
-from identification.diagnosis.screening.tangent_space import freedom
 from identification.diagnosis.search.asked import Asked, Given, asked_of
 from identification.diagnosis.search.base import declared_fit, thinned
 from identification.diagnosis.search.candidates import Candidate, DiagnosisOptions
@@ -64,7 +62,6 @@ from identification.estimation.levenberg_marquardt import FitStatus
 from identification.estimation.single_record import Fit
 from identification.estimation.threads import calm
 from identification.study.problem import Data
-from identification.study.residual import windows
 from identification.study.study import Study
 
 Progress = Callable[[str, float], None]
@@ -582,31 +579,6 @@ def _mistaken(result: Diagnosis, mistakes: tuple[Mixup, ...]) -> Diagnosis:
         notes=(*result.recording.notes, *reasons),
         advice=(f"{either}: correct the {wrong} and diagnose again",),
     )  # fmt: skip
-
-
-def characterised(d: Diagnosis, ports: int = 2) -> Diagnosis:
-    """Return the diagnosis with what the missing signal looks like at its likeliest ports.
-
-    The signal is rebuilt from the residual of the nominal fit by smoothing, no law assumed.
-    """
-    if d.scene is None or d.nominal is None or d.kind not in ("missing_physics", "unknown_physics"):
-        return d
-    step = d.findings[0] if d.findings else d.decision
-    if step is None:
-        return d
-    names = list(dict.fromkeys(t.element for t in sorted(step.trials, key=lambda t: t.test)))
-    probed, found = probes(d.scene.nominal), {}
-    for name in [n for n in names if probed.knows(n)][:ports]:
-        try:
-            signal = latent(
-                partial(probed.respond, name), d.scene.residual,
-                d.scene.data.floor, d.scene.data.dt, tangents=freedom(d.scene.nominal),
-                windows=windows(d.scene.nominal.problem), scored=d.scene.data.mask("train"),
-            )  # fmt: skip
-            found[name] = (characterise(d.scene.past[name], signal.signal), signal)
-        except (BondsightError, np.linalg.LinAlgError, ValueError):
-            continue
-    return replace(d, traits=found)
 
 
 def _kind(decisions: Sequence[Decision], declared: Fit, nominal: Fit) -> str:

@@ -15,7 +15,7 @@ from bondgraph.graph.composing.binding import external_signals
 from bondgraph.graph.elements import Source
 from bondgraph.graph.parameter import Parameter
 from bondgraph.graph.sensors import Sensor
-from bondgraph.signals.recording import Recording, Split, default_split
+from bondgraph.signals.recording import Recording, Split
 from bondgraph.simulation.start import HOLDS
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import UnusableInput, real_number, unknown_name
@@ -45,6 +45,7 @@ from identification.study.turns import (
     straight_recording,
     turns_of,
 )
+from identification.study.usual_split import usual_split, usual_splits
 
 NOISES = ("white", "coloured")
 INITIALS = ("free", "rest")
@@ -209,7 +210,7 @@ class Study:
 
     def _splits(self, splits: Split | Sequence[Split] | None) -> tuple[Split, ...]:
         if splits is None:
-            return default_splits(self.graph, self.recordings)
+            return usual_splits(self.graph, self.recordings)
         found = (splits,) if isinstance(splits, Split) else tuple(splits)
         if len(found) != len(self.recordings):
             raise UnusableInput(
@@ -395,7 +396,7 @@ class Study:
                 empty,
                 slice(self.init, r.n),
                 f"judged only, after {self.init} samples",
-                _default_split(self.graph, r).rest,
+                usual_split(self.graph, r).rest,
             )
             for r in self.validation
         )
@@ -588,14 +589,3 @@ def _rebuilt(declared: Mapping[str, object]) -> Study:
 def _nth(levels: float | Sequence[float], i: int) -> float:
     found = np.asarray(levels, float)
     return float(found[i] if found.ndim else found)
-
-
-def default_splits(graph: BondGraph, recordings: Sequence[Recording]) -> tuple[Split, ...]:
-    """Return the split of each recording by the usual rule."""
-    return tuple(_default_split(graph, r) for r in recordings)
-
-
-def _default_split(graph: BondGraph, recording: Recording) -> Split:
-    here = [s.name for s in drives(graph) if s.name in recording.channels]
-    moving = [n for n in here if np.ptp(recording[n]) > 0]
-    return default_split(recording, drive=moving[0] if moving else None)

@@ -86,7 +86,7 @@ def _title(rival: dict[str, Any]) -> str:
 
 def written(d: Diagnosis, folder: str | Path) -> Path:
     """Write ``verdict.json`` and ``report.html`` into a folder; returns the page's path."""
-    from identification.diagnosis.diagnose import characterised
+    from identification.diagnosis.explanation.recovered import characterised
     from identification.diagnosis.studio import write_report
     from identification.diagnosis.verdict import write_verdict
 

@@ -26,7 +26,7 @@ from identification.study.problem import Data, Problem
 from identification.study.residual import windows
 from identification.study.scaled import Free
 from identification.study.specification import Nuisances, Vary
-from identification.study.study import ESTIMATED, Study, default_splits
+from identification.study.study import ESTIMATED, Study
 from identification.study.turns import (
     Turn,
     straight_graph,
@@ -34,6 +34,7 @@ from identification.study.turns import (
     turning_graph,
     turns_of,
 )
+from identification.study.usual_split import usual_splits
 
 Given = Any
 """A recording, the path of one (or its name in the catalogue), or a data frame."""
@@ -299,7 +300,7 @@ def _levels(study: Study) -> dict[str, float]:
 
 def _split(study: Study, same: bool) -> Split | None:
     """Return the samples that a study holds out; None where it leaves that to the usual rule."""
-    usual = study.splits == default_splits(study.graph, study.recordings)
+    usual = study.splits == usual_splits(study.graph, study.recordings)
     usual = usual and study.window is None  # windows end where the study's parts do
     if usual and not study.validation:
         return None

@@ -21,8 +21,9 @@ from bondgraph.signals.recording import Recording
 from bondgraph.signals.split import stretches
 from bondgraph.support.errors import UnusableInput
 from bondsight.cli.studio import MOST, recordings_of, stoppable
-from identification.diagnosis.diagnose import Diagnosis, characterised, diagnose
+from identification.diagnosis.diagnose import Diagnosis, diagnose
 from identification.diagnosis.explanation.next_experiment import Experiment
+from identification.diagnosis.explanation.recovered import characterised
 from identification.diagnosis.report.found import confidence_of, warmth_of
 from identification.diagnosis.studio import page, write_report
 from identification.diagnosis.studio.content import content
