@@ -61,7 +61,7 @@ def readings_drawn(
                 for ax in (left, right):
                     ax.axvspan(time[start], time[stop - 1], color=SOFT, alpha=0.12, lw=0)
             left.set_ylabel(f"{name}, {units[name] or 'SI'}")
-            right.set_ylabel(f"left over, times {(measures or {}).get(name, 'the noise')}")
+            right.set_ylabel(f"left over,\ntimes {(measures or {}).get(name, 'the noise')}")
         one_legend(figure, axes[:1, 0])
         axes[0, 1].set_title("shaded: held out", loc="right")
         for ax in axes[-1]:

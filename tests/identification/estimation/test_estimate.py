@@ -81,7 +81,7 @@ def test_a_drawing_measures_what_is_left_by_the_noise_that_is_stated() -> None:
     ):
         found = estimate(Study(spring(m=0.7), recording, **wrong, **given))  # type: ignore[arg-type]
         ((_, right),) = found.plot()
-        assert right.get_ylabel() == f"left over, times {word}"
+        assert right.get_ylabel() == f"left over,\ntimes {word}"
         size = np.sqrt(np.mean(np.square(right.lines[0].get_ydata())))
         assert bool(size > 10.0) == (word != "the noise fitted (its rms)"), size
 
