@@ -26,8 +26,8 @@ from bondsight.cli.output import Stopped
 from bondsight.cli.studio import stoppable
 from hardware.contracts import Chunk
 from hardware.recorder import TakePlan
-from identification.diagnosis import diagnose as search
 from identification.diagnosis import studio, verdict
+from identification.diagnosis.explanation import recovered
 from identification.diagnosis.studio.live import LiveStudio
 from tests.patience import HANGS
 
@@ -215,7 +215,7 @@ def test_the_verdicts_of_several_takes_are_one_line_each(
     monkeypatch.setattr(acquire, "_record", lambda *_: file)
     monkeypatch.setattr(diagnose, "_found", lambda *_: SimpleNamespace(stopped=""))
     for place, name in (
-        (verdict, "write_verdict"), (studio, "write_report"), (search, "characterised"),
+        (verdict, "write_verdict"), (studio, "write_report"), (recovered, "characterised"),
     ):  # fmt: skip
         monkeypatch.setattr(place, name, lambda *_: tmp_path)
     monkeypatch.setattr(verdict, "verdict", lambda _: {"verdict": ["a", "b"]})
