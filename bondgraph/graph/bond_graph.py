@@ -224,8 +224,8 @@ class BondGraph:
 
     def of_type(self, *types: type[Element]) -> tuple[Any, ...]:
         """Elements of the given types, in order."""
-        stored = (e for _, e in self._network.nodes(data="element"))
-        return tuple(e for e in stored if isinstance(e, types))
+        stored = [node["element"] for node in self._network._node.values()]
+        return tuple([e for e in stored if isinstance(e, types)])
 
     @property
     def parameters(self) -> dict[str, Parameter]:
