@@ -147,7 +147,12 @@ MODELICA = Notation(
         "atanh": Rule("(0.5 * log((1.0 + {0}) / (1.0 - {0})))", ATOM, (ATOM,)),
         "hypot": Rule("sqrt({0} ^ 2 + {1} ^ 2)", ATOM, (ATOM, ATOM)),
         "log1p": Rule("log(1.0 + {0})", ATOM, (TIMES,)),
-        "expm1": Rule("(exp({0}) - 1.0)", ATOM, (LOOSE,)),
+        # by the half-argument tangent where the exponential would lose digits
+        "expm1": Rule(
+            "(if abs({0}) < 1.0 then 2.0 * tanh(0.5 * {0}) / (1.0 - tanh(0.5 * {0})) "
+            "else exp({0}) - 1.0)",
+            ATOM, (ATOM,),
+        ),
         "copysign": Rule("(if {1} < 0.0 then -abs({0}) else abs({0}))", ATOM, (LOOSE, PLUS)),
         # Real numbers may be compared for order only; 1 and 0 stand for true and false
         "lt": _truth("{0} < {1}", PLUS, PLUS),

@@ -67,11 +67,9 @@ class BoucWenMemory(Law):
         """Argument and z after a monotone move."""
         last, z = memory
         falling, rising = (p[1] - p[2]) / self.reach, (p[1] + p[2]) / self.reach
-        # whole branches, each cut short beyond its end, but not at 0 where its slope is needed
-        least = -1.0 / (ops.absolute(falling) + ops.absolute(rising) + 1.0 / self.reach)
-        up, _ = branch(ops, z, ops.maximum(s - last, least), 1.0, falling, rising)
-        down, _ = branch(ops, -z, ops.maximum(last - s, least), 1.0, falling, rising)
-        return s, ops.where(s >= last, up, -down)
+        # odd: a way down from z is one up from -z; its slope is needed at no way, too
+        way = ops.where(s >= last, 1.0, -1.0)
+        return s, way * branch(ops, way * z, way * (s - last), 1.0, falling, rising)[0]
 
     def deviation(self, ops: Ops, s: Any, memory: Sequence[Any], p: Sequence[Any]) -> Any:
         """``h z`` at `s`."""

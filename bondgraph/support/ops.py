@@ -39,7 +39,7 @@ class Ops:
         ``"numpy"``, ``"casadi"`` or ``"sympy"``.
     maximum, minimum : callable
         Elementwise, two arguments.
-    absolute, sign, tanh, exp, log, sqrt, floor : callable
+    absolute, sign, tanh, exp, expm1, log, sqrt, floor : callable
         Elementwise, one argument.
     where : callable
         ``where(condition, a, b)``, elementwise.
@@ -59,6 +59,7 @@ class Ops:
     sign: _Unary = field(repr=False)
     tanh: _Unary = field(repr=False)
     exp: _Unary = field(repr=False)
+    expm1: _Unary = field(repr=False)
     log: _Unary = field(repr=False)
     sqrt: _Unary = field(repr=False)
     floor: _Unary = field(repr=False)
@@ -80,6 +81,10 @@ def _piecewise(condition: Expression, a: Expression, b: Expression) -> Expressio
     return import_module("sympy").Piecewise((a, condition), (b, True))
 
 
+def _expm1(x: Expression) -> Expression:
+    return import_module("sympy").exp(x) - 1
+
+
 def _library(name: str, wrapped: str) -> Ops:
     """Return the functions of a library, imported at the first call, in the order of `Ops`."""
     return Ops(name, *(_late(name, function) for function in wrapped.split()))
@@ -87,9 +92,11 @@ def _library(name: str, wrapped: str) -> Ops:
 
 NUMPY = Ops(
     "numpy",
-    np.maximum, np.minimum, np.abs, np.sign, np.tanh, np.exp, np.log, np.sqrt, np.floor, np.where,
+    np.maximum, np.minimum, np.abs, np.sign, np.tanh, np.exp, np.expm1, np.log, np.sqrt, np.floor,
+    np.where,
 )  # fmt: skip
-CASADI = _library("casadi", "fmax fmin fabs sign tanh exp log sqrt floor if_else")
+CASADI = _library("casadi", "fmax fmin fabs sign tanh exp expm1 log sqrt floor if_else")
 SYMPY = replace(
-    _library("sympy", "Max Min Abs sign tanh exp log sqrt floor Piecewise"), where=_piecewise
-)
+    _library("sympy", "Max Min Abs sign tanh exp exp log sqrt floor Piecewise"),
+    expm1=_expm1, where=_piecewise,
+)  # fmt: skip

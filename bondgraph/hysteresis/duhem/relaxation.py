@@ -1,7 +1,7 @@
 """``dq/dh = A - k q`` with one rate below 0 and another above, in one exact step of any length.
 
-Only functions that NumPy, CasADi and SymPy share are used, so ``1 - exp(-u)`` and ``log(1 + w)``
-are arranged here to keep their digits where the argument is small.
+No logarithm of ``1 + w`` is shared by NumPy, CasADi and SymPy, so ``log(1 + w)`` is arranged here to
+keep its digits where the argument is small.
 """
 
 from __future__ import annotations
@@ -82,14 +82,10 @@ def _relax(
 
 
 def _first_share(ops: Ops, u: Expression) -> Expression:
-    """``(1 - exp(-u))/u`` to rounding for all u, 0 included, by the half-argument tangent."""
+    """``(1 - exp(-u))/u`` to rounding for all u, 0 included."""
     tiny = ops.absolute(u) < 1e-9
     safe = ops.where(tiny, 1.0, u)
-    size = ops.absolute(safe)
-    t = ops.tanh(0.5 * size)
-    # exp(v) (1 - exp(-v))/v for u = -v, since 1 + t would cancel there
-    share = 2.0 * t / (1.0 + t) / size * ops.exp(ops.maximum(-safe, 0.0))
-    return ops.where(tiny, 1.0 - 0.5 * u, share)
+    return ops.where(tiny, 1.0 - 0.5 * u, -ops.expm1(-safe) / safe)
 
 
 def _second_share(ops: Ops, u: Expression, first: Expression) -> Expression:
