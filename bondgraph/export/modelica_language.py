@@ -151,7 +151,8 @@ MODELICA = Notation(
         "expm1": Rule(
             "(if abs({0}) < 1.0 then 2.0 * tanh(0.5 * {0}) / (1.0 - tanh(0.5 * {0})) "
             "else exp({0}) - 1.0)",
-            ATOM, (ATOM,),
+            ATOM,
+            (ATOM,),
         ),
         "copysign": Rule("(if {1} < 0.0 then -abs({0}) else abs({0}))", ATOM, (LOOSE, PLUS)),
         # Real numbers may be compared for order only; 1 and 0 stand for true and false

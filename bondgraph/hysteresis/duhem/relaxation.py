@@ -1,7 +1,7 @@
 """``dq/dh = A - k q`` with one rate below 0 and another above, in one exact step of any length.
 
-No logarithm of ``1 + w`` is shared by NumPy, CasADi and SymPy, so ``log(1 + w)`` is arranged here to
-keep its digits where the argument is small.
+NumPy, CasADi and SymPy share no logarithm of ``1 + w``, so it is arranged here to keep its digits
+where the argument is small.
 """
 
 from __future__ import annotations
