@@ -1,4 +1,4 @@
-"""A unit that alone does not fit those of its neighbours: which is expected, and where it would fit.
+"""A unit that alone does not fit those of its neighbours: what is expected, where it would fit.
 
 One element against two or more that agree with each other is a slip of the pen before it is another
 domain: nobody forgets a transducer for a single spring.
