@@ -1,4 +1,4 @@
-"""Axes of one figure as an array, which shows the figure where a cell of a notebook ends with it."""
+"""Axes of one figure as an array; where a cell of a notebook ends with it, it shows the figure."""
 
 from __future__ import annotations
 

@@ -501,7 +501,8 @@ def _with_rest(result: Diagnosis, whole: Split) -> Diagnosis:
     if quiet and not left.is_noise(result.limits.noise):
         steps = (*result.steps[:-1], _unexplained(result.steps[-1], left))
         result = replace(result, kind="unknown_physics", steps=steps)
-    return replace(result, left=left, regions_left=where)
+    steps = (*result.steps[:-1], result.steps[-1].with_rest(left))
+    return replace(result, left=left, regions_left=where, steps=steps)
 
 
 def _where(result: Diagnosis, whole: Split) -> tuple[Region, ...]:

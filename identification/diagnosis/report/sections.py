@@ -19,7 +19,7 @@ from identification.diagnosis.report.recording_figure import recording_figure
 from identification.diagnosis.report.views import unit_of
 from identification.diagnosis.search.candidates import Candidate
 from identification.diagnosis.verdict import effect_parameters, normalised_error, sentence
-from identification.diagnosis.verdict.document import law_constants, parts_of
+from identification.diagnosis.verdict.document import ERROR, law_constants, parts_of
 from identification.estimation.single_record import Fit
 from identification.report import html
 from identification.report.numbers import percent, quantity
@@ -114,8 +114,9 @@ def _errors(d: Diagnosis) -> str:
         kinds.append("quiet")
     heads = ("reading, model", "RMSE, train", "RMSE, held out", "error, train", "error, held out")
     note = (
-        "The error is the norm of the residual over the norm of the centred reading. Held-out "
-        f"samples are shaded above. {_apart(d.data)}"
+        f"The error in percent is the {ERROR}. Held out counts those samples that no choice has "
+        f"seen; what is left over the noise counts all held-out ones, which are shaded above. "
+        f"{_apart(d.data)}"
     )
     return html.table(heads, rows, (1, 2, 3, 4), kinds) + html.paragraph(note)
 

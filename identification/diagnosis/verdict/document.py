@@ -26,6 +26,7 @@ from identification.diagnosis.localisation.recording.variables import restoring_
 from identification.diagnosis.search.candidates import Candidate
 from identification.estimation.estimates import Estimate
 from identification.estimation.single_record import Fit
+from identification.report.numbers import times_noise
 
 KINDS = (
     "explained", "parameters_only", "missing_physics", "unknown_physics", "insufficient_data"
@@ -246,7 +247,7 @@ def _rival(t: Candidate) -> dict[str, Any]:
     return {
         "effect": t.effect,
         "element": t.element,
-        "evidence": f"held-out mean square {t.test:.4g} times the noise floor",
+        "evidence": f"leaves {times_noise(t.test):.4g} times the noise, all readings together",
     }
 
 
@@ -258,8 +259,8 @@ def _possible(step: Decision, d: Diagnosis) -> list[dict[str, Any]]:
             "element": k.element,
             "kind": k.kind,
             "kind_words": _kind_words(k.kind, k.element, d),
-            "evidence": f"stretches left out predicted to {np.sqrt(k.score.square):.4g} times the "
-            "noise floor",
+            "evidence": f"predicts stretches left out to {times_noise(k.score.square):.4g} times "
+            "the noise, all readings together",
         }
         for k in open_kinds(step)
     ]
@@ -320,15 +321,20 @@ def _errors(f: Fit | None) -> dict[str, dict[str, float]]:
 
 
 def normalised_error(f: Fit, part: str = "test") -> dict[str, float]:
-    """Residual norm over the norm of the centred reading, for each sensor."""
-    m = f.problem.data.mask(part)
-    y = f.problem.data.readings[m]
-    r = f.residuals(part)
-    spread = np.linalg.norm(y - y.mean(axis=0), axis=0)
+    """Return rms error over the reading's standard deviation on the whole recording, by sensor.
+
+    The scale does not depend on which stretches were held out: in some of them little moves.
+    """
+    data = f.problem.data
+    spread = np.std(data.readings[data.mask("train") | data.mask("held-out")], axis=0)
     return {
-        n: float(np.linalg.norm(r[:, c]) / max(spread[c], 1e-300))
-        for c, n in enumerate(f.problem.data.names)
+        n: error / max(float(spread[c]), 1e-300)
+        for c, (n, error) in enumerate(f.rmse(part).items())
     }
+
+
+ERROR = "rms error over the standard deviation of the reading, over the whole recording"
+"""What a percentage of error is of."""
 
 
 def write_verdict(d: Diagnosis, folder: Path) -> Path:

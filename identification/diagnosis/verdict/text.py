@@ -16,6 +16,7 @@ from identification.diagnosis.catalogue import by_name
 from identification.diagnosis.diagnose import Diagnosis
 from identification.diagnosis.evidence.answer import Decision
 from identification.diagnosis.evidence.kinds_told import EXACT, open_kinds
+from identification.diagnosis.explanation.colour import COLOURED
 from identification.diagnosis.explanation.notes import taken_over
 from identification.diagnosis.localisation.element_kind import element_kind
 from identification.diagnosis.localisation.recording.region import multiple
@@ -23,6 +24,7 @@ from identification.diagnosis.localisation.regions import summary
 from identification.diagnosis.screening.mixups import in_doubt, of_units
 from identification.diagnosis.search.candidates import Candidate
 from identification.diagnosis.verdict.document import (
+    ERROR,
     SORTS,
     effect_parameters,
     law_constants,
@@ -105,7 +107,7 @@ def _answered(d: Diagnosis) -> str:
         told = "it" if len(parts) == 1 else "them"
         return (
             "; ".join(parts) + f"; with {told} the held-out error of {n} falls from "
-            f"{100 * before[n]:.3g} % to {100 * after[n]:.3g} %."
+            f"{100 * before[n]:.3g} % to {100 * after[n]:.3g} % of its standard deviation."
         )
     return _without_name(d)
 
@@ -207,7 +209,7 @@ def what_remains(d: Diagnosis) -> str:
     """Return one sentence on what the last fit leaves; empty where that is noise."""
     if d.kind != "missing_physics" or d.left is None or d.left.is_noise(d.limits.noise):
         return ""
-    said = f"What remains, {d.left.most:.2g} times the noise"
+    said = f"What remains, {d.left.most:.3g} times the noise"
     last = d.steps[-1] if d.steps else None
     if last is None or last.kind != "unknown_physics":
         return f"{said}, {'was not looked into' if d.stopped else 'has no place and no kind'}."
@@ -221,8 +223,8 @@ def what_remains(d: Diagnosis) -> str:
 def in_words(d: Diagnosis) -> str:
     """Answer, numbers, place in the recording, every step, rivals, advice."""
     answer = sentence(d)
-    lines = [s for s in (answer, what_remains(d)) if s] + [""]
-    lines += [f"note: {s}" for s in d.notes if s not in answer]
+    lines = [s for s in (answer, what_remains(d), *map(_sentence, _colour(d))) if s] + [""]
+    lines += [f"note: {s}" for s in d.notes if s not in answer and s not in _colour(d)]
     lines += _error_lines(d)
     lines += _parameter_lines(d)
     if d.kind in ("missing_physics", "unknown_physics"):
@@ -232,6 +234,15 @@ def in_words(d: Diagnosis) -> str:
     lines += [f"next: {a}" for a in d.advice if a not in answer]
     lines.append(f"{d.seconds:.1f} s")
     return "\n".join(lines)
+
+
+def _colour(d: Diagnosis) -> list[str]:
+    """Return the note on the colour of what is left: it stands beside the answer."""
+    return [n for n in d.notes if n.startswith(COLOURED)]
+
+
+def _sentence(text: str) -> str:
+    return f"{text[:1].upper()}{text[1:]}."
 
 
 def _error_lines(d: Diagnosis) -> list[str]:
@@ -245,10 +256,12 @@ def _error_lines(d: Diagnosis) -> list[str]:
         text = f"held-out error of {n}: {100 * before[n]:.3g} %"
         if after:
             text += f" before, {100 * after[n]:.3g} % with {found}"
-        rmse = (d.repaired or d.nominal).rmse("test")[n]
         unit = d.recording.units.get(n) or "SI"
-        lines.append(f"{text} (rms {rmse:.3g} {unit}, noise floor {d.data.floor[c]:.3g} {unit})")
-    return lines
+        level = d.left.over_noise.get(n) if d.left is not None else None
+        noise = f"noise {d.data.floor[c]:.3g} {unit}"
+        left = noise if level is None else f"what is left is {level:.3g} times the {noise}"
+        lines.append(f"{text}; {left}")
+    return [*lines, f"  (in percent: {ERROR})"]
 
 
 def _parameter_lines(d: Diagnosis) -> list[str]:

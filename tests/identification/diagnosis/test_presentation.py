@@ -73,13 +73,9 @@ def test_whatever_is_drawn_shows_itself_in_a_notebook(
     recording = Recording.from_pandas(frame, map={"F": "push[N]", "x": "x[m]"})
     for drawn in (found.plot(), recording.plot(), simulate(spring(), T, {"F": U}).plot()):
         assert drawn._repr_png_().startswith(b"\x89PNG")
-        assert (
-            repr(drawn)
-            == str(drawn)
-            == (
-                f"<Panels: {' x '.join(map(str, drawn.shape))} axes; .figure.savefig(file) writes them>"
-            )
-        )
+        shape = " x ".join(map(str, drawn.shape))
+        said = f"<Panels: {shape} axes; .figure.savefig(file) writes them>"
+        assert repr(drawn) == str(drawn) == said
         assert all(ax.figure is drawn.figure for ax in drawn.flat)
         assert isinstance(drawn.flat[0], Axes)
 

@@ -260,7 +260,7 @@ def test_two_effects_with_relations_traits_and_experiments(found: Diagnosis) -> 
         assert f"<h3>{title(t)}</h3>" in text
     for words in (
         "the mismatch may sit here alone",
-        "record a slow sweep: expected separation of a from b: z = 6.2",
+        "record a slow sweep: expected to tell a from b by 6.2 standard errors (1 now)",
         "It depends on the speed",
         "What d must have added",
     ):
