@@ -28,7 +28,7 @@ def described(name: str) -> str:
     e = by_name(name)
     lines = [f"{e.name} ({e.family}): {e.sentence}"]
     said = (
-        ("law", f"{e.law}: {formula(e).replace('``', '')}"), *parameters(e),
+        ("law", f"{e.law}: {formula(e).replace('`', '')}"), *parameters(e),
         ("looks like", e.looks), ("contains", ", ".join(e.simpler)),
         ("richer laws", ", ".join(e.richer)),
         ("confused with", ", ".join(e.confused_with)), ("separated by", e.separated_by),

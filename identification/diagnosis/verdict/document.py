@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Mapping
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +20,7 @@ from identification.diagnosis.evidence.answer import Decision
 from identification.diagnosis.evidence.hypotheses import Thresholds
 from identification.diagnosis.evidence.kinds_told import open_kinds
 from identification.diagnosis.evidence.nearest import Nearest
+from identification.diagnosis.explanation.law_formula import in_symbols, meaning_of
 from identification.diagnosis.localisation.element_kind import element_kind
 from identification.diagnosis.localisation.places_without_name import places_of
 from identification.diagnosis.localisation.recording.variables import restoring_words
@@ -123,6 +124,7 @@ def _findings(d: Diagnosis) -> list[dict[str, Any]]:
 def _named(step: Decision, d: Diagnosis) -> dict[str, Any]:
     chosen = step.chosen
     assert chosen is not None
+    repaired = as_repaired(chosen, d)
     same = [t.element for t in step.same_place]
     if step.answer == "approximate":
         same += [p for p in step.places if p != chosen.element]
@@ -135,12 +137,22 @@ def _named(step: Decision, d: Diagnosis) -> dict[str, Any]:
         "kind_words": _kind_words(step.physics, chosen.element, d),
         "sentence": chosen.insertion.sentence if step.answer in NAMES else "",
         "law": chosen.insertion.law,
+        "formula": in_symbols(repaired),
         "law_fit": _rounded(step.law_fit),
         "confidence": round(step.confidence, 3),
         "probability": round(step.confidence, 3),
-        "parameters": [_estimate(e) for e in effect_parameters(chosen, d)],
+        "parameters": [
+            _estimate(e) | {"meaning": meaning_of(e.name, repaired)}
+            for e in effect_parameters(chosen, d)
+        ],
         "constants": [
-            {"name": p.name, "value": p.value, "unit": p.unit} for p in law_constants(chosen, d)
+            {
+                "name": p.name,
+                "value": p.value,
+                "unit": p.unit,
+                "meaning": meaning_of(p.name, repaired),
+            }
+            for p in law_constants(chosen, d)
         ],
         "also_possible": [_rival(t) for t in _members(step)],
         "share_of_misfit_explained": round(step.share, 4),
@@ -287,6 +299,11 @@ def _of_law(trial: Candidate, d: Diagnosis) -> set[str]:
     held = d.repaired.problem.graph.elements.get(trial.element) if d.repaired else None
     law = held.law if isinstance(held, C | R | I) else None
     return {p.name for p in law.parameters(trial.element)} if law is not None else set()
+
+
+def as_repaired(trial: Candidate, d: Diagnosis) -> Candidate:
+    """Return an effect with the last repair, which may have refined its law."""
+    return replace(trial, fit=d.repaired or trial.fit)
 
 
 def law_constants(trial: Candidate, d: Diagnosis) -> list[Parameter]:

@@ -49,6 +49,7 @@ class _Estimate:
     unit: str
     value: float | None
     ci95: tuple[float | None, float | None]
+    meaning: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,6 +57,7 @@ class _Constant:
     name: str
     unit: str
     value: float
+    meaning: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,6 +103,7 @@ class _Finding:
     constants: tuple[_Constant, ...] = ()
     kind_words: str = ""
     sentence: str = ""
+    formula: str = ""
     nearest: tuple[_Near, ...] = ()
 
 

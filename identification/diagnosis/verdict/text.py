@@ -17,6 +17,7 @@ from identification.diagnosis.diagnose import Diagnosis
 from identification.diagnosis.evidence.answer import Decision
 from identification.diagnosis.evidence.kinds_told import EXACT, open_kinds
 from identification.diagnosis.explanation.colour import COLOURED
+from identification.diagnosis.explanation.law_formula import in_symbols, meaning_of
 from identification.diagnosis.explanation.notes import taken_over
 from identification.diagnosis.localisation.element_kind import element_kind
 from identification.diagnosis.localisation.recording.region import multiple
@@ -26,6 +27,7 @@ from identification.diagnosis.search.candidates import Candidate
 from identification.diagnosis.verdict.document import (
     ERROR,
     SORTS,
+    as_repaired,
     effect_parameters,
     law_constants,
     near_of,
@@ -274,11 +276,17 @@ def _parameter_lines(d: Diagnosis) -> list[str]:
             continue
         if len(d.findings) > 1:
             lines.append(f"{step.chosen.label} (probability {step.confidence:.2f}):")
+        trial = as_repaired(step.chosen, d)
+        if law := in_symbols(trial):
+            lines.append(f"  law: {law}")
         for e in effect_parameters(step.chosen, d):
-            lines.append(f"  {e.name} = {e.value:.4g} {e.unit}  [{e.ci95[0]:.4g}, {e.ci95[1]:.4g}]")
+            unit, said = f" {e.unit}" if e.unit != "1" else "", meaning_of(e.name, trial)
+            value = f"{e.value:.4g}{unit}  [{e.ci95[0]:.4g}, {e.ci95[1]:.4g}]"
+            lines.append(f"  {e.name} = {value}" + (f"  {said}" if said else ""))
         for p in law_constants(step.chosen, d):
-            unit = f" {p.unit}" if p.unit != "1" else ""
-            lines.append(f"  {p.name} = {p.value:.4g}{unit}  (of the law, not fitted)")
+            unit, said = f" {p.unit}" if p.unit != "1" else "", meaning_of(p.name, trial)
+            what = f"{said}; of the law, not fitted" if said else "of the law, not fitted"
+            lines.append(f"  {p.name} = {p.value:.4g}{unit}  ({what})")
     return lines
 
 
