@@ -112,7 +112,8 @@ def diagnose_files(
         print(in_words(result))
         print(f"verdict: {path}\nreport:  {report}")
     if result.stopped:
-        print(f"bondsight: {result.stopped}", file=sys.stderr)
+        if options.json:  # else it stands among the words
+            print(f"bondsight: {result.stopped}", file=sys.stderr)
         return INTERRUPTED if limit is None else 0, result
     return 0, result
 

@@ -9,6 +9,7 @@ from bondgraph.laws.law import Law, law_words
 from identification.diagnosis.catalogue import CATALOGUE, by_name
 from identification.diagnosis.catalogue.effect import Effect
 from identification.report.tables import markdown
+from identification.report.words import spaced
 
 
 def catalogue_table() -> str:
@@ -73,3 +74,10 @@ def usual_units(law: type[Law]) -> dict[str, str]:
     except TypeError:  # some need to know their place
         return {}
     return {p.name.removesuffix("_"): p.unit for p in made.parameters("")}
+
+
+def spoken(text: str) -> str:
+    """Replace the names of effects by words."""
+    for e in CATALOGUE:
+        text = text.replace(e.name, spaced(e.name))
+    return text

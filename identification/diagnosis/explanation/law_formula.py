@@ -29,34 +29,37 @@ def in_symbols(trial: Candidate) -> str:
     at its element.
     """
     graph = trial.fit.problem.graph
-    e, found = graph.elements.get(trial.element), None
+    e = graph.elements.get(trial.element)
     law = None if e is None else law_of(e)
-    if e is None or law is None:
-        return _in_words(trial.effect)
-    found = deviation_of(trial)
-    if found is None:
-        return _plain(law_words(type(getattr(law, "inner", law))))
+    found = None if law is None else deviation_of(trial)
+    if e is None or law is None or found is None:
+        return _in_words(trial)
     s, (_, _, argument, output) = argument_of(e), variable_names(graph, e.name)
     slope = sp.sympify(graph.slope(e)) if isinstance(e, C | I | R) else sp.Integer(1)
     left = output if e.name in output.split() else f"{output} of {e.name}"
     beside = f", {law.watched} is read beside it" if law.watched else ""
-    whole = f"{_text(slope * sp.Symbol(s))} + {_text(found)}".replace("+ -", "- ")
+    whole = str(slope * sp.Symbol(s) + found).replace("**", "^")
     return f"{left} = {whole}, where {s} is the {argument}{beside}"
 
 
-def _in_words(effect: str) -> str:
+def _in_words(trial: Candidate) -> str:
+    """Return the words of the law that holds the effect's strengths, at its element or a new one.
+
+    Without one those of the effect as a whole.
+    """
+    strengths = set(trial.insertion.strengths)
+    for e in trial.fit.problem.graph.elements.values():
+        law = law_of(e)
+        if law is not None and strengths & {p.name for p in law.parameters(e.name)}:
+            return _plain(law_words(type(getattr(law, "inner", law))))
     try:
-        return _plain(formula(by_name(effect)))
+        return _plain(formula(by_name(trial.effect)))
     except BondsightError:
         return ""
 
 
 def _plain(text: str) -> str:
     return text.replace("`", "").rstrip(".")
-
-
-def _text(found: sp.Expr) -> str:
-    return str(found).replace("**", "^")
 
 
 def meaning_of(name: str, trial: Candidate) -> str:
@@ -90,7 +93,7 @@ def deviation_of(trial: Candidate) -> sp.Expr | None:
 def _round(number: sp.Float) -> sp.Expr:
     """Return a plain fraction of 1 or of pi where a number is one."""
     for unit in (sp.Integer(1), sp.pi):
-        share = sp.nsimplify(number / unit, rational=True)
+        share = sp.nsimplify((number / unit).evalf(), rational=True)
         if share.is_Rational and share.q < SMALL:
             return share * unit
     return number

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from identification.diagnosis.catalogue import CATALOGUE
+from identification.diagnosis.catalogue.words import spoken
 from identification.diagnosis.diagnose import Diagnosis
 from identification.diagnosis.localisation.blind_relations import BlindRelation
 from identification.diagnosis.localisation.places_without_name import located
 from identification.diagnosis.localisation.recording import axes_of
-from identification.diagnosis.report.evidence import spoken
 from identification.diagnosis.report.found import NAMED, found_of, places_of
 from identification.diagnosis.report.views import unit_of
 from identification.diagnosis.screening.score_test import Screened

@@ -6,17 +6,16 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from identification.diagnosis.catalogue import CATALOGUE
+from identification.diagnosis.catalogue.words import spoken
 from identification.diagnosis.diagnose import Diagnosis
 from identification.diagnosis.evidence.answer import Decision
 from identification.diagnosis.explanation.colour import COLOURED
+from identification.diagnosis.explanation.rivals import Standing, nominal_misfit, standings, title
 from identification.diagnosis.report.found import found_of
-from identification.diagnosis.report.rivals import Standing, nominal_misfit, standings, title
 from identification.diagnosis.verdict.document import law_constants
 from identification.estimation.estimates import Estimate
 from identification.report import html
 from identification.report.numbers import interval, quantity, short, times_noise
-from identification.report.words import spaced
 
 INTERVALS = (
     "The intervals are the wider ones of two: those of white noise, and robust ones from how much "
@@ -89,13 +88,6 @@ def _rival_tables(found: Sequence[Standing], nominal: float) -> list[str]:
             html.table(heads, rows[rest], (2, 3, 4), kinds[rest]),
         ),
     ]
-
-
-def spoken(text: str) -> str:
-    """Replace the names of effects by words."""
-    for e in CATALOGUE:
-        text = text.replace(e.name, spaced(e.name))
-    return text
 
 
 def parameters(d: Diagnosis) -> str:

@@ -116,9 +116,9 @@ def _errors(d: Diagnosis) -> str:
         kinds.append("quiet")
     heads = ("reading, model", "RMSE, train", "RMSE, held out", "error, train", "error, held out")
     note = (
-        f"The error in percent is the {ERROR}. Held out counts those samples that no choice has "
-        f"seen; what is left over the noise counts all held-out ones, which are shaded above. "
-        f"{_apart(d.data)}"
+        f"The error in percent is the {ERROR}. Held out are here those samples that no choice "
+        f"has seen; what is left over the noise counts all that are held out. Held-out samples are "
+        f"shaded above. {_apart(d.data)}"
     )
     return html.table(heads, rows, (1, 2, 3, 4), kinds) + html.paragraph(note)
 

@@ -21,9 +21,11 @@ from identification.diagnosis.evidence.hypotheses import Thresholds
 from identification.diagnosis.evidence.kinds_told import open_kinds
 from identification.diagnosis.evidence.nearest import Nearest
 from identification.diagnosis.explanation.law_formula import in_symbols, meaning_of
+from identification.diagnosis.explanation.rivals import standings
 from identification.diagnosis.localisation.element_kind import element_kind
 from identification.diagnosis.localisation.places_without_name import places_of
 from identification.diagnosis.localisation.recording.variables import restoring_words
+from identification.diagnosis.localisation.regions import summary
 from identification.diagnosis.search.candidates import Candidate
 from identification.estimation.estimates import Estimate
 from identification.estimation.single_record import Fit
@@ -84,6 +86,8 @@ def verdict(d: Diagnosis) -> dict[str, Any]:
             "repaired": _errors(d.repaired),
         },
         "remaining": _remaining(d),
+        "regions": list(summary(d.regions)),
+        "steps": [_step(step, d) for step in d.steps],
         # those that were bent to a wrong recording mean nothing
         "parameters": [_estimate(e) for e in last.estimates] if last and not d.mistakes else [],
         "nuisances": [_nuisance(e) for e in last.nuisances] if last else [],
@@ -159,6 +163,29 @@ def _named(step: Decision, d: Diagnosis) -> dict[str, Any]:
     }
 
 
+def _step(step: Decision, d: Diagnosis) -> dict[str, Any]:
+    """Return what one step of the search tried, the best first, and why it ended as it did."""
+    tried = [
+        {
+            "effect": s.trial.effect,
+            "element": s.trial.element,
+            "over_noise": _rounded(times_noise(s.trial.test)),
+            "behind": None if s.role == "winner" else _rounded(s.z),
+            "why": s.why,
+        }
+        for s in standings(d, step)[:TRIED]
+    ]
+    return {
+        "before": _rounded(times_noise(step.nominal)),
+        "reasons": list(step.reasons),
+        "tried": tried,
+    }
+
+
+TRIED = 12
+"""Effects of a step that a verdict lists."""
+
+
 def _members(step: Decision) -> tuple[Candidate, ...]:
     """Effects that are not excluded beside the one that is named, or all where none is."""
     own = () if step.answer in NAMES or step.chosen is None else (step.chosen,)
@@ -183,6 +210,7 @@ def _unknown(d: Diagnosis) -> dict[str, Any]:
         else "",
         "sentence": "",
         "law": "none",
+        "formula": "",
         "law_fit": _rounded(step.law_fit) if step else None,
         "confidence": 0.0,
         "probability": round(step.confidence, 3) if step else 0.0,

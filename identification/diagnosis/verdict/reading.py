@@ -129,6 +129,22 @@ class _Fit:
 
 
 @dataclass(frozen=True, slots=True)
+class _Tried:
+    effect: str
+    element: str
+    over_noise: float | None
+    behind: float | None
+    why: str
+
+
+@dataclass(frozen=True, slots=True)
+class _Step:
+    before: float | None
+    reasons: tuple[str, ...]
+    tried: tuple[_Tried, ...]
+
+
+@dataclass(frozen=True, slots=True)
 class _Verdict:
     verdict: Annotated[str, one_of(*KINDS)]
     model: str
@@ -143,6 +159,8 @@ class _Verdict:
     parameters: tuple[_Estimate, ...] = ()
     remaining: Mapping[str, _Left] = field(default_factory=dict)
     suspects: tuple[str, ...] = ()
+    regions: tuple[str, ...] = ()
+    steps: tuple[_Step, ...] = ()
 
     def __post_init__(self) -> None:
         """Refuse findings where the verdict has none, and none where it has some."""

@@ -16,8 +16,6 @@ from identification.diagnosis.catalogue import by_name
 from identification.diagnosis.diagnose import Diagnosis
 from identification.diagnosis.evidence.answer import Decision
 from identification.diagnosis.evidence.kinds_told import EXACT, open_kinds
-from identification.diagnosis.explanation.colour import COLOURED
-from identification.diagnosis.explanation.law_formula import in_symbols, meaning_of
 from identification.diagnosis.explanation.notes import taken_over
 from identification.diagnosis.localisation.element_kind import element_kind
 from identification.diagnosis.localisation.recording.region import multiple
@@ -25,16 +23,19 @@ from identification.diagnosis.localisation.regions import summary
 from identification.diagnosis.screening.mixups import in_doubt, of_units
 from identification.diagnosis.search.candidates import Candidate
 from identification.diagnosis.verdict.document import (
-    ERROR,
     SORTS,
-    as_repaired,
-    effect_parameters,
-    law_constants,
     near_of,
     normalised_error,
     sort_at,
     unresolved_place,
 )
+from identification.diagnosis.verdict.lines import (
+    colour,
+    error_lines,
+    parameter_lines,
+    reason_lines,
+)
+from identification.diagnosis.verdict.retraced import traces, tried
 from identification.report.words import listed, spaced
 
 Data = Mapping[str, Any]
@@ -225,81 +226,21 @@ def what_remains(d: Diagnosis) -> str:
 def in_words(d: Diagnosis) -> str:
     """Answer, numbers, place in the recording, every step, rivals, advice."""
     answer = sentence(d)
-    lines = [s for s in (answer, what_remains(d), *map(_sentence, _colour(d))) if s] + [""]
-    lines += [f"note: {s}" for s in d.notes if s not in answer and s not in _colour(d)]
-    lines += _error_lines(d)
-    lines += _parameter_lines(d)
+    lines = [s for s in (answer, what_remains(d), *map(_sentence, colour(d))) if s] + [""]
+    lines += [f"note: {s}" for s in d.notes if s not in answer and s not in colour(d)]
+    lines += error_lines(d)
+    lines += parameter_lines(d)
     if d.kind in ("missing_physics", "unknown_physics"):
         lines += [f"seen: {s}" for s in summary(d.regions)[:3]]
-    lines += _reasons(d)
+    lines += reason_lines(d)
     lines += [f"nearest: {said}" for said in hints(d)]
     lines += [f"next: {a}" for a in d.advice if a not in answer]
     lines.append(f"{d.seconds:.1f} s")
     return "\n".join(lines)
 
 
-def _colour(d: Diagnosis) -> list[str]:
-    """Return the note on the colour of what is left: it stands beside the answer."""
-    return [n for n in d.notes if n.startswith(COLOURED)]
-
-
 def _sentence(text: str) -> str:
     return f"{text[:1].upper()}{text[1:]}."
-
-
-def _error_lines(d: Diagnosis) -> list[str]:
-    if d.nominal is None or d.data is None:
-        return []
-    before = normalised_error(d.nominal)
-    after = normalised_error(d.repaired) if d.repaired else {}
-    found = "the found effect" if len(d.findings) < 2 else f"the {len(d.findings)} found effects"
-    lines = []
-    for c, n in enumerate(d.data.names):
-        text = f"held-out error of {n}: {100 * before[n]:.3g} %"
-        if after:
-            text += f" before, {100 * after[n]:.3g} % with {found}"
-        unit = d.recording.units.get(n) or "SI"
-        level = d.left.over_noise.get(n) if d.left is not None else None
-        noise = f"noise {d.data.floor[c]:.3g} {unit}"
-        left = noise if level is None else f"what is left is {level:.3g} times the {noise}"
-        lines.append(f"{text}; {left}")
-    return [*lines, f"  (in percent: {ERROR})"]
-
-
-def _parameter_lines(d: Diagnosis) -> list[str]:
-    """Parameters of every named effect, under its name where there are several."""
-    if d.repaired is None:
-        return []
-    lines = []
-    for step in d.findings:
-        if step.chosen is None:
-            continue
-        if len(d.findings) > 1:
-            lines.append(f"{step.chosen.label} (probability {step.confidence:.2f}):")
-        trial = as_repaired(step.chosen, d)
-        if law := in_symbols(trial):
-            lines.append(f"  law: {law}")
-        for e in effect_parameters(step.chosen, d):
-            unit, said = f" {e.unit}" if e.unit != "1" else "", meaning_of(e.name, trial)
-            value = f"{e.value:.4g}{unit}  [{e.ci95[0]:.4g}, {e.ci95[1]:.4g}]"
-            lines.append(f"  {e.name} = {value}" + (f"  {said}" if said else ""))
-        for p in law_constants(step.chosen, d):
-            unit, said = f" {p.unit}" if p.unit != "1" else "", meaning_of(p.name, trial)
-            what = f"{said}; of the law, not fitted" if said else "of the law, not fitted"
-            lines.append(f"  {p.name} = {p.value:.4g}{unit}  ({what})")
-    return lines
-
-
-def _reasons(d: Diagnosis) -> list[str]:
-    """Why each step ended as it did; after the first they say which one they belong to."""
-    lines = []
-    noise = d.left is not None and d.left.is_noise(d.limits.noise)
-    for number, step in enumerate(d.steps, start=1):
-        word = "because" if number == 1 else f"step {number}"
-        lines += [f"{word}: {r}" for r in step.reasons if r not in d.notes]
-        if number > 1 and step.kind == "unknown_physics" and not noise:
-            lines.append(f"step {number}: something more is missing that may not be named")
-    return lines
 
 
 def hints(d: Diagnosis) -> list[str]:
@@ -319,6 +260,8 @@ def retold(v: Data) -> str:
     parts = [
         _paragraph("What was found", [_answer(v), *(_meaning(f) for f in findings)]),
         _paragraph("Where", [_place(f) for f in findings]),
+        _paragraph("What in the recording led there", traces(v) if findings else ()),
+        _paragraph("What was tried, and how far behind it was", tried(v)),
         _paragraph("How sure", [_certainty(f) for f in findings] or _silence(v)),
         _paragraph("How much better, on samples that no parameter was fitted to", _gains(v)),
         _paragraph("What remains", _left(v)),
@@ -389,7 +332,8 @@ def _meaning(f: Data) -> str:
     except (BondsightError, KeyError):
         return ""
     law = f" Its fitted law: {spaced(f['law'])}." if f["law"] not in (effect.law, "none") else ""
-    return f"{_effect(f).capitalize()}: {f.get('sentence') or effect.sentence}.{law}"
+    formula = f" In symbols: {f['formula']}." if f.get("formula") else ""
+    return f"{_effect(f).capitalize()}: {f.get('sentence') or effect.sentence}.{law}{formula}"
 
 
 def _place(f: Data) -> str:
@@ -485,6 +429,7 @@ def _gains(v: Data) -> list[str]:
         if floor:
             text += f"; the noise of the recording is {floor:.3g}"
             rest = v.get("remaining", {}).get(n, {}).get("over_noise") or 0.0
+            text += f"; what is left is {rest:.3g} times that" if rest else ""
             at_floor = best < AT_FLOOR * floor and rest < AT_FLOOR
             text += ", so nothing is left to gain" if at_floor else ""
         lines.append(text + " (rms, SI units).")
@@ -583,7 +528,8 @@ def _value(p: Data) -> str:
     low, high = p["ci95"]
     unit = f" {p['unit']}" if p["unit"] not in ("", "1") else ""
     known = "" if low is None or high is None else f" (95 %: {low:.6g} to {high:.6g})"
-    return f"{p['name']} = {p['value']:.4g}{unit}{known}"
+    said = f", {p['meaning']}" if p.get("meaning") else ""
+    return f"{p['name']} = {p['value']:.4g}{unit}{known}{said}"
 
 
 def _nothing_to_do(v: Data) -> str:

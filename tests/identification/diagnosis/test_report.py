@@ -35,6 +35,7 @@ from identification.diagnosis.catalogue import CATALOGUE
 from identification.diagnosis.diagnose import Diagnosis, diagnose
 from identification.diagnosis.evidence.hypotheses import Thresholds
 from identification.diagnosis.explanation.next_experiment import Experiment
+from identification.diagnosis.explanation.rivals import standings, title
 from identification.diagnosis.localisation.blind_relations import BlindRelation
 from identification.diagnosis.localisation.regions import summary
 from identification.diagnosis.report import sections
@@ -43,7 +44,6 @@ from identification.diagnosis.report.evidence import parameters
 from identification.diagnosis.report.found import confidence_of, regions_of
 from identification.diagnosis.report.law import law_ports, path
 from identification.diagnosis.report.law_figures import law_figure
-from identification.diagnosis.report.rivals import standings, title
 from identification.diagnosis.search.candidates import DiagnosisOptions
 from identification.diagnosis.studio import page, write_report
 from identification.diagnosis.verdict.document import verdict
