@@ -9,7 +9,7 @@ from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import C, Element, I, R, Source
 from bondgraph.graph.parameter import symbol
 from bondgraph.graph.sensors import Sensor
-from bondgraph.laws.law import law_words, said_of
+from bondgraph.laws.law import Law, law_words, said_of
 from bondgraph.support.errors import BondsightError
 from bondgraph.support.ops import SYMPY
 from identification.diagnosis.catalogue import by_name
@@ -51,7 +51,8 @@ def _in_words(trial: Candidate) -> str:
     for e in trial.fit.problem.graph.elements.values():
         law = law_of(e)
         if law is not None and strengths & {p.name for p in law.parameters(e.name)}:
-            return _plain(law_words(type(getattr(law, "inner", law))))
+            held: Law = getattr(law, "inner", law)
+            return _plain(law_words(type(held)))
     try:
         return _plain(formula(by_name(trial.effect)))
     except BondsightError:

@@ -11,7 +11,7 @@ from bondgraph.graph.parameter import Parameter
 from bondgraph.support.errors import BondsightError
 from identification.diagnosis.catalogue import by_name
 from identification.diagnosis.diagnose import Diagnosis
-from identification.diagnosis.explanation.law_formula import in_symbols, meaning_of
+from identification.diagnosis.explanation.law_formula import LONGEST, in_symbols, meaning_of
 from identification.diagnosis.explanation.notes import sure_of
 from identification.diagnosis.report import changed
 from identification.diagnosis.report.found import after_of, found_of, places_of, warmth_of
@@ -228,7 +228,7 @@ def equations(d: Diagnosis) -> str:
                 html.figure(drawn) if drawn else html.paragraph(formula, "mono"),
                 html.paragraph(f"Here {meaning}."),
             ]
-    short = tuple(c for c in closed if max(len(c.before), len(c.after)) <= changed.LONGEST)
+    short = tuple(c for c in closed if max(len(c.before), len(c.after)) <= LONGEST)
     if short:
         parts += [html.heading("in closed form"), _change_rows(short, "c")]
     return html.section("The equation that changed", *parts)

@@ -466,11 +466,12 @@ def _apart(region: str, name: str) -> str:
 
     Examples
     --------
-    >>> _apart("from 2 to 34 Hz the misfit of i is 20 times the floor", "i")
-    'from 2 to 34 Hz: there the misfit is 20 times the floor'
+    >>> _apart("from 2 to 34 Hz the misfit of i is 20 times its noise there", "i")
+    'from 2 to 34 Hz: there the misfit is 20 times its noise'
     """
     said = rf" the misfit(?: of {re.escape(name)})? is "
-    return re.sub(said, ": there the misfit is ", region, count=1)
+    moved = re.sub(said, ": there the misfit is ", region, count=1)
+    return moved.replace(" noise there", " noise", 1) if moved != region else region
 
 
 def _rivals(f: Data) -> list[str]:
