@@ -53,11 +53,12 @@ def test_the_law_is_a_formula_and_its_numbers_have_a_meaning(found: Diagnosis) -
     assert [p["meaning"] for p in f["parameters"]] == ["friction level, the same at every speed"]
 
 
-@pytest.mark.parametrize("plant", ["mechanical", "hydraulic", "electrical"])
-def test_every_parameter_of_every_effect_says_what_it_is(plant: str) -> None:
-    seen = scene(plant)
+@pytest.mark.parametrize("plant", ["diagnosed", "mechanical", "hydraulic", "electrical"])
+def test_every_parameter_of_every_effect_says_what_it_is(plant: str, found: Diagnosis) -> None:
+    seen = found.scene if plant == "diagnosed" else scene(plant)  # only that has sources' pasts
+    assert seen is not None
     for effect in CATALOGUE:
-        for element in [e for e in effect.places_in(seen) if e.name in seen.past][:2]:
+        for element in [e for e in effect.places(seen.graph) if e.name in seen.past][:2]:
             made = effect.insert(seen, element)
             fit: Any = SimpleNamespace(problem=SimpleNamespace(graph=made.graph))
             trial = Candidate(made, True, fit, 1.0, 1.0, np.ones(1))
