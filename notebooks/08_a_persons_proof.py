@@ -310,7 +310,9 @@ def misfit_by_stroke(d, place):
         mean = [np.sqrt(square[scored][bins == b].mean()) for b in range(20)]
         ax.step(0.5 * (edges[1:] + edges[:-1]), mean, where="mid", color=colour, label=label)
     ax.axhline(1.0, color="0.4", ls="--")
-    ax.set(yscale="log", ylabel="left, times the noise", xlabel=f"argument of the law at {place}, SI")
+    ax.set(
+        yscale="log", ylabel="left, times the noise", xlabel=f"argument of the law at {place}, SI"
+    )
     ax.legend()
     figure.tight_layout()
 

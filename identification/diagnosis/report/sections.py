@@ -21,6 +21,8 @@ from identification.diagnosis.report.views import unit_of
 from identification.diagnosis.search.candidates import Candidate
 from identification.diagnosis.verdict import effect_parameters, normalised_error, sentence
 from identification.diagnosis.verdict.document import ERROR, law_constants, parts_of
+from identification.diagnosis.verdict.lines import colour
+from identification.diagnosis.verdict.text import what_remains
 from identification.estimation.estimates import Estimate
 from identification.estimation.single_record import Fit
 from identification.report import html
@@ -58,6 +60,12 @@ def answer(d: Diagnosis) -> str:
         ("seed", str(d.seed)),
     ]
     return html.head("Diagnosis report", badge, sentence(d), pairs)
+
+
+def beside(d: Diagnosis) -> str:
+    """Say what is left where it is more than noise, or has a memory: it qualifies the answer."""
+    said = [html.paragraph(s) for s in (what_remains(d), *map(stopped, colour(d))) if s]
+    return "".join(map(html.box, said))
 
 
 def raw(d: Diagnosis) -> str:

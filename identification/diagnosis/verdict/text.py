@@ -36,7 +36,7 @@ from identification.diagnosis.verdict.lines import (
     reason_lines,
 )
 from identification.diagnosis.verdict.retraced import traces, tried
-from identification.report.words import listed, spaced
+from identification.report.words import listed, spaced, stopped
 
 Data = Mapping[str, Any]
 WIDTH = 96
@@ -226,7 +226,7 @@ def what_remains(d: Diagnosis) -> str:
 def in_words(d: Diagnosis) -> str:
     """Answer, numbers, place in the recording, every step, rivals, advice."""
     answer = sentence(d)
-    lines = [s for s in (answer, what_remains(d), *map(_sentence, colour(d))) if s] + [""]
+    lines = [s for s in (answer, what_remains(d), *map(stopped, colour(d))) if s] + [""]
     lines += [f"note: {s}" for s in d.notes if s not in answer and s not in colour(d)]
     lines += error_lines(d)
     lines += parameter_lines(d)
@@ -237,10 +237,6 @@ def in_words(d: Diagnosis) -> str:
     lines += [f"next: {a}" for a in d.advice if a not in answer]
     lines.append(f"{d.seconds:.1f} s")
     return "\n".join(lines)
-
-
-def _sentence(text: str) -> str:
-    return f"{text[:1].upper()}{text[1:]}."
 
 
 def hints(d: Diagnosis) -> list[str]:

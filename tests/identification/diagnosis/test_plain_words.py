@@ -21,6 +21,7 @@ from identification.diagnosis.diagnose import Diagnosis
 from identification.diagnosis.evidence.judged import judged_on
 from identification.diagnosis.explanation.colour import COLOURED, colour_notes, coloured
 from identification.diagnosis.explanation.law_formula import in_symbols, meaning_of
+from identification.diagnosis.report.sections import beside
 from identification.diagnosis.search.candidates import Candidate
 from identification.diagnosis.verdict import normalised_error, parse_verdict, retold, verdict
 from identification.estimation.single_record import Fit
@@ -115,6 +116,8 @@ def test_residuals_with_a_memory_are_told_beside_the_answer(found: Diagnosis) ->
     told = str(replace(found, notes=(note, *found.notes))).splitlines()
     assert told[1] == f"{note[0].upper()}{note[1:]}."
     assert sum(COLOURED[1:] in line for line in told) == 1
+    assert told[1] in beside(replace(found, notes=(note, *found.notes)))
+    assert beside(found) == ""
 
 
 def test_the_verdict_is_told_without_words_of_the_house(found: Diagnosis) -> None:
