@@ -64,8 +64,8 @@ def answer(d: Diagnosis) -> str:
 
 def beside(d: Diagnosis) -> str:
     """Say what is left where it is more than noise, or has a memory: it qualifies the answer."""
-    said = [html.paragraph(s) for s in (what_remains(d), *map(stopped, colour(d))) if s]
-    return "".join(map(html.box, said))
+    said = [s for s in (what_remains(d), *map(stopped, colour(d))) if s]
+    return html.box(html.bullets(said))
 
 
 def raw(d: Diagnosis) -> str:

@@ -23,6 +23,7 @@ from identification.diagnosis.explanation.colour import COLOURED, colour_notes, 
 from identification.diagnosis.explanation.law_formula import in_symbols, meaning_of
 from identification.diagnosis.report.sections import beside
 from identification.diagnosis.search.candidates import Candidate
+from identification.diagnosis.studio import page
 from identification.diagnosis.verdict import normalised_error, parse_verdict, retold, verdict
 from identification.estimation.single_record import Fit
 from tests.identification.diagnosis import rubbing_spring
@@ -116,7 +117,8 @@ def test_residuals_with_a_memory_are_told_beside_the_answer(found: Diagnosis) ->
     told = str(replace(found, notes=(note, *found.notes))).splitlines()
     assert told[1] == f"{note[0].upper()}{note[1:]}."
     assert sum(COLOURED[1:] in line for line in told) == 1
-    assert told[1] in beside(replace(found, notes=(note, *found.notes)))
+    shown = page(replace(found, notes=(note, *found.notes)))
+    assert f'<div class="callout"><ul><li>{told[1]}</li></ul></div>' in "".join(shown.split("\n"))
     assert beside(found) == ""
 
 
