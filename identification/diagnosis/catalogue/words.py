@@ -21,12 +21,15 @@ def catalogue_table() -> str:
 def described(name: str) -> str:
     """Return everything the catalogue says of one effect, one line each.
 
+    The name of a law that one effect has is understood too.
+
     Raises
     ------
     UnknownName
         If there is none of that name; the nearest names are given.
     """
-    e = by_name(name)
+    known = [e for e in CATALOGUE if e.law == name]
+    e = known[0] if len(known) == 1 else by_name(name)
     lines = [f"{e.name} ({e.family}): {e.sentence}"]
     said = (
         ("law", f"{e.law}: {formula(e).replace('`', '')}"), *parameters(e),

@@ -85,6 +85,7 @@ def test_the_catalogue_tells_the_law_and_what_its_numbers_are(effect: object) ->
 def test_a_friction_is_told_in_its_own_formula() -> None:
     text = described("stribeck_friction")
     assert "(F_c + F_d exp(-(f/f_s)^2)) sign(f)" in text
+    assert described("stribeck") == text  # what a verdict calls its law
     assert "    F_d: by how much the level at rest is higher (in N, say)" in text
 
 
