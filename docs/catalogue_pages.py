@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import inspect
 from functools import cache
 from pathlib import Path
 
@@ -15,6 +14,7 @@ from bondgraph.graph.sensors import Sensor
 from bondgraph.signals.recording import Split
 from identification.diagnosis.catalogue import CATALOGUE
 from identification.diagnosis.catalogue.effect import Effect
+from identification.diagnosis.catalogue.words import formula, parameters
 from identification.diagnosis.screening.observation import scene
 from identification.diagnosis.screening.port_history import FittedModel
 from identification.estimation.single_record import fit
@@ -111,7 +111,8 @@ def page(effect: Effect, drawn: bool) -> str:
         lines += [f"![what {effect.name} adds at its port]({effect.name}.svg)", ""]
     rows = {
         "Family, kind": f"{effect.family}, {effect.kind}",
-        "Law": f"`{effect.law}`" + (f": {formula}" if (formula := _formula(effect)) else ""),
+        "Law": f"`{effect.law}`: {formula(effect).replace('``', '`')}",
+        "Parameters": "; ".join(f"`{n.strip()}` {said}" for n, said in parameters(effect)),
         "Looks like": effect.looks,
         "Contains": ", ".join(map(_link, effect.simpler)),
         "Richer laws": ", ".join(f"`{r}`" for r in effect.richer),
@@ -128,20 +129,6 @@ def page(effect: Effect, drawn: bool) -> str:
 def _link(name: str) -> str:
     known = name in {e.name for e in CATALOGUE}
     return f"[{name}]({name}.md)" if known else name
-
-
-def _formula(effect: Effect) -> str:
-    """Return the first sentence of the law's description, where its formula stands."""
-    found = place_of(effect)
-    if found is None:
-        return ""
-    s, e = found
-    inserted = effect.insert(s, e).graph[e.name]
-    drive = getattr(inserted, "drive", None)
-    law = getattr(drive, "law", None) or getattr(inserted, "law", None)
-    text = inspect.cleandoc(type(getattr(law, "inner", law) or effect).__doc__ or "")
-    text = text.split("\n\n")[0]
-    return " ".join(text.replace("``", "`").split())
 
 
 def write_catalogue(folder: Path) -> None:

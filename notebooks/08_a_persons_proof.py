@@ -234,9 +234,9 @@ if found.ranking:
 
 # %%
 for t in found.trials[:8]:
-    print(f"{t.label:38s} {t.test:10.4g} times the floor")
+    print(f"{t.label:38s} {np.sqrt(t.test):10.4g} times the noise")
 if found.nominal is not None:
-    print(f"{'the model as it is':38s} {found.nominal.chi2('test'):10.4g}")
+    print(f"{'the model as it is':38s} {np.sqrt(found.nominal.chi2('test')):10.4g}")
 
 # %% [markdown]
 # ### Before and after, on samples that no fit has seen
@@ -299,7 +299,7 @@ if found.nominal is not None:
 
 # %%
 def misfit_by_stroke(d, place):
-    """Mean square misfit over the floor, by the argument of the law at `place`."""
+    """Root mean square of what is left over the noise, by the argument of the law at `place`."""
     argument = d.scene.past[place].argument
     figure, ax = plt.subplots(figsize=(7, 3.2))
     for label, fit, colour in fits_of(d):
@@ -307,10 +307,12 @@ def misfit_by_stroke(d, place):
         square = np.mean(((d.data.readings - fit.simulated) / d.data.floor) ** 2, axis=1)
         edges = np.quantile(argument[scored], np.linspace(0, 1, 21))
         bins = np.clip(np.searchsorted(edges, argument[scored]) - 1, 0, 19)
-        mean = [square[scored][bins == b].mean() for b in range(20)]
+        mean = [np.sqrt(square[scored][bins == b].mean()) for b in range(20)]
         ax.step(0.5 * (edges[1:] + edges[:-1]), mean, where="mid", color=colour, label=label)
     ax.axhline(1.0, color="0.4", ls="--")
-    ax.set(yscale="log", ylabel="misfit / floor", xlabel=f"argument of the law at {place}, SI")
+    ax.set(
+        yscale="log", ylabel="left, times the noise", xlabel=f"argument of the law at {place}, SI"
+    )
     ax.legend()
     figure.tight_layout()
 
@@ -342,8 +344,8 @@ for finding in verdict(found)["findings"]:
 # ### The next experiment
 #
 # If somebody doubted the name: what should be recorded to separate the answer from its closest
-# rival? Candidate inputs and further sensors are simulated with both fitted models; z is the
-# separation to expect, in standard deviations.
+# rival? Candidate inputs and further sensors are simulated with both fitted models;
+# the separation to expect is in standard errors.
 
 # %%
 best = found_of(found)[:1]

@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
 
+from bondgraph.drawing.panels import Panels
 from bondgraph.support.arrays import Array
 
 
-def courses(time: Array, channels: Mapping[str, Array], units: Mapping[str, str]) -> Any:
+def courses(time: Array, channels: Mapping[str, Array], units: Mapping[str, str]) -> Panels:
     """Draw channels over time.
 
     Returns
     -------
-    ndarray of matplotlib Axes, shape (n,)
+    Panels of matplotlib Axes, shape (n,)
     """
     from matplotlib.figure import Figure
 
@@ -26,4 +26,4 @@ def courses(time: Array, channels: Mapping[str, Array], units: Mapping[str, str]
         ax.grid(color="#e4e7eb", lw=0.6)
         ax.spines[["top", "right"]].set_visible(False)
     axes[-1].set_xlabel("time, s")
-    return axes
+    return Panels.of(axes)

@@ -31,6 +31,7 @@ from bondgraph.graph.elements import (
     common_variable,
 )
 from bondgraph.graph.sensors import Da, De, Df, Dq, Sensor
+from bondgraph.graph.unit_slips import TRANSDUCER, slip
 from bondgraph.signals.units import Dimension, parse_unit
 from bondgraph.support.errors import UnusableInput
 
@@ -90,12 +91,13 @@ def domain_problems(graph: BondGraph) -> tuple[str, ...]:
             continue
         pair = _contradiction(group)
         if pair is not None:
-            lines.append(_line(*pair))
+            lines.append(slip(group) or _line(*pair))
             continue
         e, f, z = (next((s for s in group if s.quantity == q), None) for q in "efz")
         if e and f and z and _minus(e.dims, f.dims) != z.dims:
             lines.append(
-                f"{e}, {f} and {z} do not fit together: effort over flow is not the unit of "
+                slip(group)
+                or f"{e}, {f} and {z} do not fit together: effort over flow is not the unit of "
                 f"{z.element.name}; correct one of the units, or put a TF or GY between"
             )
     return tuple(lines)
@@ -199,8 +201,8 @@ def _stiffness_line(said: UnitStatement) -> str:
 
 def _line(first: UnitStatement, second: UnitStatement) -> str:
     return (
-        f"{first} meets {second}; bonds at one junction share a domain: put a transducer "
-        "between them (TF if effort gives effort, GY if effort gives flow), or correct a unit"
+        f"{first} meets {second}; bonds at one junction share a domain: correct a unit or, if both "
+        f"are meant, {TRANSDUCER}"
     )
 
 

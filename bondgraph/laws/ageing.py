@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -35,6 +35,11 @@ class Ageing(Clocked):
     unit: str = "1"
     starts: ClassVar[tuple[str, ...]] = ("duration", "size", "unit")
     name: ClassVar[str] = "ageing"
+    meanings: ClassVar[Mapping[str, str]] = {
+        "a_t": "change of the coefficient over the record that grows with time",
+        "b_t": "change over the record that grows with the square of time",
+        "T": "duration of the record",
+    }
 
     def parameters(self, element: str) -> tuple[Parameter, ...]:
         """Linear and quadratic change over the record, duration of the record."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -40,6 +40,9 @@ class AsymmetricDamping(Law):
     unit: str = "N*s/m"
     starts: ClassVar[tuple[str, ...]] = ("difference", "size", "unit")
     name: ClassVar[str] = "asymmetric_damping"
+    meanings: ClassVar[Mapping[str, str]] = {
+        "d_a": "half the difference of the resistance forwards and backwards",
+    }
     energy: ClassVar[str] = "signal"
 
     def parameters(self, element: str) -> tuple[Parameter, ...]:
@@ -79,6 +82,10 @@ class AsymmetricCoulomb(DirectedFriction):
     unit: str = "N"
     starts: ClassVar[tuple[str, ...]] = ("force", "back", "unit")
     name: ClassVar[str] = "asymmetric_coulomb"
+    meanings: ClassVar[Mapping[str, str]] = {
+        "F_1": "friction level forwards",
+        "F_2": "friction level backwards",
+    }
 
     def parameters(self, element: str) -> tuple[Parameter, ...]:
         """``F_1`` and ``F_2``."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -43,6 +43,11 @@ class Backlash(SharedSlope):
     unit: str = "m"
     starts: ClassVar[tuple[str, ...]] = (*SharedSlope.shared, "width", "centre", "size", "unit")
     name: ClassVar[str] = "backlash"
+    meanings: ClassVar[Mapping[str, str]] = {
+        "gap": "half the width of the free play",
+        "centre": "middle of the free play",
+        "k_own": "stiffness outside of the free play",
+    }
     energy: ClassVar[str] = "stores"
 
     def parameters(self, element: str) -> tuple[Parameter, ...]:

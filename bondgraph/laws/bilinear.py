@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -44,6 +44,10 @@ class Bilinear(Law):
         "change", "knee", "slope_size", "size", "unit", "slope_unit",
     )  # fmt: skip
     name: ClassVar[str] = "bilinear"
+    meanings: ClassVar[Mapping[str, str]] = {
+        "dk": "change of the stiffness beyond the knee",
+        "knee": "displacement at which the stiffness changes",
+    }
     energy: ClassVar[str] = "stores"
 
     def parameters(self, element: str) -> tuple[Parameter, ...]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -48,6 +48,11 @@ class BoucWenMemory(Law):
     reach: Positive = 1.0
     starts: ClassVar[tuple[str, ...]] = ("height", "beta", "gamma", "scale", "unit")
     name: ClassVar[str] = "bouc_wen"
+    meanings: ClassVar[Mapping[str, str]] = {
+        "h": "slope of the part with memory right after a turn",
+        "beta": "how much a loop loses",
+        "gamma": "how much a loop softens (hardens below -beta)",
+    }
     energy: ClassVar[str] = "dissipates"
     follows: ClassVar[tuple[bool, ...]] = (True, False)
     """The last argument, and z."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -46,6 +46,12 @@ class ContactLoss(SharedSlope):
         *SharedSlope.shared, "depth", "size", "edge", "side", "unit",
     )  # fmt: skip
     name: ClassVar[str] = "contact_loss"
+    meanings: ClassVar[Mapping[str, str]] = {
+        "k_own": "stiffness while in contact",
+        "depth": "how far the point of opening lies within the motion",
+        "edge": "end of the motion that the depth counts from",
+        "side": "on which side it opens",
+    }
     energy: ClassVar[str] = "stores"
 
     def parameters(self, element: str) -> tuple[Parameter, ...]:

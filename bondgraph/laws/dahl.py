@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -43,6 +43,10 @@ class DahlFriction(Law):
     way_unit: str = "m"
     starts: ClassVar[tuple[str, ...]] = ("force", "way", "unit", "way_unit")
     name: ClassVar[str] = "dahl"
+    meanings: ClassVar[Mapping[str, str]] = {
+        "F_c": "friction level once it slides",
+        "delta": "way over which the contact bends like a spring before it slides",
+    }
     energy: ClassVar[str] = "dissipates"
     lives_in_time: ClassVar[bool] = True
     """The way is the flow over time."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -48,6 +48,13 @@ class Diode(SharedSlope):
         *SharedSlope.shared, "share", "onset", "width", "sense", "unit",
     )  # fmt: skip
     name: ClassVar[str] = "diode"
+    meanings: ClassVar[Mapping[str, str]] = {
+        "k_own": "resistance where it does not conduct",
+        "share": "part of the resistance that conduction takes away",
+        "onset": "flow at which it begins to conduct",
+        "width": "how gradually it begins",
+        "sense": "direction in which it conducts",
+    }
     energy: ClassVar[str] = "signal"
 
     def parameters(self, element: str) -> tuple[Parameter, ...]:

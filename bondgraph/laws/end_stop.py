@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Annotated, Any, ClassVar
 
@@ -46,6 +46,11 @@ class EndStop(Law):
     slope_unit: str = "N/m"
     starts: ClassVar[tuple[str, ...]] = ("stiffness", "low", "high", "size", "unit", "slope_unit")
     name: ClassVar[str] = "end_stop"
+    meanings: ClassVar[Mapping[str, str]] = {
+        "k_s": "stiffness of the stop",
+        "low": "displacement at which the lower stop is met",
+        "high": "displacement at which the upper stop is met",
+    }
     energy: ClassVar[str] = "stores"
 
     def parameters(self, element: str) -> tuple[Parameter, ...]:

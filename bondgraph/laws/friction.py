@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -38,6 +38,9 @@ class Coulomb(Law):
     unit: str = "N"
     starts: ClassVar[tuple[str, ...]] = ("force", "unit")
     name: ClassVar[str] = "coulomb"
+    meanings: ClassVar[Mapping[str, str]] = {
+        "F_c": "friction level, the same at every speed",
+    }
     energy: ClassVar[str] = "dissipates"
     set_valued: ClassVar[bool] = True
     slides_level: ClassVar[bool] = True
@@ -81,6 +84,11 @@ class Stribeck(Law):
     flow_unit: str = "m/s"
     starts: ClassVar[tuple[str, ...]] = ("force", "drop", "speed", "unit", "flow_unit")
     name: ClassVar[str] = "stribeck"
+    meanings: ClassVar[Mapping[str, str]] = {
+        "F_c": "friction level at high speed",
+        "F_d": "by how much the level at rest is higher",
+        "f_s": "speed over which the level falls to that",
+    }
     energy: ClassVar[str] = "dissipates"
     set_valued: ClassVar[bool] = True
     closed: ClassVar[bool] = True
@@ -140,6 +148,9 @@ class Viscous(Law):
     unit: str = "N*s/m"
     starts: ClassVar[tuple[str, ...]] = ("coefficient", "unit")
     name: ClassVar[str] = "viscous"
+    meanings: ClassVar[Mapping[str, str]] = {
+        "b_2": "friction for each unit of speed",
+    }
     energy: ClassVar[str] = "dissipates"
 
     def parameters(self, element: str) -> tuple[Parameter, ...]:
@@ -170,6 +181,9 @@ class QuadraticDrag(Law):
     unit: str = "N*s2/m2"
     starts: ClassVar[tuple[str, ...]] = ("coefficient", "unit")
     name: ClassVar[str] = "quadratic_drag"
+    meanings: ClassVar[Mapping[str, str]] = {
+        "c_2": "effort for each square of the flow",
+    }
     energy: ClassVar[str] = "dissipates"
 
     def parameters(self, element: str) -> tuple[Parameter, ...]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -44,6 +44,13 @@ class FrictionAlongWay(WatchingLaw, DirectedFriction):
     way_unit: str = "m"
     starts: ClassVar[tuple[str, ...]] = ("beside", "force", "centre", "half", "unit", "way_unit")
     name: ClassVar[str] = "coulomb_along_way"
+    meanings: ClassVar[Mapping[str, str]] = {
+        "F_c": "friction level in the middle of the way",
+        "F_1": "change of the level over half of the way",
+        "F_2": "rise of the level towards both ends of the way",
+        "centre": "middle of the way",
+        "half": "half of the way",
+    }
 
     def parameters(self, element: str) -> tuple[Parameter, ...]:
         """``F_c``, ``F_1``, ``F_2``, then the fixed middle and half range."""
@@ -97,6 +104,11 @@ class FrictionUnderLoad(WatchingLaw, DirectedFriction):
     share_unit: str = "1"
     starts: ClassVar[tuple[str, ...]] = ("beside", "force", "share", "unit", "share_unit")
     name: ClassVar[str] = "coulomb_under_load"
+    meanings: ClassVar[Mapping[str, str]] = {
+        "F_c": "friction level without load",
+        "mu_1": "friction for each unit of the load, forwards",
+        "mu_2": "friction for each unit of the load, backwards",
+    }
 
     def parameters(self, element: str) -> tuple[Parameter, ...]:
         """``F_c``, ``mu_1`` and ``mu_2``."""

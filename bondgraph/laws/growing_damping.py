@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -48,6 +48,10 @@ class GrowingDamping(Law):
     way_unit: str = "m"
     starts: ClassVar[tuple[str, ...]] = ("rest", "loss", "reach", "size", "unit", "way_unit")
     name: ClassVar[str] = "growing_damping"
+    meanings: ClassVar[Mapping[str, str]] = {
+        "gamma": "damping for each square of the displacement",
+        "rest": "displacement at which nothing is lost",
+    }
     energy: ClassVar[str] = "dissipates"
     lives_in_time: ClassVar[bool] = True
     """The rate is the way of a step over its time."""

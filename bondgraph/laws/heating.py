@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -45,6 +45,11 @@ class SelfHeating(Law):
     flow_unit: str = "A"
     starts: ClassVar[tuple[str, ...]] = ("rise", "tau", "level", "unit", "flow_unit")
     name: ClassVar[str] = "self_heating"
+    meanings: ClassVar[Mapping[str, str]] = {
+        "r_heat": "change of the resistance at the reference flow once warm",
+        "tau_heat": "time constant of the warming",
+        "level": "reference flow",
+    }
     lives_in_time: ClassVar[bool] = True
     """Heat leaves with time."""
     flows: ClassVar[bool] = True

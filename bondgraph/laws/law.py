@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import inspect
 import math
+import re
 from abc import ABC, abstractmethod
 from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass, fields
@@ -61,6 +63,9 @@ class Law(ABC):
     follows: ClassVar[tuple[bool, ...]] = ()
     """One entry a memory state, if their number is fixed: whether at rest it is `s`, or else 0."""
 
+    meanings: ClassVar[Mapping[str, str]] = {}
+    """What each parameter is, by its name without the element; ``h_i`` is any numbered one."""
+
     starts: ClassVar[tuple[str, ...]] = ()
     """Fields that no equation uses: where a fit starts, typical sizes, units."""
 
@@ -74,6 +79,17 @@ class Law(ABC):
     def parameters(self, element: str) -> tuple[Parameter, ...]:
         """Parameters of the deviation, named after `element`."""
         return ()
+
+    def meaning(self, name: str) -> str:
+        """Return what a parameter is, named without the element; empty where nothing is told.
+
+        Examples
+        --------
+        >>> from bondgraph.laws import Coulomb
+        >>> Coulomb(0.8).meaning("F_c")
+        'friction level, the same at every speed'
+        """
+        return said_of(name, self.meanings)
 
     @property
     def slope(self) -> float | None:
@@ -205,6 +221,23 @@ class Law(ABC):
             lambda s: law(s, memories, parameters)[0],
             1, 1, NEWTON_STEPS,
         )  # fmt: skip
+
+
+def said_of(name: str, meanings: Mapping[str, str]) -> str:
+    """Return the words for a name, or for all numbered ones of its sort."""
+    return meanings.get(name) or meanings.get(re.sub(r"_\d+$", "_i", name), "")
+
+
+def law_words(law: type[Law]) -> str:
+    """Return a law in its own words: the first paragraph of its description, with its formula.
+
+    Examples
+    --------
+    >>> from bondgraph.laws import Coulomb
+    >>> law_words(Coulomb)
+    'Dry friction ``F_c sign(f)``; sticks exactly, without a regularising velocity.'
+    """
+    return " ".join(inspect.cleandoc(law.__doc__ or "").split("\n\n")[0].split())
 
 
 def split(column: Any) -> Sequence[Any]:

@@ -61,6 +61,10 @@ class LawSum(Law):
         if twice := sorted({n[:-2] for n in known if known.count(n) > 1}):
             raise UnusableInput(f"two laws of a sum have parameters {', '.join(twice)}; join them")
 
+    def meaning(self, name: str) -> str:
+        """As the first part that knows it."""
+        return next((said for law in self.parts if (said := law.meaning(name))), "")
+
     @property
     def energy(self) -> str:  # type: ignore[override]
         """Dissipates if a part does and no part is a mere signal; stores if all do."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -54,6 +54,12 @@ class LettingGo(WatchingLaw):
         "way_unit",
     )  # fmt: skip
     name: ClassVar[str] = "letting_go"
+    meanings: ClassVar[Mapping[str, str]] = {
+        "R_own": "resistance outside of the gap",
+        "gap": "half the width of the gap without damping",
+        "centre": "middle of that gap",
+        "depth": "way over which it grips behind the gap",
+    }
 
     def parameters(self, element: str) -> tuple[Parameter, ...]:
         """``R``, half width, middle, then the fixed depth."""

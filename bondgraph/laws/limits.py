@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -41,6 +41,11 @@ class Saturation(Law):
     unit: str = "V"
     starts: ClassVar[tuple[str, ...]] = ("low", "high", "knee", "unit")
     name: ClassVar[str] = "saturation"
+    meanings: ClassVar[Mapping[str, str]] = {
+        "low": "lower limit of the output",
+        "high": "upper limit of the output",
+        "knee": "how gradually it bends into the limits",
+    }
 
     def parameters(self, element: str) -> tuple[Parameter, ...]:
         """Lower limit, upper limit, knee."""
@@ -81,6 +86,10 @@ class DeadZone(Law):
     unit: str = "V"
     starts: ClassVar[tuple[str, ...]] = ("centre", "width", "size", "unit")
     name: ClassVar[str] = "dead_zone"
+    meanings: ClassVar[Mapping[str, str]] = {
+        "width": "half the range of the command without a response",
+        "centre": "middle of that range",
+    }
 
     def parameters(self, element: str) -> tuple[Parameter, ...]:
         """Half width and centre."""

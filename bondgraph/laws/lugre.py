@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -54,6 +54,13 @@ class LuGre(Law):
         "force", "drop", "speed", "bristle", "damping", "unit", "flow_unit",
     )  # fmt: skip
     name: ClassVar[str] = "lugre"
+    meanings: ClassVar[Mapping[str, str]] = {
+        "F_c": "friction level at high speed",
+        "F_d": "by how much the level near rest is higher",
+        "v_s": "speed over which the level falls",
+        "sigma_0": "stiffness of the contact before it slides",
+        "sigma_1": "damping of the contact before it slides",
+    }
     energy: ClassVar[str] = "dissipates"
     lives_in_time: ClassVar[bool] = True
     """The bristle bends in time."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -52,6 +52,10 @@ class Magnet(Law):
     way_unit: str = "m"
     starts: ClassVar[tuple[str, ...]] = ("force", "gap", "closest", "size", "unit", "way_unit")
     name: ClassVar[str] = "magnet"
+    meanings: ClassVar[Mapping[str, str]] = {
+        "F_g": "force at no displacement",
+        "gap": "distance at no displacement",
+    }
     energy: ClassVar[str] = "stores"
 
     def parameters(self, element: str) -> tuple[Parameter, ...]:

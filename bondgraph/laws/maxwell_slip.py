@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Sequence
+from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Annotated, Any, ClassVar
 
@@ -46,6 +46,12 @@ class MaxwellSlip(Law):
     flow_unit: str = "m/s"
     way_unit: str = "m"
     name: ClassVar[str] = "maxwell_slip"
+    meanings: ClassVar[Mapping[str, str]] = {
+        "F_i": "level of each spring that slips",
+        "r": "by what part the levels near rest are higher",
+        "f_s": "speed over which that excess falls",
+        "delta_i": "way after which each spring slips",
+    }
     energy: ClassVar[str] = "dissipates"
     lives_in_time: ClassVar[bool] = True
     """The way is the flow over time."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -25,6 +25,11 @@ class Onset(Stepwise):
     """
 
     name: ClassVar[str] = "onset"
+    meanings: ClassVar[Mapping[str, str]] = {
+        "h": "height of the step",
+        "t_0": "moment of the step",
+        "rise": "time that the step takes",
+    }
 
     def parameters(self, element: str) -> tuple[Parameter, ...]:
         """Height, time, rise time."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -39,6 +39,10 @@ class Orifice(Law):
     level_unit: str = "Pa"
     starts: ClassVar[tuple[str, ...]] = ("full", "level", "unit", "level_unit")
     name: ClassVar[str] = "orifice"
+    meanings: ClassVar[Mapping[str, str]] = {
+        "full": "flow at the reference effort",
+        "level": "reference effort",
+    }
     energy: ClassVar[str] = "dissipates"
     closed: ClassVar[bool] = True
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -42,6 +42,11 @@ class Overflow(SharedSlope):
     unit: str = "m3"
     starts: ClassVar[tuple[str, ...]] = (*SharedSlope.shared, "depth", "size", "top", "unit")
     name: ClassVar[str] = "overflow"
+    meanings: ClassVar[Mapping[str, str]] = {
+        "k_own": "slope of the store",
+        "depth": "how far the rim lies below the reference level",
+        "top": "reference level",
+    }
     energy: ClassVar[str] = "dissipates"
     follows: ClassVar[tuple[bool, ...]] = (False,)
     """Spilled so far."""

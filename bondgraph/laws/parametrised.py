@@ -132,6 +132,10 @@ class Parametrised(Law):
         ]
         return (*self.inner.parameters(element), *constants)
 
+    def meaning(self, name: str) -> str:
+        """As the law itself."""
+        return self.inner.meaning(name)
+
     def initial_memory(self, s: float) -> tuple[float, ...]:
         """As the law itself."""
         return self.inner.initial_memory(s)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import pi
 from typing import Any, ClassVar
@@ -43,6 +43,11 @@ class Periodic(Law):
     way_unit: str = "m"
     starts: ClassVar[tuple[str, ...]] = ("period", "size", "reach", "unit", "way_unit")
     name: ClassVar[str] = "periodic_force"
+    meanings: ClassVar[Mapping[str, str]] = {
+        "a": "amplitude of the sine along the way",
+        "b": "amplitude of the cosine along the way",
+        "period": "way after which it repeats",
+    }
     energy: ClassVar[str] = "stores"
 
     def parameters(self, element: str) -> tuple[Parameter, ...]:

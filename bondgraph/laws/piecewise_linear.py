@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -30,6 +30,9 @@ class PiecewiseLinear(Law):
     unit: str = "1"
     starts: ClassVar[tuple[str, ...]] = ("size", "unit")
     name: ClassVar[str] = "unnamed_curve"
+    meanings: ClassVar[Mapping[str, str]] = {
+        "c_i": "height of the curve at each knot",
+    }
     energy: ClassVar[str] = "signal"
 
     @property

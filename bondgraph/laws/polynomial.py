@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Annotated, Any, ClassVar
 
@@ -33,6 +33,11 @@ class Polynomial(Law):
     unit: str = "1"
     starts: ClassVar[tuple[str, ...]] = ("size", "unit")
     name: ClassVar[str] = "polynomial"
+    meanings: ClassVar[Mapping[str, str]] = {
+        "a_i": "part of each power of z, at the end of the range",
+        "centre_i": "middle of the range",
+        "half_i": "half of the range",
+    }
     energy: ClassVar[str] = "stores"
 
     def parameters(self, element: str) -> tuple[Parameter, ...]:

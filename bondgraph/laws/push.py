@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -32,6 +32,12 @@ class Push(Stepwise):
     end: float = 2.0
     starts: ClassVar[tuple[str, ...]] = (*Stepwise.starts, "end")
     name: ClassVar[str] = "push"
+    meanings: ClassVar[Mapping[str, str]] = {
+        "h": "height of the push",
+        "t_0": "moment at which it begins",
+        "t_1": "moment at which it ends",
+        "rise": "time that its edges take",
+    }
 
     def parameters(self, element: str) -> tuple[Parameter, ...]:
         """Height, begin, end, rise time."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -53,6 +53,11 @@ class Radiation(Law):
         "share", "surroundings", "coefficient", "resistance", "unit",
     )  # fmt: skip
     name: ClassVar[str] = "radiation"
+    meanings: ClassVar[Mapping[str, str]] = {
+        "R_own": "resistance at small differences",
+        "radiates": "part of the resistance that radiates",
+        "T": "absolute temperature of the surroundings",
+    }
     energy: ClassVar[str] = "signal"
 
     def parameters(self, element: str) -> tuple[Parameter, ...]:

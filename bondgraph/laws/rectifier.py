@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -30,6 +30,9 @@ class Rectifier(Law):
     amount: float = 1.0
     starts: ClassVar[tuple[str, ...]] = ("amount",)
     name: ClassVar[str] = "rectifier"
+    meanings: ClassVar[Mapping[str, str]] = {
+        "amount": "how much of the sign is lost: 0 nothing, 1/2 half wave, 1 all",
+    }
 
     def parameters(self, element: str) -> tuple[Parameter, ...]:
         """Amount, bounded by 0 and a full wave with some room for a gain of its own."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -40,6 +40,11 @@ class NonlinearResistance(Law):
     flow_unit: str = "A"
     starts: ClassVar[tuple[str, ...]] = ("size", "level", "unit", "flow_unit")
     name: ClassVar[str] = "nonlinear_resistance"
+    meanings: ClassVar[Mapping[str, str]] = {
+        "a_2": "even part of the curve, as the effort at the reference flow",
+        "a_3": "odd part of the curve, as the effort at the reference flow",
+        "level": "reference flow",
+    }
     energy: ClassVar[str] = "signal"
 
     def parameters(self, element: str) -> tuple[Parameter, ...]:

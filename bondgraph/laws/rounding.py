@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -54,6 +54,11 @@ class Rounding(Law):
     unit: str = "1"
     starts: ClassVar[tuple[str, ...]] = ("step", "origin", "amount", "unit")
     name: ClassVar[str] = "rounding"
+    meanings: ClassVar[Mapping[str, str]] = {
+        "amount": "how much is rounded: 0 nothing, 1 all",
+        "step": "step of the grid",
+        "origin": "a point of the grid",
+    }
 
     def parameters(self, element: str) -> tuple[Parameter, ...]:
         """Amount; step and origin fixed."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -49,6 +49,10 @@ class SaturatingInductance(Law):
     flux_unit: str = "V*s"
     starts: ClassVar[tuple[str, ...]] = ("change", "knee", "unit", "flux_unit")
     name: ClassVar[str] = "saturating_inductance"
+    meanings: ClassVar[Mapping[str, str]] = {
+        "c_s": "change of the reciprocal inductance beyond the knee",
+        "p_s": "flux linkage at the knee",
+    }
     energy: ClassVar[str] = "stores"
 
     def parameters(self, element: str) -> tuple[Parameter, ...]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -49,6 +49,10 @@ class SlewLimit(Law):
     falling: NonNegative = 0.01
     starts: ClassVar[tuple[str, ...]] = ("slowness", "size", "unit", "falling")
     name: ClassVar[str] = "slew_limit"
+    meanings: ClassVar[Mapping[str, str]] = {
+        "slowness": "time to follow a unit of the command, upwards where falling is its own",
+        "falling": "time to follow a unit of the command, downwards",
+    }
     lives_in_time: ClassVar[bool] = True
     """The largest change is proportional to the step."""
     follows: ClassVar[tuple[bool, ...]] = (True,)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -53,6 +53,11 @@ class StopSum(Law):
     speed: Positive = 1.0
     starts: ClassVar[tuple[str, ...]] = ("height", "scale", "unit")
     name: ClassVar[str] = "prandtl_ishlinskii"
+    meanings: ClassVar[Mapping[str, str]] = {
+        "h_i": "stiffness of each spring that slips",
+        "thresholds_i": "way after which each spring slips",
+        "b": "by how much the ways grow with speed",
+    }
     energy: ClassVar[str] = "dissipates"
 
     def parameters(self, element: str) -> tuple[Parameter, ...]:

@@ -47,6 +47,10 @@ class TimedSlope(Clocked):
         """Those of the course."""
         return self.course.parameters(element)
 
+    def meaning(self, name: str) -> str:
+        """As the course."""
+        return self.course.meaning(name)
+
     def deviation(self, ops: Ops, s: Any, memory: Sequence[Any], p: Sequence[Any]) -> Any:
         """Change of the slope at the end of the step, times `s`."""
         return s * self.course.deviation(ops, 0.0, memory, p)

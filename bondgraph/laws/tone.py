@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import pi
 from typing import Any, ClassVar
@@ -43,6 +43,11 @@ class Tone(Clocked):
     free_standing: bool = True
     starts: ClassVar[tuple[str, ...]] = ("frequency", "resolution", "size", "unit")
     name: ClassVar[str] = "tone"
+    meanings: ClassVar[Mapping[str, str]] = {
+        "a": "amplitude of the sine in time",
+        "b": "amplitude of the cosine in time",
+        "freq": "frequency",
+    }
 
     def parameters(self, element: str) -> tuple[Parameter, ...]:
         """Sine and cosine amplitude, frequency."""

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from bondgraph.drawing.panels import Panels
 from bondgraph.signals.decimation import thinned
 from bondgraph.signals.files.any_file import read_table
 from bondgraph.signals.files.arrays import pick_arrays
@@ -481,7 +482,7 @@ class Recording:
         """
         return write_csv(self, Path(path))
 
-    def plot(self) -> Any:
+    def plot(self) -> Panels:
         """Draw the channels over time; returns matplotlib axes, one a channel."""
         from bondgraph.drawing.courses import courses
 

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from bondgraph.drawing.courses import courses
+from bondgraph.drawing.panels import Panels
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.sensors import Sensor
 from bondgraph.signals.files.checks import optional
@@ -89,7 +90,7 @@ class Trajectory:
         pandas = optional("pandas", "to_pandas", "tables")
         return pandas.DataFrame(self.outputs, index=pandas.Index(self.time, name="t"))
 
-    def plot(self) -> Any:
+    def plot(self) -> Panels:
         """Draw the outputs over time; returns matplotlib axes, one an output."""
         return courses(self.time, self.outputs, self.units)
 

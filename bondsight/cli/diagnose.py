@@ -112,7 +112,10 @@ def diagnose_files(
         print(in_words(result))
         print(f"verdict: {path}\nreport:  {report}")
     if result.stopped:
-        print(f"bondsight: {result.stopped}", file=sys.stderr)
+        if options.json:  # else it stands among the words
+            print(f"bondsight: {result.stopped}", file=sys.stderr)
+        elif limit is None:
+            print("bondsight: stopped; what was found by then is written", file=sys.stderr)
         return INTERRUPTED if limit is None else 0, result
     return 0, result
 

@@ -10,12 +10,15 @@ from typing import Any
 def add_explain_command(verbs: Any) -> None:
     """Add the command to the parser's verbs."""
     p = verbs.add_parser("explain", help="say a verdict file again in plain words")
-    p.add_argument("verdict", type=Path, help="a verdict.json that bondsight diagnose wrote")
+    p.add_argument(
+        "verdict", type=Path, help="a verdict.json that bondsight diagnose wrote, or its folder"
+    )
     p.set_defaults(run=_explain)
 
 
 def _explain(options: argparse.Namespace) -> int:
     from identification.diagnosis.verdict import read_verdict, retold
 
-    print(retold(read_verdict(options.verdict)))
+    given = options.verdict
+    print(retold(read_verdict(given / "verdict.json" if given.is_dir() else given)))
     return 0

@@ -89,7 +89,7 @@ def describe(truth: ExamTruth) -> str:
 
 
 def _size(moved: float) -> str:
-    return f", {moved:.2g} times the noise" if math.isfinite(moved) else ""
+    return f", which moves a reading by {moved:.2g} times the noise" if math.isfinite(moved) else ""
 
 
 def summary(found: Sequence[Outcome], seconds: float) -> str:

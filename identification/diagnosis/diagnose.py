@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from bondgraph.drawing.panels import Panels
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.checking import require_graph
 from bondgraph.graph.sensors import Sensor
@@ -185,7 +186,7 @@ class Diagnosis:
     def _repr_html_(self) -> str:
         return presentation.cell(self)
 
-    def plot(self) -> Any:
+    def plot(self) -> Panels:
         """Draw readings and what is left of them, before and after; returns axes, (n_y, 2)."""
         return presentation.plotted(self)
 
@@ -500,7 +501,8 @@ def _with_rest(result: Diagnosis, whole: Split) -> Diagnosis:
     if quiet and not left.is_noise(result.limits.noise):
         steps = (*result.steps[:-1], _unexplained(result.steps[-1], left))
         result = replace(result, kind="unknown_physics", steps=steps)
-    return replace(result, left=left, regions_left=where)
+    steps = (*result.steps[:-1], result.steps[-1].with_rest(left))
+    return replace(result, left=left, regions_left=where, steps=steps)
 
 
 def _where(result: Diagnosis, whole: Split) -> tuple[Region, ...]:

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from bondgraph.drawing.panels import Panels
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.sensors import Sensor
 from bondgraph.signals.recording import Recording
@@ -276,7 +277,7 @@ class Estimation:
             "what the recording shows as noise (the cost is over the noise that the fit took)"
         ]
 
-    def plot(self, record: int = 0) -> Any:
+    def plot(self, record: int = 0) -> Panels:
         """Draw the readings of a recording beside the fit; returns axes, shape (n_y, 2).
 
         What is left is drawn over the noise that was given, or that the recording declares; else

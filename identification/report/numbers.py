@@ -38,6 +38,33 @@ def axis_scale(unit: str, size: float) -> tuple[float, str]:
     return factor, shown
 
 
+def times_noise(mean_square: float) -> float:
+    """Return the one measure of a misfit that texts tell: root mean square over the noise.
+
+    Parameters
+    ----------
+    mean_square : float
+        Of what is left, in units of the noise's variance; scores and intervals reckon in it.
+
+    Examples
+    --------
+    >>> times_noise(9.0)
+    3.0
+    """
+    return math.sqrt(mean_square) if mean_square >= 0 else math.nan
+
+
+def sureness(errors: float) -> str:
+    """Say by how many standard errors something is better: what engineers call z.
+
+    Examples
+    --------
+    >>> sureness(99.26)
+    '99.3 standard errors better'
+    """
+    return f"{errors:.{0 if abs(errors) >= 100 else 1}f} standard errors better"
+
+
 def superscript(power: int) -> str:
     """Integer as superscript characters."""
     return str(power).translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 import numpy as np
 
+from bondgraph.drawing.panels import Panels
 from bondgraph.signals.recording import Split
 from bondgraph.signals.split import stretches
 from bondgraph.support.arrays import Array
@@ -20,7 +20,7 @@ def readings_drawn(
     split: Split,
     fits: Sequence[tuple[str, Array, Array]],
     measures: Mapping[str, str] | None = None,
-) -> Any:
+) -> Panels:
     """Draw readings beside what fits make of them; held-out stretches are shaded.
 
     Parameters
@@ -38,7 +38,7 @@ def readings_drawn(
 
     Returns
     -------
-    ndarray of matplotlib Axes, shape (n_y, 2)
+    Panels of matplotlib Axes, shape (n_y, 2)
     """
     import matplotlib as mpl
     from matplotlib.figure import Figure
@@ -66,4 +66,4 @@ def readings_drawn(
         axes[0, 1].set_title("shaded: held out", loc="right")
         for ax in axes[-1]:
             ax.set_xlabel("time, s")
-    return axes
+    return Panels.of(axes)

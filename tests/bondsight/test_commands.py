@@ -145,6 +145,9 @@ def test_what_is_stopped_in_its_first_step_is_written(
     monkeypatch.setattr(whole, "steps", stopped)
     assert main([*carriage, *more]) == code
     assert {f.name for f in (tmp_path / "out").iterdir()} == {"report.html", "verdict.json"}
+    said = capsys.readouterr()
+    assert (said.out + said.err).count(whole.STOPPED_AT_ONCE) == 1  # it was told twice
+    assert main([*carriage, *more, "--json"]) == code
     assert f"bondsight: {whole.STOPPED_AT_ONCE}" in capsys.readouterr().err
 
 

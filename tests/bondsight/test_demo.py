@@ -231,7 +231,7 @@ def test_words(monkeypatch: pytest.MonkeyPatch) -> None:
         "leakage", frozenset({"leakage"}), "storage", frozenset(), frozenset({"C_1"}), "leak", 12.3
     )
     truth = ExamTruth("demo-1", "single", "tanks", (effect,), {}, {})
-    assert describe(truth) == "leakage at C_1, 12 times the noise"
+    assert describe(truth) == "leakage at C_1, which moves a reading by 12 times the noise"
     assert describe(replace(truth, effects=())) == "nothing was concealed"
     right = on_bench(monkeypatch, "none", "explained", "")
     text = summary([right, on_bench(monkeypatch, "quadratic_drag", "explained", "")], 2.0)

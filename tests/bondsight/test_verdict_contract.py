@@ -72,6 +72,11 @@ def contract(v: dict[str, Any]) -> None:
         assert all(isinstance(t, str) for t in (*left["place"], *left["regions"]))
     assert set(v["remaining"]) <= set(v["fit"]["noise_floor"])
     assert all(isinstance(a, str) and "\n" not in a for a in v["advice"])
+    assert all(isinstance(r, str) for r in v["regions"])
+    for step in v["steps"]:
+        assert set(step) == {"before", "reasons", "tried"}
+        for t in step["tried"]:
+            assert set(t) == {"effect", "element", "over_noise", "behind", "why"}
     assert isinstance(v["seconds"], int | float)
     assert isinstance(v["seed"], int)
     if v["verdict"] in ("explained", "parameters_only", "insufficient_data"):
@@ -82,7 +87,7 @@ def contract(v: dict[str, Any]) -> None:
         assert set(f) == {
             "location", "answer", "effect", "family", "kind", "law", "law_fit", "confidence",
             "probability", "parameters", "also_possible", "share_of_misfit_explained",
-            "constants", "kind_words", "sentence",
+            "constants", "kind_words", "sentence", "formula",
         }  # fmt: skip
         assert f["answer"] in {"exact", "approximate", "family", "look_alikes", "kind", "unknown"}
         assert f["kind"] in {"", *PHYSICS}
@@ -96,10 +101,10 @@ def contract(v: dict[str, Any]) -> None:
         assert f["effect"] == "unknown" or f["effect"] in EFFECTS[f["family"]]
         assert 0 <= f["confidence"] <= 1
         for p in f["parameters"]:
-            assert set(p) == {"name", "value", "unit", "ci95"}
+            assert set(p) == {"name", "value", "unit", "ci95", "meaning"}
             assert len(p["ci95"]) == 2
         for p in f["constants"]:
-            assert set(p) == {"name", "value", "unit"}
+            assert set(p) == {"name", "value", "unit", "meaning"}
         for p in f["also_possible"]:
             assert set(p) == {"effect", "element", "evidence"}
             assert any(p["effect"] in names for names in EFFECTS.values())

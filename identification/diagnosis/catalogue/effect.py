@@ -160,6 +160,10 @@ class Effect:
     source: ClassVar[str] = ""
     richer: ClassVar[tuple[str, ...]] = ()
     """Laws that `forms` and `refinements` may give."""
+    laws: ClassVar[tuple[type[Law], ...]] = ()
+    """Classes of what `made` gives, the usual one first: their words and formulas are shown."""
+    meanings: ClassVar[Mapping[str, str]] = {}
+    """What the parameters are that belong to no law, as in `Law.meanings`."""
     costly: ClassVar[bool] = False
     """Leaves the exact engine: fitted only where the screening puts it among the first."""
 

@@ -1,9 +1,15 @@
-"""The catalogue in words: as a table, or one effect in full."""
+"""The catalogue in words: as a table, or one effect in full with its law's own words."""
 
 from __future__ import annotations
 
+import inspect
+from collections.abc import Iterator
+
+from bondgraph.laws.law import Law, law_words
 from identification.diagnosis.catalogue import CATALOGUE, by_name
+from identification.diagnosis.catalogue.effect import Effect
 from identification.report.tables import markdown
+from identification.report.words import spaced
 
 
 def catalogue_table() -> str:
@@ -15,17 +21,66 @@ def catalogue_table() -> str:
 def described(name: str) -> str:
     """Return everything the catalogue says of one effect, one line each.
 
+    The name of a law that one effect has is understood too.
+
     Raises
     ------
     UnknownName
         If there is none of that name; the nearest names are given.
     """
-    e = by_name(name)
+    known = [e for e in CATALOGUE if e.law == name]
+    e = known[0] if len(known) == 1 else by_name(name)
     lines = [f"{e.name} ({e.family}): {e.sentence}"]
     said = (
-        ("law", e.law), ("looks like", e.looks), ("contains", ", ".join(e.simpler)),
+        ("law", f"{e.law}: {formula(e).replace('`', '')}"), *parameters(e),
+        ("looks like", e.looks), ("contains", ", ".join(e.simpler)),
         ("richer laws", ", ".join(e.richer)),
         ("confused with", ", ".join(e.confused_with)), ("separated by", e.separated_by),
         ("source", e.source),
     )  # fmt: skip
     return "\n".join([*lines, *(f"  {word}: {text}" for word, text in said if text)])
+
+
+def formula(e: Effect) -> str:
+    """Return the law of an effect in its own words, where its formula stands.
+
+    An effect that is no law at an element is described as a whole.
+    """
+    if e.laws:
+        return " ".join(map(law_words, e.laws))
+    return " ".join(inspect.cleandoc(type(e).__doc__ or "").split("\n\n")[0].split())
+
+
+def parameters(e: Effect) -> Iterator[tuple[str, str]]:
+    """Yield the name of each parameter of an effect's law, without its element, and what it is."""
+    said = dict(e.meanings)
+    units: dict[str, str] = {}
+    for law in e.laws:
+        said = {**law.meanings, **said}
+        units |= usual_units(law)
+    for name, meaning in said.items():
+        unit = units.get(name, "")
+        yield f"  {name}", f"{meaning} (in {unit}, say)" if unit not in ("", "1") else meaning
+
+
+def usual_units(law: type[Law]) -> dict[str, str]:
+    """Return units of parameters where nothing is said of the element; none where that is needed.
+
+    Examples
+    --------
+    >>> from bondgraph.laws import Stribeck
+    >>> usual_units(Stribeck)
+    {'F_c': 'N', 'F_d': 'N', 'f_s': 'm/s'}
+    """
+    try:
+        made = law()
+    except TypeError:  # some need to know their place
+        return {}
+    return {p.name.removesuffix("_"): p.unit for p in made.parameters("")}
+
+
+def spoken(text: str) -> str:
+    """Replace the names of effects by words."""
+    for e in CATALOGUE:
+        text = text.replace(e.name, spaced(e.name))
+    return text

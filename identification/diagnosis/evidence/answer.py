@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import MappingProxyType
 
 from identification.diagnosis.evidence.kind_score import KindScore
@@ -71,6 +71,17 @@ class Decision:
         """Return one line; all that was fitted would fill pages."""
         what = self.chosen.label if self.chosen is not None else self.physics
         return f"<Decision {' '.join(filter(None, (self.kind, self.answer, what)))}>"
+
+    def with_rest(self, left: Remaining) -> Decision:
+        """Return it with what is left on all held-out samples, in its reasons too.
+
+        It was decided on those that choices may look at; a reader is told one number. What names an
+        effect tells what that gains, and stays.
+        """
+        if self.kind == "missing_physics" or self.remaining is None:
+            return self
+        told, now = self.remaining.words, left.words
+        return replace(self, reasons=tuple(r.replace(told, now) for r in self.reasons))
 
     @property
     def possible(self) -> tuple[Candidate, ...]:

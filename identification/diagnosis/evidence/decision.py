@@ -43,6 +43,7 @@ from identification.diagnosis.evidence.unseen import (
 )
 from identification.diagnosis.localisation.structural_classes import Isolability
 from identification.diagnosis.search.candidates import Candidate
+from identification.report.numbers import sureness, times_noise
 
 PART = 0.2
 """Part of the misfit above the noise that an effect must remove to be what is told of it."""
@@ -369,8 +370,9 @@ def _named(
     way = "lowers" if chosen.trial.test < e.nominal else "raises"
     reasons = [
         *quiet.reasons,
-        f"{chosen.trial.label} {way} the held-out mean square from {e.nominal:.4g} to "
-        f"{chosen.trial.test:.4g} times the floor (z {e.plain.behind(chosen.score):.1f})",
+        f"{chosen.trial.label} {way} what is left of all readings together from "
+        f"{times_noise(e.nominal):.4g} to {times_noise(chosen.trial.test):.4g} times the noise on "
+        f"held-out samples, {sureness(e.plain.behind(chosen.score))}",
         f"the law explains {100 * fit:.0f} % of what any form could explain there"
         if here is not None
         else "no free form could be tried there",

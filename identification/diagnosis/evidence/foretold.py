@@ -15,6 +15,7 @@ from identification.diagnosis.evidence.hypotheses import Evidence, Scored, Thres
 from identification.diagnosis.evidence.kind_score import KindScore
 from identification.diagnosis.evidence.kinds_told import CURVES, RICHER
 from identification.diagnosis.evidence.shares import together
+from identification.report.numbers import times_noise
 
 FORETOLD = 0.1
 """Part of the held-out misfit that a law leaves at most if it foretells it."""
@@ -52,8 +53,9 @@ def foretold(
         return None
     left = [here, *(k for k in kinds if k is not here and k in _held_by(best, kinds))]
     reason = (
-        f"{best.trial.label} foretells the held-out samples ({best.trial.test:.3g} times the floor "
-        f"of {e.nominal:.3g}), no law of another kind or place does ({near:.3g} at least)"
+        f"{best.trial.label} foretells the held-out samples (to {times_noise(best.trial.test):.3g} "
+        f"times the noise, without it {times_noise(e.nominal):.3g}), no law of another kind or "
+        f"place does ({times_noise(near):.3g} at least)"
     )
     return left, replace(e, laws=tuple(s for s in e.laws if alike(s))), best, reason
 

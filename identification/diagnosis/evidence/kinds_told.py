@@ -13,6 +13,7 @@ from identification.diagnosis.evidence.block_score import BlockScore
 from identification.diagnosis.evidence.hypotheses import Evidence, Hypothesis, Scored, Thresholds
 from identification.diagnosis.evidence.kind_score import KindScore
 from identification.diagnosis.evidence.shares import ANYTHING, explained, law_fit, together
+from identification.report.numbers import sureness
 
 EXACT = 0.97
 """Part of what its kind explains from which a law is called exact."""
@@ -141,7 +142,7 @@ def kind_told(
     placed = len(set(places)) <= PLACES and (kind.kind not in ANYTHING or gain > CLEAR * t.z)
     if not placed:
         physics = ""
-    reasons = [f"no law of the catalogue fits; {kind.label} does better (z {gain:.1f})"]
+    reasons = [f"no law of the catalogue fits; {kind.label} does better, {sureness(gain)}"]
     fit = float("nan")
     if law is not None:
         fit = law_fit(law, kind, e)

@@ -100,11 +100,16 @@ class Remaining:
         return f"{name} is {self.most_of(names):.3g} times {level}"
 
 
+def level_of(fit: Fit, part: str = "test") -> Array:
+    """Return what a fit leaves of each reading, rms over the noise, shape (n_y,)."""
+    r = fit.residuals(part) / fit.problem.data.floor
+    return lasting(r) if r.size else np.zeros(len(fit.problem.data.names))
+
+
 def remaining(fit: Fit) -> Remaining:
     """Measure what a fit leaves."""
-    data = fit.problem.data
+    data, level = fit.problem.data, level_of(fit)
     r = fit.residuals("test") / data.floor
-    level = lasting(r) if r.size else np.zeros(len(data.names))
     grows, sure = {}, data.sure
     for c, n in enumerate(data.names):
         if not LEVEL < level[c] < (np.inf if sure[c] else WHITE):

@@ -48,7 +48,7 @@ def advice(d: Diagnosis, frequencies: Array) -> tuple[str, ...]:
     lines += [e.sentence for e in d.experiments[:2]]
     if d.kind == "missing_physics" and d.left is not None and not d.left.is_noise(d.limits.noise):
         lines.append(
-            f"the repaired model is better, not complete: it leaves {d.left.most:.2g} times the "
+            f"the repaired model is better, not complete: it leaves {d.left.most:.3g} times the "
             "noise; record another amplitude, another speed, a rest after a step, and diagnose "
             "all recordings together"
         )

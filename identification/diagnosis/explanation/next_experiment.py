@@ -71,8 +71,8 @@ class Experiment:
         """For a list of advice."""
         a, b = self.rivals
         return (
-            f"{self.words}: expected separation of {a} from {b}: z = {self.expected_z:.2g} "
-            f"(now {self.now_z:.2g})"
+            f"{self.words}: expected to tell {a} from {b} by {self.expected_z:.2g} standard errors "
+            f"({self.now_z:.2g} now)"
         )
 
 

@@ -10,6 +10,7 @@ from bondgraph.graph.elements import C, I, R
 from bondgraph.support.errors import BondsightError
 from identification.diagnosis.evidence.answer import Decision
 from identification.diagnosis.evidence.remaining import growing
+from identification.diagnosis.explanation.colour import colour_notes
 from identification.diagnosis.screening.mixups import in_doubt
 from identification.diagnosis.search.candidates import Candidate
 from identification.diagnosis.search.hold_choice import hold_margin
@@ -48,7 +49,7 @@ def notes_of(
     data, declared = nominal.problem.data, nominal.problem.graph.parameters
     floor = dict(zip(data.names, map(float, data.floor), strict=True))
     return (
-        *in_doubt(last, declared, taken_over(last, named)),
+        *in_doubt(last, declared, taken_over(last, named)), *colour_notes(last),
         *material.recording.notes, *notes_on_size(last, named),
         *_chosen(last, holds),
         *_noise_notes(material.read, floor, material.given, _estimated(data)),

@@ -10,6 +10,7 @@ from bondgraph.support.errors import UnusableInput
 from identification.report.tables import library
 
 if TYPE_CHECKING:
+    from bondgraph.drawing.panels import Panels
     from identification.diagnosis.diagnose import Diagnosis
 
 
@@ -36,12 +37,12 @@ def cell(d: Diagnosis) -> str:
     )
 
 
-def plotted(d: Diagnosis) -> Any:
+def plotted(d: Diagnosis) -> Panels:
     """Draw every reading as measured, before and after, and what is left of it over the noise.
 
     Returns
     -------
-    ndarray of matplotlib Axes, shape (n_y, 2)
+    Panels of matplotlib Axes, shape (n_y, 2)
 
     Raises
     ------

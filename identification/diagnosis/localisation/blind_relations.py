@@ -32,6 +32,7 @@ from identification.diagnosis.screening.port_response import Probes, probes
 from identification.estimation.brief import brief, carried
 from identification.estimation.single_record import Fit
 from identification.estimation.threads import single_threaded
+from identification.report.numbers import times_noise
 from identification.study.residual import (
     Point,
     ResidualEvaluation,
@@ -118,10 +119,11 @@ class BlindRelation:
         names = ", ".join(self.ports)
         if not self.decided:
             return f"blind to {names}: nothing is left that could tell, so that it is not excluded"
-        said = f"blind to {names}: {self.train:.3g} of the floor (held out {self.test:.3g})"
+        left, held_out = times_noise(self.train), times_noise(self.test)
+        said = f"blind to {names}: {left:.3g} times the noise (held out {held_out:.3g})"
         if self.compatible:
             return f"{said}; the mismatch may sit there alone"
-        return f"{said}, z = {self.z:.3g}; something is missing elsewhere"
+        return f"{said}, {self.z:.3g} standard errors above it; something is missing elsewhere"
 
 
 @single_threaded

@@ -14,18 +14,20 @@ from bondgraph.equations.derivation import equations
 from bondgraph.equations.system import System
 from bondgraph.export.latex import deviation_name, latex, law_name, ordered, pretty, tex
 from bondgraph.graph.bond_graph import BondGraph
-from bondgraph.graph.elements import C, Element, I, R, Source
+from bondgraph.graph.elements import C, I, R, Source
 from bondgraph.graph.parameter import symbol
 from bondgraph.graph.sensors import Sensor
 from bondgraph.support.errors import BondsightError
-from bondgraph.support.ops import SYMPY
 from identification.diagnosis.catalogue.places import law_of
-from identification.diagnosis.report.law import variable_names
+from identification.diagnosis.explanation.law_formula import (
+    LONGEST,
+    argument_of,
+    argument_words,
+    deviation_of,
+)
 from identification.diagnosis.search.candidates import Candidate
 from identification.report.canvas import inline
 from identification.report.style import PLOT
-
-LONGEST = 420
 
 
 @dataclass(frozen=True)
@@ -108,7 +110,7 @@ def whole_law(trial: Candidate) -> str:
         return rf"{n}^{{\mathrm{{reading}}}}(s) = s + {w}"
     if not isinstance(e, C | I | R):
         return ""
-    slope, s = sp.sympify(graph.slope(e)), _argument(e)
+    slope, s = sp.sympify(graph.slope(e)), argument_of(e)
     return rf"{n}({s}) = {tex(slope)}\,{s} + {w}"
 
 
@@ -121,12 +123,12 @@ def definition(trial: Candidate) -> tuple[str, str]:
     graph = trial.fit.problem.graph
     e, n = graph[trial.element], pretty(trial.element)
     w = deviation_name(trial.element)
-    found, law = _deviation(trial), law_of(e)
+    found, law = deviation_of(trial), law_of(e)
     if found is not None and law is not None:
         watched = law.watched
-        named = f"({_argument(e)}, {tex(symbol(watched))})" if watched else f"({_argument(e)})"
+        named = f"({argument_of(e)}, {tex(symbol(watched))})" if watched else f"({argument_of(e)})"
         also = f", {watched} is read beside it" if watched else ""
-        return f"{w}{named} = {tex(found)}", _argument_words(graph, e) + also
+        return f"{w}{named} = {tex(found)}", argument_words(graph, e) + also
     sign = "" if isinstance(e, C) else "-"
     formulas = {
         "hysteresis": (
@@ -136,7 +138,7 @@ def definition(trial: Candidate) -> tuple[str, str]:
         "polynomial_with_loss": (
             rf"{w}(s, \dot{{s}}) = a_2\,z^2 + a_3\,z^3 + \gamma\,(s - s_r)^2\,\dot{{s}},"
             r"\quad z = (s - s_0)/s_1",
-            f"{_argument_words(graph, e)}, s_0 and s_1 the centre and half-width of its range, "
+            f"{argument_words(graph, e)}, s_0 and s_1 the centre and half-width of its range, "
             "s_r where nothing is lost",
         ),
         "creep": (
@@ -151,43 +153,6 @@ def definition(trial: Candidate) -> tuple[str, str]:
     }
     made = trial.insertion
     return formulas.get(made.law if made.form else trial.effect, ("", ""))
-
-
-def _deviation(trial: Candidate) -> sp.Expr | None:
-    """Return what a law without memory adds, from the law itself; None where that says little."""
-    e = trial.fit.problem.graph[trial.element]
-    law = law_of(e)
-    watched = (symbol(law.watched),) * 2 if law is not None and law.watched else ()
-    if law is None or law.timed or law.n_memory != len(watched):
-        return None
-    names = [symbol(p.name) for p in law.parameters(trial.element)]
-    made = sp.sympify(law.deviation(SYMPY, sp.Symbol(_argument(e)), watched, names))
-    made = made.xreplace({f: _round(f) for f in made.atoms(sp.Float)})
-    made = min(made, sp.factor_terms(made), key=sp.count_ops)
-    short = not made.atoms(sp.Piecewise, sp.floor) and len(tex(made)) < LONGEST
-    return made if short else None
-
-
-def _round(number: sp.Float) -> sp.Expr:
-    """Return a plain fraction of 1 or of pi where a number is one."""
-    for unit in (sp.Integer(1), sp.pi):
-        share = sp.nsimplify(number / unit, rational=True)
-        if share.is_Rational and share.q < SMALL:
-            return share * unit
-    return number
-
-
-SMALL = 9
-"""Denominators below this are no measured number."""
-
-
-def _argument(e: Element) -> str:
-    kinds = {Source: "u", R: "v", I: "p"}
-    return next((letter for kind, letter in kinds.items() if isinstance(e, kind)), "s")
-
-
-def _argument_words(graph: BondGraph, e: Element) -> str:
-    return f"{_argument(e)} is the {variable_names(graph, e.name)[2]}"
 
 
 def math_svg(tex: str, name: str, size: float = 13.0) -> str:

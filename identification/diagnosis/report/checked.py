@@ -5,17 +5,17 @@ from __future__ import annotations
 import numpy as np
 
 from identification.diagnosis.catalogue import CATALOGUE
+from identification.diagnosis.catalogue.words import spoken
 from identification.diagnosis.diagnose import Diagnosis
 from identification.diagnosis.localisation.blind_relations import BlindRelation
 from identification.diagnosis.localisation.places_without_name import located
 from identification.diagnosis.localisation.recording import axes_of
-from identification.diagnosis.report.evidence import spoken
 from identification.diagnosis.report.found import NAMED, found_of, places_of
 from identification.diagnosis.report.views import unit_of
 from identification.diagnosis.screening.score_test import Screened
 from identification.diagnosis.verdict.text import hints
 from identification.report import html
-from identification.report.numbers import interval, percent, short
+from identification.report.numbers import interval, percent, short, times_noise
 
 SCREENED = 15
 
@@ -50,8 +50,9 @@ def _relations(d: Diagnosis) -> list[str]:
     if not d.relations:
         return []
     words = (
-        "Each relation leaves out what one class of ports could do, and is fitted on its own. If "
-        "the mismatch sits in that class, its relation stays at the noise (1); every other rises."
+        "Each row is what the model says of the readings whatever the named elements do, fitted on "
+        "its own. If what is missing sits in them, that row stays at the noise (1), and every "
+        "other lies above it."
     )
     readings = d.nominal.problem.data.names if d.nominal is not None else ()
     place = located(d.relations, readings)
@@ -59,16 +60,16 @@ def _relations(d: Diagnosis) -> list[str]:
         [", ".join(r.ports), _number(r.train), _number(r.test), _so(r, place)] for r in d.relations
     ]
     kinds = ["named" if r.compatible or r.ports[0] in place else "" for r in d.relations]
-    heads = ("blind to", "misfit / floor, train", "held out", "so")
+    heads = ("leaves out", "times the noise, train", "held out", "so")
     return [
-        html.heading("relations blind to one place"),
+        html.heading("what can be said without each place"),
         html.paragraph(words),
         html.table(heads, rows, (1, 2), kinds),
     ]
 
 
 def _number(misfit: float) -> str:
-    return short(misfit) if np.isfinite(misfit) else ""
+    return short(times_noise(misfit)) if np.isfinite(misfit) else ""
 
 
 def _so(r: BlindRelation, place: tuple[str, ...]) -> str:
@@ -89,9 +90,11 @@ def _screening(d: Diagnosis) -> str:
     ]
     words = (
         f"{len(d.ranking)} pairs of effect and place were screened by one linear step; the best "
-        "were then fitted. Share of the training misfit that the step would remove:"
+        "were then fitted. Share of the training misfit that the step would remove, and how many "
+        "standard errors that is from nothing:"
     )
-    return html.folded(words, html.table(("effect and place", "share", "z"), rows, (1, 2)))
+    heads = ("effect and place", "share", "standard errors")
+    return html.folded(words, html.table(heads, rows, (1, 2)))
 
 
 def _screened(s: Screened) -> str:

@@ -6,17 +6,21 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from identification.diagnosis.catalogue import CATALOGUE
+from identification.diagnosis.catalogue.words import spoken
 from identification.diagnosis.diagnose import Diagnosis
 from identification.diagnosis.evidence.answer import Decision
+from identification.diagnosis.explanation.colour import COLOURED
+from identification.diagnosis.explanation.rivals import Standing, nominal_misfit, standings, title
 from identification.diagnosis.report.found import found_of
-from identification.diagnosis.report.rivals import Standing, nominal_misfit, standings, title
 from identification.diagnosis.verdict.document import law_constants
 from identification.estimation.estimates import Estimate
 from identification.report import html
-from identification.report.numbers import interval, quantity, short
-from identification.report.words import spaced
+from identification.report.numbers import interval, quantity, short, times_noise
 
+INTERVALS = (
+    "The intervals are the wider ones of two: those of white noise, and robust ones from how much "
+    "stretches of the recording differ (block sandwich), which hold for coloured residuals too."
+)
 KINDS = {"winner": "named", "alike": "maybe", "locates": "quiet"}
 SHOWN = 12
 """Rivals that are listed; the others are behind a line."""
@@ -41,9 +45,10 @@ def rivals(d: Diagnosis) -> str:
     if not parts:
         return ""
     explained = (
-        "The misfit is the held-out mean square residual over the noise floor, so 1 is noise; the "
-        "bar is its logarithm. z is by how many standard errors one lies behind the best, which "
-        "is shown as refitted on all training samples, none left out."
+        "What an effect leaves is the root mean square of the residuals of all readings together "
+        "over their noise, on the held-out samples that choices look at, so 1 is noise; the bar is "
+        "its logarithm. Behind the best by less than 3 standard errors is a difference that may be "
+        "chance. The best is shown as refitted on all training samples, none left out."
     )
     return html.section("The rivals, and why they lost", html.paragraph(explained), *parts)
 
@@ -61,7 +66,8 @@ def _rival_tables(found: Sequence[Standing], nominal: float) -> list[str]:
 
     def size(v: float, role: str) -> list[str]:
         length = float((np.log(v) - low) / (high - low)) if np.isfinite(v) and v > 0 else 1.0
-        return [html.bar(length, role), short(v) if v < DIVERGED * nominal else "diverges"]
+        told = short(times_noise(v)) if v < DIVERGED * nominal else "diverges"
+        return [html.bar(length, role), told]
 
     rows = [["the model as it is", *size(nominal, "nominal"), "", "", ""]]
     for s in found:
@@ -70,7 +76,10 @@ def _rival_tables(found: Sequence[Standing], nominal: float) -> list[str]:
         name = title(s.trial) + ("" if s.trial.home else " (unusual place)")
         rows.append([name, *size(s.trial.test, s.role), z, share, s.why])
     kinds = ["", *(KINDS.get(s.role, "") for s in found)]
-    heads = ("effect and place", "", "misfit / floor", "z behind", "explained", "why it lost")
+    heads = (
+        "effect and place", "", "leaves, times the noise", "behind, standard errors", "explained",
+        "why it lost",
+    )  # fmt: skip
     first, rest = slice(0, SHOWN + 1), slice(SHOWN + 1, None)
     return [
         html.table(heads, rows[first], (2, 3, 4), kinds[first]),
@@ -79,13 +88,6 @@ def _rival_tables(found: Sequence[Standing], nominal: float) -> list[str]:
             html.table(heads, rows[rest], (2, 3, 4), kinds[rest]),
         ),
     ]
-
-
-def spoken(text: str) -> str:
-    """Replace the names of effects by words."""
-    for e in CATALOGUE:
-        text = text.replace(e.name, spaced(e.name))
-    return text
 
 
 def parameters(d: Diagnosis) -> str:
@@ -125,6 +127,8 @@ def parameters(d: Diagnosis) -> str:
         html.table(
             ("nuisance", "fitted", "95 % interval", "remark"), [row(e) for e in f.nuisances], (1, 2)
         ),
+        html.paragraph(INTERVALS),
+        html.bullets(n for n in d.notes if n.startswith(COLOURED)),
         html.paragraph(
             f"The fit {'' if f.status.value.startswith('stopped') else 'has '}{f.status.value}."
         ),

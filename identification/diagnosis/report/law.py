@@ -8,13 +8,12 @@ import numpy as np
 import sympy as sp
 
 from bondgraph.graph.bond_graph import BondGraph
-from bondgraph.graph.elements import C, I, R, Source
-from bondgraph.graph.sensors import Sensor
+from bondgraph.graph.elements import C, I, R
 from bondgraph.simulation.exact_run import prepare, run_prepared
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import BondsightError
 from identification.diagnosis.catalogue.places import law_of
-from identification.diagnosis.localisation.recording.variables import variables_of
+from identification.diagnosis.explanation.law_formula import variable_names
 from identification.diagnosis.screening.observation import traced
 from identification.diagnosis.search.candidates import Candidate
 from identification.estimation.single_record import Fit
@@ -110,20 +109,3 @@ def slope_of(graph: BondGraph, element: str, values: dict[str, float]) -> float:
     known = {v: values[str(v)] for v in expression.free_symbols if str(v) in values}
     found = expression.subs(known)
     return float(found) if found.is_number else 1.0
-
-
-def variable_names(graph: BondGraph, element: str) -> tuple[str, str, str, str]:
-    """SI units of argument and output as far as the element's own unit tells, and their words."""
-    e = graph[element]
-    if isinstance(e, Source | Sensor):
-        unit = str(e.unit or "")
-        if isinstance(e, Source):
-            first, second = ("input", "at the port") if e.measured else ("command", "drive output")
-            return unit, unit, f"{first} {element}", second
-        return unit, unit, f"true value at {element}", "reading"
-    v = variables_of(e)
-    if isinstance(e, C):
-        return v.displacement_unit, v.effort_unit, f"{v.displacement} of {element}", v.effort
-    if isinstance(e, I) and e.law is not None:
-        return v.momentum_unit, v.flow_unit, f"{v.momentum} of {element}", v.flow
-    return v.flow_unit, v.effort_unit, f"{v.flow} of {element}", v.effort

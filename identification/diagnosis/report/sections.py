@@ -11,6 +11,7 @@ from bondgraph.graph.parameter import Parameter
 from bondgraph.support.errors import BondsightError
 from identification.diagnosis.catalogue import by_name
 from identification.diagnosis.diagnose import Diagnosis
+from identification.diagnosis.explanation.law_formula import LONGEST, in_symbols, meaning_of
 from identification.diagnosis.explanation.notes import sure_of
 from identification.diagnosis.report import changed
 from identification.diagnosis.report.found import after_of, found_of, places_of, warmth_of
@@ -19,10 +20,13 @@ from identification.diagnosis.report.recording_figure import recording_figure
 from identification.diagnosis.report.views import unit_of
 from identification.diagnosis.search.candidates import Candidate
 from identification.diagnosis.verdict import effect_parameters, normalised_error, sentence
-from identification.diagnosis.verdict.document import law_constants, parts_of
+from identification.diagnosis.verdict.document import ERROR, law_constants, parts_of
+from identification.diagnosis.verdict.lines import colour
+from identification.diagnosis.verdict.text import what_remains
+from identification.estimation.estimates import Estimate
 from identification.estimation.single_record import Fit
 from identification.report import html
-from identification.report.numbers import percent, quantity
+from identification.report.numbers import interval, percent, quantity
 from identification.report.style import BAD, GOOD, SOFT
 from identification.report.words import spaced, stopped
 from identification.study.problem import Data
@@ -56,6 +60,12 @@ def answer(d: Diagnosis) -> str:
         ("seed", str(d.seed)),
     ]
     return html.head("Diagnosis report", badge, sentence(d), pairs)
+
+
+def beside(d: Diagnosis) -> str:
+    """Say what is left where it is more than noise, or has a memory: it qualifies the answer."""
+    said = [s for s in (what_remains(d), *map(stopped, colour(d))) if s]
+    return html.box(html.bullets(said))
 
 
 def raw(d: Diagnosis) -> str:
@@ -114,8 +124,9 @@ def _errors(d: Diagnosis) -> str:
         kinds.append("quiet")
     heads = ("reading, model", "RMSE, train", "RMSE, held out", "error, train", "error, held out")
     note = (
-        "The error is the norm of the residual over the norm of the centred reading. Held-out "
-        f"samples are shaded above. {_apart(d.data)}"
+        f"The error in percent is the {ERROR}. Held out are here those samples that no choice "
+        f"has seen; what is left over the noise counts all that are held out. Held-out samples are "
+        f"shaded above. {_apart(d.data)}"
     )
     return html.table(heads, rows, (1, 2, 3, 4), kinds) + html.paragraph(note)
 
@@ -133,17 +144,25 @@ def law(d: Diagnosis) -> str:
         # the same figure is drawn once for every finding: ids must differ
         svg_text = svg_text.replace("law-", f"law{k}-") if k else svg_text
         own = effect_parameters(trial, d)
-        listed = ", ".join(f"{e.name} = {quantity(e.value, e.unit)}" for e in own[:MANY])
-        more = f" and {len(own) - MANY} more (see the parameters)" if len(own) > MANY else ""
+        more = f"and {len(own) - MANY} more (see the parameters)"
+        listed = [*(_told(e, fitted) for e in own[:MANY]), *([more] if len(own) > MANY else [])]
         parts += [
             html.heading(f"{spaced(trial.effect)} at {trial.element}"),
             html.figure(svg_text, caption, "tiles") if svg_text else html.paragraph(caption),
-            html.paragraph(f"Fitted: {listed}{more}." if listed else ""),
+            html.paragraph(f"Law: {said}." if (said := in_symbols(fitted)) else ""),
+            html.bullets(listed),
             html.paragraph(_given(law_constants(trial, d))),
             *(html.paragraph(stopped(n)) for n in d.notes if n.startswith(sure_of(trial))),
             html.paragraph(_about(trial)),
         ]
     return html.section(title, *parts)
+
+
+def _told(e: Estimate, trial: Candidate) -> str:
+    """Say a fitted number with its interval and what it is."""
+    said = meaning_of(e.name, trial)
+    value = f"{e.name} = {quantity(e.value, e.unit)}, 95 %: {interval(*e.ci95, e.unit, e.value)}"
+    return f"{value}; {said}" if said else value
 
 
 def _given(constants: Sequence[Parameter]) -> str:
@@ -217,7 +236,7 @@ def equations(d: Diagnosis) -> str:
                 html.figure(drawn) if drawn else html.paragraph(formula, "mono"),
                 html.paragraph(f"Here {meaning}."),
             ]
-    short = tuple(c for c in closed if max(len(c.before), len(c.after)) <= changed.LONGEST)
+    short = tuple(c for c in closed if max(len(c.before), len(c.after)) <= LONGEST)
     if short:
         parts += [html.heading("in closed form"), _change_rows(short, "c")]
     return html.section("The equation that changed", *parts)

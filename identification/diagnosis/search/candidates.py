@@ -38,6 +38,7 @@ from identification.estimation.sub_steps import (
     settled_fit,
 )
 from identification.estimation.threads import calm
+from identification.report.numbers import times_noise
 from identification.statistics.blocks import block_means
 from identification.study.factors import stated_gains
 from identification.study.problem import Data, Problem
@@ -302,7 +303,7 @@ def _round(
         if trial is not None:
             found.append((label, trial))
         if progress is not None:
-            level = "" if trial is None else f": {trial.train:.4g} times the noise"
+            level = "" if trial is None else f": {times_noise(trial.train):.4g} times the noise"
             progress(f"fitting {label}{level}", begin + (end - begin) * done / len(tasks))
     return [t for _, t in sorted(found, key=lambda pair: pair[0])]
 

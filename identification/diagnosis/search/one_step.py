@@ -41,6 +41,7 @@ from identification.diagnosis.search.candidates import (
 from identification.diagnosis.search.looks import Looks
 from identification.estimation.levenberg_marquardt import FitStatus
 from identification.estimation.single_record import Fit, fit
+from identification.report.numbers import times_noise
 
 Progress = Callable[[str, float], None]
 
@@ -403,9 +404,10 @@ def why_there(relations: Sequence[BlindRelation], where: Collection[str]) -> str
     here = min(r.train for r in decided if r.ports[0] in where)
     beside = [r.train for r in decided if r.ports[0] not in where]
     said = (
-        f"whatever its law, it sits at {', '.join(where)}: that leaves {here:.3g} times the floor"
+        f"whatever its law, it sits at {', '.join(where)}: that leaves {times_noise(here):.3g} "
+        "times the noise in training, all readings together"
     )
-    return f"{said}, any other place {min(beside):.3g} at least" if beside else said
+    return f"{said}; any other place {times_noise(min(beside)):.3g} at least" if beside else said
 
 
 def overlooked(

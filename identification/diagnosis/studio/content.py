@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -10,6 +11,7 @@ from bondgraph.signals.split import stretches
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import BondsightError
 from identification.diagnosis.diagnose import Diagnosis
+from identification.diagnosis.evidence.remaining import level_of
 from identification.diagnosis.explanation.next_experiment import Experiment
 from identification.diagnosis.localisation.recording.bands import spectrum
 from identification.diagnosis.report.found import places_of, regions_of, warmth_of
@@ -120,6 +122,7 @@ def _reading(
 ) -> dict[str, Any]:  # fmt: skip
     """Return the traces at `keep`; what is said of their size is of all samples."""
     name, y = data.names[k], data.readings[:, k]
+    levels = [_levels(d, c) for c in shown]
     factor, unit = axis_scale(unit_of(d, name), float(np.nanmax(np.abs(y), initial=0.0)))
     return {
         "name": name,
@@ -127,18 +130,21 @@ def _reading(
         "noise": float(factor * data.floor[k]),
         "measured": packed(factor * y[keep]),
         "left": [packed(r[keep]) for r in left],
-        "levels": [_level(c, k) for c in shown],
+        "levels": [own.get(name) for own in levels],
         "strips": [packed(rolling_level(r, strip)) for r in left],
         "spectra": [_spectrum(c, k) for c in shown],
         "correlations": [_correlation(c, k) for c in shown],
     }
 
 
-def _level(c: Curve, column: int) -> float | None:
-    """Root mean square of what is left over the noise, on all samples of the fit."""
-    r = residual(c.fit, column) / c.fit.problem.data.floor[column]
-    r = r[np.isfinite(r)]
-    return float(np.sqrt(np.mean(r**2))) if r.size else None
+def _levels(d: Diagnosis, c: Curve) -> Mapping[str, float | None]:
+    """Return what is left of each reading over its noise on all held-out samples, as texts say."""
+    if d.left is not None and c.fit is (d.repaired or d.nominal):
+        found = d.left.over_noise
+    else:
+        level = level_of(c.fit, "held-out")
+        found = dict(zip(c.fit.problem.data.names, map(float, level), strict=True))
+    return {n: v if np.isfinite(v) else None for n, v in found.items()}
 
 
 def _spectrum(c: Curve, column: int) -> dict[str, str]:

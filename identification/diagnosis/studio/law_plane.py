@@ -20,8 +20,9 @@ from bondgraph.support.errors import BondsightError
 from identification.diagnosis.catalogue.places import law_of
 from identification.diagnosis.diagnose import Diagnosis
 from identification.diagnosis.explanation.latent_signal import latent
+from identification.diagnosis.explanation.law_formula import variable_names
 from identification.diagnosis.localisation.recording.variables import variables_of
-from identification.diagnosis.report.law import path, variable_names
+from identification.diagnosis.report.law import path
 from identification.diagnosis.report.law_figures import many_valued
 from identification.diagnosis.screening.port_history import FittedModel, PortHistory
 from identification.diagnosis.screening.port_response import Probes, probes

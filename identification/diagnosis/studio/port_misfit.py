@@ -15,9 +15,12 @@ from identification.diagnosis.studio.packing import packed
 from identification.estimation.single_record import Fit
 from identification.report.numbers import axis_scale
 
+LEAST = 1e-12
+"""Mean square below which nothing is drawn."""
+
 
 def port_misfits(d: Diagnosis) -> dict[str, Any]:
-    """Return, by element that moves, the mean square misfit over the noise of the worst reading.
+    """Return, by element that moves, the rms misfit over the noise of the worst reading.
 
     Maps over displacement and velocity, one a fit; profiles along history and displacement with
     two standard errors. Empty where histories and fits are not of the same samples.
@@ -57,7 +60,9 @@ def _port(axes: tuple[MisfitAxis, ...], fits: list[tuple[str, Array, Array]]) ->
     for label, keep, square in fits:
         m = heat_map(fx * amplitude.values[keep], fy * velocity.values[keep], square)
         ends = {"x": [float(m.x[0]), float(m.x[-1])], "y": [float(m.y[0]), float(m.y[-1])]}
-        maps.append({"label": label, "columns": m.x.size - 1, "mean": packed(m.mean), **ends})
+        maps.append(
+            {"label": label, "columns": m.x.size - 1, "mean": packed(np.sqrt(m.mean)), **ends}
+        )
     return {
         "xLabel": xl, "yLabel": yl, "maps": maps,
         "profiles": [_profile(a, fits) for a in (history, amplitude)],
@@ -75,7 +80,7 @@ def _profile(a: MisfitAxis, fits: list[tuple[str, Array, Array]]) -> dict[str, A
     return {
         "xLabel": label,
         "curves": [
-            {"x": packed(factor * p.centre), "y": packed(p.mean), "e": packed(2 * p.error)}
-            for p in found
+            {"x": packed(factor * p.centre), "y": packed(root), "e": packed(p.error / root)}
+            for p, root in ((p, np.sqrt(np.maximum(p.mean, LEAST))) for p in found)
         ],
     }

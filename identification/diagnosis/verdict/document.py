@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Mapping
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
@@ -20,12 +20,16 @@ from identification.diagnosis.evidence.answer import Decision
 from identification.diagnosis.evidence.hypotheses import Thresholds
 from identification.diagnosis.evidence.kinds_told import open_kinds
 from identification.diagnosis.evidence.nearest import Nearest
+from identification.diagnosis.explanation.law_formula import in_symbols, meaning_of
+from identification.diagnosis.explanation.rivals import standings
 from identification.diagnosis.localisation.element_kind import element_kind
 from identification.diagnosis.localisation.places_without_name import places_of
 from identification.diagnosis.localisation.recording.variables import restoring_words
+from identification.diagnosis.localisation.regions import summary
 from identification.diagnosis.search.candidates import Candidate
 from identification.estimation.estimates import Estimate
 from identification.estimation.single_record import Fit
+from identification.report.numbers import times_noise
 
 KINDS = (
     "explained", "parameters_only", "missing_physics", "unknown_physics", "insufficient_data"
@@ -82,6 +86,8 @@ def verdict(d: Diagnosis) -> dict[str, Any]:
             "repaired": _errors(d.repaired),
         },
         "remaining": _remaining(d),
+        "regions": list(summary(d.regions)),
+        "steps": [_step(step, d) for step in d.steps],
         # those that were bent to a wrong recording mean nothing
         "parameters": [_estimate(e) for e in last.estimates] if last and not d.mistakes else [],
         "nuisances": [_nuisance(e) for e in last.nuisances] if last else [],
@@ -122,6 +128,7 @@ def _findings(d: Diagnosis) -> list[dict[str, Any]]:
 def _named(step: Decision, d: Diagnosis) -> dict[str, Any]:
     chosen = step.chosen
     assert chosen is not None
+    repaired = as_repaired(chosen, d)
     same = [t.element for t in step.same_place]
     if step.answer == "approximate":
         same += [p for p in step.places if p != chosen.element]
@@ -134,16 +141,49 @@ def _named(step: Decision, d: Diagnosis) -> dict[str, Any]:
         "kind_words": _kind_words(step.physics, chosen.element, d),
         "sentence": chosen.insertion.sentence if step.answer in NAMES else "",
         "law": chosen.insertion.law,
+        "formula": in_symbols(repaired),
         "law_fit": _rounded(step.law_fit),
         "confidence": round(step.confidence, 3),
         "probability": round(step.confidence, 3),
-        "parameters": [_estimate(e) for e in effect_parameters(chosen, d)],
+        "parameters": [
+            _estimate(e) | {"meaning": meaning_of(e.name, repaired)}
+            for e in effect_parameters(chosen, d)
+        ],
         "constants": [
-            {"name": p.name, "value": p.value, "unit": p.unit} for p in law_constants(chosen, d)
+            {
+                "name": p.name,
+                "value": p.value,
+                "unit": p.unit,
+                "meaning": meaning_of(p.name, repaired),
+            }
+            for p in law_constants(chosen, d)
         ],
         "also_possible": [_rival(t) for t in _members(step)],
         "share_of_misfit_explained": round(step.share, 4),
     }
+
+
+def _step(step: Decision, d: Diagnosis) -> dict[str, Any]:
+    """Return what one step of the search tried, the best first, and why it ended as it did."""
+    tried = [
+        {
+            "effect": s.trial.effect,
+            "element": s.trial.element,
+            "over_noise": _rounded(times_noise(s.trial.test)),
+            "behind": None if s.role == "winner" else _rounded(s.z),
+            "why": s.why,
+        }
+        for s in standings(d, step)[:TRIED]
+    ]
+    return {
+        "before": _rounded(times_noise(step.nominal)),
+        "reasons": list(step.reasons),
+        "tried": tried,
+    }
+
+
+TRIED = 12
+"""Effects of a step that a verdict lists."""
 
 
 def _members(step: Decision) -> tuple[Candidate, ...]:
@@ -170,6 +210,7 @@ def _unknown(d: Diagnosis) -> dict[str, Any]:
         else "",
         "sentence": "",
         "law": "none",
+        "formula": "",
         "law_fit": _rounded(step.law_fit) if step else None,
         "confidence": 0.0,
         "probability": round(step.confidence, 3) if step else 0.0,
@@ -246,7 +287,7 @@ def _rival(t: Candidate) -> dict[str, Any]:
     return {
         "effect": t.effect,
         "element": t.element,
-        "evidence": f"held-out mean square {t.test:.4g} times the noise floor",
+        "evidence": f"leaves {times_noise(t.test):.4g} times the noise, all readings together",
     }
 
 
@@ -258,8 +299,8 @@ def _possible(step: Decision, d: Diagnosis) -> list[dict[str, Any]]:
             "element": k.element,
             "kind": k.kind,
             "kind_words": _kind_words(k.kind, k.element, d),
-            "evidence": f"stretches left out predicted to {np.sqrt(k.score.square):.4g} times the "
-            "noise floor",
+            "evidence": f"predicts stretches left out to {times_noise(k.score.square):.4g} times "
+            "the noise, all readings together",
         }
         for k in open_kinds(step)
     ]
@@ -286,6 +327,11 @@ def _of_law(trial: Candidate, d: Diagnosis) -> set[str]:
     held = d.repaired.problem.graph.elements.get(trial.element) if d.repaired else None
     law = held.law if isinstance(held, C | R | I) else None
     return {p.name for p in law.parameters(trial.element)} if law is not None else set()
+
+
+def as_repaired(trial: Candidate, d: Diagnosis) -> Candidate:
+    """Return an effect with the last repair, which may have refined its law."""
+    return replace(trial, fit=d.repaired or trial.fit)
 
 
 def law_constants(trial: Candidate, d: Diagnosis) -> list[Parameter]:
@@ -320,15 +366,20 @@ def _errors(f: Fit | None) -> dict[str, dict[str, float]]:
 
 
 def normalised_error(f: Fit, part: str = "test") -> dict[str, float]:
-    """Residual norm over the norm of the centred reading, for each sensor."""
-    m = f.problem.data.mask(part)
-    y = f.problem.data.readings[m]
-    r = f.residuals(part)
-    spread = np.linalg.norm(y - y.mean(axis=0), axis=0)
+    """Return rms error over the reading's standard deviation on the whole recording, by sensor.
+
+    The scale does not depend on which stretches were held out: in some of them little moves.
+    """
+    data = f.problem.data
+    spread = np.std(data.readings[data.mask("train") | data.mask("held-out")], axis=0)
     return {
-        n: float(np.linalg.norm(r[:, c]) / max(spread[c], 1e-300))
-        for c, n in enumerate(f.problem.data.names)
+        n: error / max(float(spread[c]), 1e-300)
+        for c, (n, error) in enumerate(f.rmse(part).items())
     }
+
+
+ERROR = "rms error over the standard deviation of the reading, over the whole recording"
+"""What a percentage of error is of."""
 
 
 def write_verdict(d: Diagnosis, folder: Path) -> Path:

@@ -49,6 +49,7 @@ class _Estimate:
     unit: str
     value: float | None
     ci95: tuple[float | None, float | None]
+    meaning: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,6 +57,7 @@ class _Constant:
     name: str
     unit: str
     value: float
+    meaning: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,6 +103,7 @@ class _Finding:
     constants: tuple[_Constant, ...] = ()
     kind_words: str = ""
     sentence: str = ""
+    formula: str = ""
     nearest: tuple[_Near, ...] = ()
 
 
@@ -126,6 +129,22 @@ class _Fit:
 
 
 @dataclass(frozen=True, slots=True)
+class _Tried:
+    effect: str
+    element: str
+    over_noise: float | None
+    behind: float | None
+    why: str
+
+
+@dataclass(frozen=True, slots=True)
+class _Step:
+    before: float | None
+    reasons: tuple[str, ...]
+    tried: tuple[_Tried, ...]
+
+
+@dataclass(frozen=True, slots=True)
 class _Verdict:
     verdict: Annotated[str, one_of(*KINDS)]
     model: str
@@ -140,6 +159,8 @@ class _Verdict:
     parameters: tuple[_Estimate, ...] = ()
     remaining: Mapping[str, _Left] = field(default_factory=dict)
     suspects: tuple[str, ...] = ()
+    regions: tuple[str, ...] = ()
+    steps: tuple[_Step, ...] = ()
 
     def __post_init__(self) -> None:
         """Refuse findings where the verdict has none, and none where it has some."""

@@ -24,14 +24,19 @@ from identification.diagnosis.screening.mixups import in_doubt, of_units
 from identification.diagnosis.search.candidates import Candidate
 from identification.diagnosis.verdict.document import (
     SORTS,
-    effect_parameters,
-    law_constants,
     near_of,
     normalised_error,
     sort_at,
     unresolved_place,
 )
-from identification.report.words import listed, spaced
+from identification.diagnosis.verdict.lines import (
+    colour,
+    error_lines,
+    parameter_lines,
+    reason_lines,
+)
+from identification.diagnosis.verdict.retraced import traces, tried
+from identification.report.words import listed, spaced, stopped
 
 Data = Mapping[str, Any]
 WIDTH = 96
@@ -105,7 +110,7 @@ def _answered(d: Diagnosis) -> str:
         told = "it" if len(parts) == 1 else "them"
         return (
             "; ".join(parts) + f"; with {told} the held-out error of {n} falls from "
-            f"{100 * before[n]:.3g} % to {100 * after[n]:.3g} %."
+            f"{100 * before[n]:.3g} % to {100 * after[n]:.3g} % of its standard deviation."
         )
     return _without_name(d)
 
@@ -207,7 +212,7 @@ def what_remains(d: Diagnosis) -> str:
     """Return one sentence on what the last fit leaves; empty where that is noise."""
     if d.kind != "missing_physics" or d.left is None or d.left.is_noise(d.limits.noise):
         return ""
-    said = f"What remains, {d.left.most:.2g} times the noise"
+    said = f"What remains, {d.left.most:.3g} times the noise"
     last = d.steps[-1] if d.steps else None
     if last is None or last.kind != "unknown_physics":
         return f"{said}, {'was not looked into' if d.stopped else 'has no place and no kind'}."
@@ -221,64 +226,17 @@ def what_remains(d: Diagnosis) -> str:
 def in_words(d: Diagnosis) -> str:
     """Answer, numbers, place in the recording, every step, rivals, advice."""
     answer = sentence(d)
-    lines = [s for s in (answer, what_remains(d)) if s] + [""]
-    lines += [f"note: {s}" for s in d.notes if s not in answer]
-    lines += _error_lines(d)
-    lines += _parameter_lines(d)
+    lines = [s for s in (answer, what_remains(d), *map(stopped, colour(d))) if s] + [""]
+    lines += [f"note: {s}" for s in d.notes if s not in answer and s not in colour(d)]
+    lines += error_lines(d)
+    lines += parameter_lines(d)
     if d.kind in ("missing_physics", "unknown_physics"):
         lines += [f"seen: {s}" for s in summary(d.regions)[:3]]
-    lines += _reasons(d)
+    lines += reason_lines(d)
     lines += [f"nearest: {said}" for said in hints(d)]
     lines += [f"next: {a}" for a in d.advice if a not in answer]
     lines.append(f"{d.seconds:.1f} s")
     return "\n".join(lines)
-
-
-def _error_lines(d: Diagnosis) -> list[str]:
-    if d.nominal is None or d.data is None:
-        return []
-    before = normalised_error(d.nominal)
-    after = normalised_error(d.repaired) if d.repaired else {}
-    found = "the found effect" if len(d.findings) < 2 else f"the {len(d.findings)} found effects"
-    lines = []
-    for c, n in enumerate(d.data.names):
-        text = f"held-out error of {n}: {100 * before[n]:.3g} %"
-        if after:
-            text += f" before, {100 * after[n]:.3g} % with {found}"
-        rmse = (d.repaired or d.nominal).rmse("test")[n]
-        unit = d.recording.units.get(n) or "SI"
-        lines.append(f"{text} (rms {rmse:.3g} {unit}, noise floor {d.data.floor[c]:.3g} {unit})")
-    return lines
-
-
-def _parameter_lines(d: Diagnosis) -> list[str]:
-    """Parameters of every named effect, under its name where there are several."""
-    if d.repaired is None:
-        return []
-    lines = []
-    for step in d.findings:
-        if step.chosen is None:
-            continue
-        if len(d.findings) > 1:
-            lines.append(f"{step.chosen.label} (probability {step.confidence:.2f}):")
-        for e in effect_parameters(step.chosen, d):
-            lines.append(f"  {e.name} = {e.value:.4g} {e.unit}  [{e.ci95[0]:.4g}, {e.ci95[1]:.4g}]")
-        for p in law_constants(step.chosen, d):
-            unit = f" {p.unit}" if p.unit != "1" else ""
-            lines.append(f"  {p.name} = {p.value:.4g}{unit}  (of the law, not fitted)")
-    return lines
-
-
-def _reasons(d: Diagnosis) -> list[str]:
-    """Why each step ended as it did; after the first they say which one they belong to."""
-    lines = []
-    noise = d.left is not None and d.left.is_noise(d.limits.noise)
-    for number, step in enumerate(d.steps, start=1):
-        word = "because" if number == 1 else f"step {number}"
-        lines += [f"{word}: {r}" for r in step.reasons if r not in d.notes]
-        if number > 1 and step.kind == "unknown_physics" and not noise:
-            lines.append(f"step {number}: something more is missing that may not be named")
-    return lines
 
 
 def hints(d: Diagnosis) -> list[str]:
@@ -298,6 +256,8 @@ def retold(v: Data) -> str:
     parts = [
         _paragraph("What was found", [_answer(v), *(_meaning(f) for f in findings)]),
         _paragraph("Where", [_place(f) for f in findings]),
+        _paragraph("What in the recording led there", traces(v) if findings else ()),
+        _paragraph("What was tried, and how far behind it was", tried(v)),
         _paragraph("How sure", [_certainty(f) for f in findings] or _silence(v)),
         _paragraph("How much better, on samples that no parameter was fitted to", _gains(v)),
         _paragraph("What remains", _left(v)),
@@ -368,7 +328,8 @@ def _meaning(f: Data) -> str:
     except (BondsightError, KeyError):
         return ""
     law = f" Its fitted law: {spaced(f['law'])}." if f["law"] not in (effect.law, "none") else ""
-    return f"{_effect(f).capitalize()}: {f.get('sentence') or effect.sentence}.{law}"
+    formula = f" In symbols: {f['formula']}." if f.get("formula") else ""
+    return f"{_effect(f).capitalize()}: {f.get('sentence') or effect.sentence}.{law}{formula}"
 
 
 def _place(f: Data) -> str:
@@ -464,6 +425,7 @@ def _gains(v: Data) -> list[str]:
         if floor:
             text += f"; the noise of the recording is {floor:.3g}"
             rest = v.get("remaining", {}).get(n, {}).get("over_noise") or 0.0
+            text += f"; what is left is {rest:.3g} times that" if rest else ""
             at_floor = best < AT_FLOOR * floor and rest < AT_FLOOR
             text += ", so nothing is left to gain" if at_floor else ""
         lines.append(text + " (rms, SI units).")
@@ -500,11 +462,12 @@ def _apart(region: str, name: str) -> str:
 
     Examples
     --------
-    >>> _apart("from 2 to 34 Hz the misfit of i is 20 times the floor", "i")
-    'from 2 to 34 Hz: there the misfit is 20 times the floor'
+    >>> _apart("from 2 to 34 Hz the misfit of i is 20 times its noise there", "i")
+    'from 2 to 34 Hz: there the misfit is 20 times its noise'
     """
     said = rf" the misfit(?: of {re.escape(name)})? is "
-    return re.sub(said, ": there the misfit is ", region, count=1)
+    moved = re.sub(said, ": there the misfit is ", region, count=1)
+    return moved.replace(" noise there", " noise", 1) if moved != region else region
 
 
 def _rivals(f: Data) -> list[str]:
@@ -562,7 +525,8 @@ def _value(p: Data) -> str:
     low, high = p["ci95"]
     unit = f" {p['unit']}" if p["unit"] not in ("", "1") else ""
     known = "" if low is None or high is None else f" (95 %: {low:.6g} to {high:.6g})"
-    return f"{p['name']} = {p['value']:.4g}{unit}{known}"
+    said = f", {p['meaning']}" if p.get("meaning") else ""
+    return f"{p['name']} = {p['value']:.4g}{unit}{known}{said}"
 
 
 def _nothing_to_do(v: Data) -> str:

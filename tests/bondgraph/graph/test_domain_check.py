@@ -11,6 +11,7 @@ from bondgraph.graph.domain_check import domain_problems, groups_of_bonds, state
 from bondgraph.graph.drives import Drive
 from bondgraph.graph.elements import RS, CField, Element
 from bondgraph.graph.unit_notes import unit_notes
+from bondgraph.graph.unit_slips import COEFFICIENTS, expected_unit
 from bondgraph.laws import Polynomial
 
 
@@ -176,3 +177,64 @@ def test_a_stiffness_given_as_a_compliance_is_told() -> None:
     assert domain_problems(spring(value=1e-3, unit="m/N")) == ()
     (other,) = domain_problems(spring(value=1e-3, unit="F"))
     assert "transducer" in other
+
+
+@pytest.mark.parametrize(
+    ("changed", "expected"),
+    [
+        ({"d": "N*s"}, "an R has N*s/m here"),
+        ({"d": "ohm"}, "an R has N*s/m here"),
+        ({"m": "H"}, "an I has kg here"),
+        ({"k": "Wb"}, "the stiffness of a C has N/m here"),
+        ({"F": "A"}, "an Se has N here"),
+        ({"x": "m/s"}, "a Dq has m here"),
+    ],
+)
+def test_one_unit_against_all_its_neighbours_is_a_slip_first(
+    changed: dict[str, str], expected: str
+) -> None:
+    unit = {"F": "N", "m": "kg", "d": "N*s/m", "k": "N/m", "x": "m"} | changed
+    with BondGraph("g") as g:
+        body = One("body")
+        Se("F", unit=unit["F"]) >> body >> I("m", 0.5, unit=unit["m"])
+        body >> R("d", 4.0, unit=unit["d"])
+        body >> C("k", stiffness=2e3, unit=unit["k"])
+        body >> Dq("x", unit=unit["x"])
+    (line,) = domain_problems(g)
+    (name,) = changed
+    assert line.startswith(f"{name} ({g[name].kind}, unit {unit[name]}: ")
+    assert f"its unit looks like a slip, {expected}" in line
+    assert "all of translation" in line
+    if "put a transducer" in line:
+        assert line.index("correct it") < line.index("put a transducer")
+
+
+def test_a_sensor_of_the_other_variable_is_offered() -> None:
+    with BondGraph("g") as g:
+        loop = One("loop")
+        Se("u", unit="V") >> loop >> R("R_w", 2.0, unit="ohm")
+        loop >> Df("i", unit="V")
+    (line,) = domain_problems(g)
+    assert "a Df has A here" in line
+    assert line.endswith("correct it, or take a De, which reads V")
+    with BondGraph("two") as two:  # nobody knows which of two is wrong
+        Se("u", unit="V") >> One("loop") >> R("R_w", 2.0, unit="N*s/m")
+    (line,) = domain_problems(two)
+    assert line.index("correct a unit") < line.index("put a transducer")
+
+
+def test_the_usual_units_are_those_of_their_domain() -> None:
+    for name, (resistance, compliance, stiffness, inertia) in COEFFICIENTS.items():
+        for element, unit in (
+            (R("r", 1.0, unit=resistance), resistance),
+            (C("c", 1.0, unit=compliance), compliance),
+            (C("k", stiffness=1.0, unit=stiffness), stiffness),
+            (I("i", 1.0, unit=inertia), inertia),
+        ):
+            if not unit:
+                continue
+            with BondGraph("g") as g:
+                One("a") >> element
+            (said,) = statements(g)
+            assert name in said.domains
+            assert expected_unit(element, name) == unit

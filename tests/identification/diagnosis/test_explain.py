@@ -232,13 +232,16 @@ def test_what_remains_is_told_where_it_has_a_place() -> None:
 
 
 def test_a_region_of_what_remains_is_said_in_one_sentence() -> None:
-    where = "from 0.08 to 33.8 Hz the misfit{} is 20 times the floor (4 % of it in 1 % of the band)"
+    where = (
+        "from 0.08 to 33.8 Hz the misfit{} is 20 times its noise there (4 % of it in 1 % of the "
+        "band)"
+    )
     for whose in (" of i", ""):
         left = {"over_noise": 20.0, "place": [], "kind": "", "regions": [where.format(whose)]}
         text = " ".join(said(verdict() | {"remaining": {"i": left}}).split())
         assert (
             "i: 20 times the noise; above all from 0.08 to 33.8 Hz: there the misfit is 20 times "
-            "the floor (4 % of it in 1 % of the band)."
+            "its noise (4 % of it in 1 % of the band)."
         ) in text
 
 

@@ -63,8 +63,8 @@ def test_the_place_that_relations_leave_is_told_with_its_reason(monkeypatch: Any
     assert d.kind == "unknown_physics"
     assert d.decision is not None
     assert d.decision.places == place
-    assert "it sits at k: that leaves 1.3 times the floor" in d.decision.reasons[-1]
-    assert "any other place 90" in d.decision.reasons[-1]
+    assert "it sits at k: that leaves 1.14 times the noise" in d.decision.reasons[-1]
+    assert "any other place 9.49" in d.decision.reasons[-1]
     assert d.relations == relations()
     location = verdict(d)["findings"][0]["location"]
     assert place[0] in (location["element"], *location["indistinguishable_from"])

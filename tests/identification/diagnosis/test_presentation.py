@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+from matplotlib.axes import Axes
 
 from bondgraph.signals.recording import Recording
 from bondgraph.signals.split import stretches
@@ -63,6 +64,20 @@ def test_it_draws_what_is_left(found: Diagnosis) -> None:
     ]
     assert 0 < sum(held_out) < T.size
     assert len(right.patches) >= 5
+
+
+def test_whatever_is_drawn_shows_itself_in_a_notebook(
+    found: Diagnosis, frame: pd.DataFrame
+) -> None:
+    """The last line of a cell is its picture, not the addresses of axes in memory."""
+    recording = Recording.from_pandas(frame, map={"F": "push[N]", "x": "x[m]"})
+    for drawn in (found.plot(), recording.plot(), simulate(spring(), T, {"F": U}).plot()):
+        assert drawn._repr_png_().startswith(b"\x89PNG")
+        shape = " x ".join(map(str, drawn.shape))
+        said = f"<Panels: {shape} axes; .figure.savefig(file) writes them>"
+        assert repr(drawn) == str(drawn) == said
+        assert all(ax.figure is drawn.figure for ax in drawn.flat)
+        assert isinstance(drawn.flat[0], Axes)
 
 
 def test_findings_are_a_table_and_a_page(found: Diagnosis, tmp_path: Path) -> None:

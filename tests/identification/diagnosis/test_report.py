@@ -35,6 +35,7 @@ from identification.diagnosis.catalogue import CATALOGUE
 from identification.diagnosis.diagnose import Diagnosis, diagnose
 from identification.diagnosis.evidence.hypotheses import Thresholds
 from identification.diagnosis.explanation.next_experiment import Experiment
+from identification.diagnosis.explanation.rivals import standings, title
 from identification.diagnosis.localisation.blind_relations import BlindRelation
 from identification.diagnosis.localisation.regions import summary
 from identification.diagnosis.report import sections
@@ -43,7 +44,6 @@ from identification.diagnosis.report.evidence import parameters
 from identification.diagnosis.report.found import confidence_of, regions_of
 from identification.diagnosis.report.law import law_ports, path
 from identification.diagnosis.report.law_figures import law_figure
-from identification.diagnosis.report.rivals import standings, title
 from identification.diagnosis.search.candidates import DiagnosisOptions
 from identification.diagnosis.studio import page, write_report
 from identification.diagnosis.verdict.document import verdict
@@ -260,7 +260,7 @@ def test_two_effects_with_relations_traits_and_experiments(found: Diagnosis) -> 
         assert f"<h3>{title(t)}</h3>" in text
     for words in (
         "the mismatch may sit here alone",
-        "record a slow sweep: expected separation of a from b: z = 6.2",
+        "record a slow sweep: expected to tell a from b by 6.2 standard errors (1 now)",
         "It depends on the speed",
         "What d must have added",
     ):

@@ -31,6 +31,7 @@ from identification.diagnosis.studio.law_plane import planes
 from identification.diagnosis.studio.live import LiveStudio
 from identification.diagnosis.studio.packing import embedded, kept, packed, rolling_level
 from identification.diagnosis.studio.page import policy
+from identification.diagnosis.verdict import verdict as as_data
 from identification.diagnosis.verdict import write_verdict
 from tests.identification.diagnosis.rubbing_spring import FORCE, T, U, diagnosed
 from tests.patience import HANGS
@@ -112,11 +113,11 @@ def test_the_misfit_by_the_state_of_a_port_is_high_before_and_noise_after(
     assert before.size == after.size == 20 * 14
     known = np.isfinite(before)
     np.testing.assert_array_equal(known, np.isfinite(after))
-    assert np.median(before[known]) > 100
-    assert 0.5 < np.median(after[known]) < 2
+    assert np.median(before[known]) > 10
+    assert np.sqrt(0.5) < np.median(after[known]) < np.sqrt(2)
     for p in port["profiles"]:
         worse, well = (numbers(c["y"]) for c in p["curves"])
-        assert (worse > 10 * well).all()
+        assert (worse**2 > 10 * well**2).all()
 
 
 def test_regions_keep_the_numbers_of_the_list(found: Diagnosis, shown: dict[str, Any]) -> None:
@@ -168,14 +169,27 @@ def test_a_long_trace_keeps_its_peaks() -> None:
     np.testing.assert_array_equal(numbers(packed([1.5, np.nan])), [1.5, np.nan])
 
 
+def test_a_level_is_the_one_that_texts_tell(found: Diagnosis) -> None:
+    assert found.data is not None
+    assert found.left is not None
+    (reading,) = content(found)["readings"]
+    before, after = reading["levels"]
+    assert after == found.left.over_noise["x"]
+    worse = numbers(reading["left"][0])[found.data.mask("held-out")]
+    assert before == pytest.approx(np.sqrt(np.mean(worse**2)), rel=1e-5)
+    size = f"what is left is {after:.3g} times the noise"
+    assert size in str(found)
+    assert as_data(found)["remaining"]["x"]["over_noise"] == pytest.approx(after, abs=1e-4)
+    assert f"{size} {found.data.floor[0]:.3g} m" in str(found)
+
+
 def test_sizes_are_of_all_samples_not_of_the_drawn_extremes(found: Diagnosis) -> None:
     assert found.data is not None
     whole, thin = content(found)["readings"][0], content(found, 0.01)["readings"][0]
     assert numbers(thin["measured"]).size < 0.5 * found.data.n == 600
     assert thin["levels"] == whole["levels"]
-    for level, strip, left in zip(thin["levels"], thin["strips"], whole["left"], strict=True):
+    for strip, left in zip(thin["strips"], whole["left"], strict=True):
         every = numbers(left)
-        assert level == pytest.approx(np.sqrt(np.mean(every**2)), rel=1e-5)
         assert numbers(strip).size == 800
         ends = [np.sqrt(np.mean(every[:4] ** 2)), np.sqrt(np.mean(every[-4:] ** 2))]
         np.testing.assert_allclose(numbers(strip)[[0, -1]], ends, rtol=1e-4)

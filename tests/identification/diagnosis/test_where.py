@@ -223,10 +223,10 @@ def test_axes_of_two_ports_and_sources() -> None:
 
 
 def test_words() -> None:
-    r = Region("position of k", -1e-9, 2.0, 0.5, 2.5, "m", "x", "amplitude", "k", 5.2e6, 9.0)
+    r = Region("position of k", -1e-9, 2.0, 0.5, 2.5, "m", "x", "amplitude", "k", 2.5e13, 9.0)
     assert words(r) == (
-        "where position of k is between 0 and 2 m the misfit of x is 5.2 million times the floor "
-        "(50 % of it in 20 % of the samples)"
+        "where position of k is between 0 and 2 m the misfit of x is 5 million times its noise "
+        "there (50 % of it in 20 % of the samples)"
     )
     assert [multiple(v) for v in (1.26, 43.0, 2480.0, 5.3e4)] == [
         "1.3 times", "43 times", "2500 times", "53 thousand times"

@@ -34,6 +34,7 @@ class DeadZoneEffect(Effect):
     family = "drive"
     kind = "command"
     law = "dead_zone"
+    laws = (DeadZone,)
     sentence = "it does not respond within a band of commands"
     looks = "a flat piece wherever the command crosses the band, large commands a constant short"
     confused_with = ("hysteresis", "backlash", "coulomb_friction")

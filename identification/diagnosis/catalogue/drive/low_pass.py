@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import ClassVar
+
 from bondgraph.graph.drives import Drive
 from bondgraph.graph.elements import Element
 from bondgraph.graph.parameter import Parameter
@@ -26,6 +29,9 @@ class LowPass(Effect):
         "sensor tells the drive's lag from a sensor's"
     )
     source = "single-pole amplifier"
+    meanings: ClassVar[Mapping[str, str]] = {
+        "tau": "time constant of the lag",
+    }
     where = staticmethod(commands)
 
     def signatures(self, scene: FittedModel, element: Element) -> tuple[Signature, ...]:

@@ -25,6 +25,7 @@ class SaturationEffect(Effect):
     family = "drive"
     kind = "command"
     law = "soft_saturation"
+    laws = (Saturation,)
     sentence = "its output stays behind the command near the ends of the range"
     looks = "missing only at large commands: the response is cut, whatever the frequency"
     confused_with = ("nonlinear_stiffness", "sensor_nonlinearity", "slew_limit")

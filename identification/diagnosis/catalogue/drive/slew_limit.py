@@ -28,6 +28,7 @@ class SlewLimitEffect(Effect):
     family = "drive"
     kind = "command"
     law = "slew_limit"
+    laws = (SlewLimit,)
     sentence = "its output cannot change faster than a limited rate"
     looks = "sines become triangles and steps become ramps; slow commands pass unharmed"
     confused_with = ("low_pass", "saturation", "delay")

@@ -20,6 +20,7 @@ class DiodeEffect(Effect):
     family = "flow"
     kind = "dissipative"
     law = "diode_with_series_resistance"
+    laws = (Diode,)
     sentence = "beyond a threshold a diode conducts across it, one way only"
     looks = "one side of the characteristic is straight, the other bends flat beyond a threshold"
     confused_with = ("nonlinear_resistance", "saturation", "sensor_nonlinearity")

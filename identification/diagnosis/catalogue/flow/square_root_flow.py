@@ -21,6 +21,7 @@ class SquareRootFlow(Effect):
     family = "flow"
     kind = "dissipative"
     law = "quadratic_pressure_drop"
+    laws = (QuadraticDrag,)
     sentence = "its flow grows with the square root of the pressure, as through an orifice"
     looks = "emptying slows down in a parabola that ends, not in an exponential that does not"
     confused_with = ("nonlinear_resistance", "nonlinear_stiffness")

@@ -19,6 +19,7 @@ class AsymmetricDampingEffect(Effect):
     family = "friction"
     kind = "dissipative"
     law = "asymmetric_damping"
+    laws = (AsymmetricDamping,)
     sentence = "it damps one direction of motion more than the other"
     looks = "even harmonics and a shift of the mean that grow in proportion to the amplitude"
     confused_with = ("bilinear_stiffness", "quadratic_drag")

@@ -19,6 +19,7 @@ class CoulombFriction(Effect):
     family = "friction"
     kind = "dissipative"
     law = "coulomb"
+    laws = (Coulomb,)
     sentence = "a force of constant size opposes every motion and holds at rest"
     looks = (
         "flat tops where the motion turns, an error of the same size at small and large "

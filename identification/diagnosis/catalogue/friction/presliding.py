@@ -31,6 +31,7 @@ class PreslidingFriction(Effect):
     family = "friction"
     kind = "memory"
     law = "dahl"
+    laws = (DahlFriction,)
     sentence = "a contact that bends like a spring after every reversal before it slides"
     looks = (
         "rounded corners of the friction force over the way after each reversal, loops in force "

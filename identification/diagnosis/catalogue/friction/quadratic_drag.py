@@ -15,6 +15,7 @@ class Drag(Effect):
     family = "friction"
     kind = "dissipative"
     law = "quadratic_drag"
+    laws = (QuadraticDrag,)
     sentence = "a force that grows with the square of the speed opposes the motion"
     looks = "peaks at high speed are too low, slow motion is right; damping grows with amplitude"
     confused_with = ("coulomb_friction", "asymmetric_damping")

@@ -21,6 +21,7 @@ class StribeckFriction(Effect):
     family = "friction"
     kind = "dissipative"
     law = "stribeck"
+    laws = (Stribeck,)
     sentence = "dry friction that is larger near rest than in motion"
     looks = "as Coulomb friction, with a peak of the force where the motion starts, and stick-slip"
     confused_with = ("coulomb_friction", "presliding_friction")

@@ -37,6 +37,7 @@ class PeriodicError(Effect):
     family = "measurement"
     kind = "sensing"
     law = "sinusoid_of_reading"
+    laws = (Periodic,)
     sentence = "its reading errs periodically along the way"
     looks = "a ripple over the reading, always at the same places, whatever the speed"
     confused_with = ("position_periodic_force", "sensor_nonlinearity", "quantisation")

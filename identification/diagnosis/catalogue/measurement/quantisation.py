@@ -31,6 +31,7 @@ class Quantisation(Effect):
     family = "measurement"
     kind = "sensing"
     law = "rounding"
+    laws = (Rounding,)
     sentence = "its reading is rounded to few values"
     looks = "stairs: few distinct values, the residual even between half a step below and above"
     confused_with = ("periodic_error", "dead_zone", "coulomb_friction", "sensor_nonlinearity")

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import ClassVar
+
 import numpy as np
 
 from bondgraph.graph.elements import Element
@@ -25,6 +28,10 @@ class SensorDrift(Effect):
         "a long rest: drift goes on, creep dies out; and a second sensor of the same motion"
     )
     source = "second-order polynomial of time"
+    meanings: ClassVar[Mapping[str, str]] = {
+        "drift_1": "drift over the record that grows with time",
+        "drift_2": "drift over the record that grows with the square of time",
+    }
     where = staticmethod(prompt_sensors)
 
     def signatures(self, scene: FittedModel, element: Element) -> tuple[Signature, ...]:

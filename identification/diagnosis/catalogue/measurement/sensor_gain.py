@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import ClassVar
+
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import Element
 from bondgraph.graph.parameter import Parameter
@@ -24,11 +27,16 @@ class SensorGainEffect(Effect):
     family = "measurement"
     kind = "sensing"
     law = "line"
+    laws = (Polynomial,)
     sentence = "its reading is wrong by one factor: its calibration is off"
     looks = "the error is a line over the reading, at every speed and level"
     confused_with = ("sensor_nonlinearity", "nonlinear_ratio")
     separated_by = "a known step of what the sensor measures, or a second sensor beside it"
     source = "calibration line"
+    meanings: ClassVar[Mapping[str, str]] = {
+        "a_1": "error of the gain: 0 is none",
+        "error": "error of the gain beyond the declared one: 0 is none",
+    }
     site = staticmethod(reading)
     weights = ("a_1",)
 

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import ClassVar
+
 from bondgraph.graph.elements import Element
 from identification.diagnosis.catalogue.drive.low_pass import lag_parameter, lag_starts
 from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
@@ -22,6 +25,9 @@ class SensorLag(Effect):
     confused_with = ("low_pass", "delay")
     separated_by = "a second sensor: a lag of the drive shows in both readings, this one in one"
     source = "single-pole sensor"
+    meanings: ClassVar[Mapping[str, str]] = {
+        "tau": "time constant of the lag",
+    }
     where = staticmethod(prompt_sensors)
 
     def signatures(self, scene: FittedModel, element: Element) -> tuple[Signature, ...]:

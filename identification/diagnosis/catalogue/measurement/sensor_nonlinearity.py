@@ -16,6 +16,7 @@ class SensorNonlinearity(Effect):
     family = "measurement"
     kind = "sensing"
     law = "polynomial"
+    laws = (Polynomial,)
     sentence = "its reading bends away from the true value"
     looks = "the error is one curve over the reading, at every speed"
     confused_with = ("nonlinear_stiffness", "saturation", "nonlinear_ratio")

@@ -34,6 +34,7 @@ class SensorOffset(Effect):
     family = "measurement"
     kind = "sensing"
     law = "jump_of_zero"
+    laws = (Onset,)
     sentence = "the zero of its reading jumps at one time"
     looks = "the residual is flat, then flat again at another level"
     confused_with = ("sensor_drift", "external_disturbance")

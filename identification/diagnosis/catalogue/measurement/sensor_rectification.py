@@ -22,6 +22,7 @@ class SensorRectification(Effect):
     family = "measurement"
     kind = "sensing"
     law = "rectifier"
+    laws = (Rectifier,)
     sentence = "its reading loses the sign of what it measures"
     looks = "the reading turns back at zero with a corner, at twice the frequency of the motion"
     confused_with = ("sensor_nonlinearity", "asymmetric_damping", "bilinear_stiffness")

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from itertools import combinations
+from typing import ClassVar
 
 import numpy as np
 
@@ -42,6 +44,11 @@ class Creep(Effect):
     )
     simpler = ("leakage",)
     source = "Kuhnen and Janocha, Creep and hysteresis compensation, 1998; Kelvin-Voigt chain"
+    meanings: ClassVar[Mapping[str, str]] = {
+        "creep_i": "what each branch yields later, over what yields at once",
+        "tau_i": "time constant of each branch",
+        "W": "size of the after-effect that grows with the root of time",
+    }
     where = staticmethod(storages)
     richer = DIFFUSION_FORMS
     forms = staticmethod(diffusion_forms)

@@ -28,6 +28,7 @@ class Hysteresis(Effect):
     family = "memory"
     kind = "memory"
     law = "prandtl_ishlinskii"
+    laws = (StopSum,)
     sentence = "its output depends on the turning points of the past, whatever the speed"
     looks = (
         "loops that open at every reversal, close at the old turning point and keep their area at "

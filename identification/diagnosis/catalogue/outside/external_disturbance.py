@@ -34,6 +34,7 @@ class ExternalDisturbance(Effect):
     family = "outside"
     kind = "exogenous"
     law = "tone_or_onset"
+    laws = (Tone, Onset, Push)
     sentence = "something from outside acts on it in time, whatever the motion is"
     looks = (
         "a line in the residual's spectrum, or a change from one moment on, for good or for a "

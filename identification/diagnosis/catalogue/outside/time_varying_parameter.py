@@ -26,6 +26,7 @@ class TimeVaryingParameter(Effect):
     family = "outside"
     kind = "time"
     law = "ageing"
+    laws = (Ageing, TimedSlope)
     sentence = "its value changes while the record lasts"
     looks = (
         "the same command gives another answer late in the record than early; each stretch alone "

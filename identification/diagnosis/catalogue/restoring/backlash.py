@@ -32,6 +32,7 @@ class BacklashEffect(Effect):
     family = "restoring"
     kind = "restoring"
     law = "backlash"
+    laws = (Backlash,)
     sentence = "it has free play: within a gap it carries no force"
     looks = "a flat piece in the middle of force over displacement, softer at small amplitude"
     confused_with = ("nonlinear_stiffness", "end_stop", "contact_loss", "dead_zone", "hysteresis")

@@ -30,6 +30,7 @@ class BilinearStiffness(Effect):
     family = "restoring"
     kind = "restoring"
     law = "bilinear"
+    laws = (Bilinear,)
     sentence = "it has another stiffness beyond one point of its stroke"
     looks = "effort over displacement is two straight lines with one corner"
     confused_with = ("contact_loss", "end_stop", "nonlinear_stiffness", "asymmetric_damping")

@@ -21,6 +21,7 @@ class ContactLossEffect(Effect):
     family = "restoring"
     kind = "restoring"
     law = "contact_loss"
+    laws = (ContactLoss,)
     sentence = "it is a preloaded contact that opens: it cannot pull"
     looks = "force over displacement is level on one side, long flights on that side"
     confused_with = ("bilinear_stiffness", "end_stop", "nonlinear_stiffness", "backlash")

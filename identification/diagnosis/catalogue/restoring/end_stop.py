@@ -26,6 +26,7 @@ class EndStopEffect(Effect):
     family = "restoring"
     kind = "restoring"
     law = "end_stop"
+    laws = (EndStop,)
     sentence = "it runs against a stiff stop at the end of its stroke"
     looks = "cut peaks of the displacement, sharp peaks of force or acceleration at the same times"
     confused_with = ("bilinear_stiffness", "nonlinear_stiffness", "saturation")

@@ -33,6 +33,7 @@ class NonlinearStiffness(Effect):
     family = "restoring"
     kind = "restoring"
     law = "polynomial"
+    laws = (Polynomial,)
     sentence = "its effort bends away from the straight line as it is charged or stretched"
     looks = "a smooth curve of effort over displacement without loops; resonance shifts with level"
     confused_with = (

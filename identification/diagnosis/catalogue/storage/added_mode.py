@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import ClassVar
+
 import numpy as np
 
 from bondgraph.graph.elements import C, Element, I, One, R, Zero
@@ -30,6 +33,11 @@ class AddedMode(Effect):
         "frequencies that do not depend on the amplitude"
     )
     source = "Den Hartog, Mechanical Vibrations, chapter 3 (attached oscillator)"
+    meanings: ClassVar[Mapping[str, str]] = {
+        "mu": "mass that hangs on it, over its own",
+        "omega": "angular frequency of the mass on its spring",
+        "zeta": "damping ratio of that mass",
+    }
     where = staticmethod(masses)
 
     def signatures(self, scene: FittedModel, element: Element) -> tuple[Signature, ...]:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
+from typing import ClassVar
 
 import numpy as np
 from sympy import Expr
@@ -36,6 +38,9 @@ class Leakage(Effect):
         "rate that grows with the level; creep ends, drift does not care about the level"
     )
     source = "self-discharge resistor of a capacitor; Torricelli 1643 (a hole in a tank)"
+    meanings: ClassVar[Mapping[str, str]] = {
+        "leak": "rate at which what is stored seeps out",
+    }
     where = staticmethod(vessels)
 
     def signatures(self, scene: FittedModel, element: Element) -> tuple[Signature, ...]:

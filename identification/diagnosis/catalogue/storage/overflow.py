@@ -21,6 +21,7 @@ class OverflowEffect(Effect):
     family = "storage"
     kind = "restoring"
     law = "one_sided_play"
+    laws = (Overflow,)
     sentence = "it overflows: what rises above a limit is lost for good"
     looks = "peaks cut at one level and, after each, a level that stays too low by what was spilled"
     confused_with = ("leakage", "saturation", "sensor_nonlinearity", "nonlinear_stiffness")

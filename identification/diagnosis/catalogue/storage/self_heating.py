@@ -25,6 +25,7 @@ class SelfHeatingEffect(Effect):
     family = "storage"
     kind = "slow"
     law = "lumped_heat"
+    laws = (SelfHeating,)
     sentence = "it changes with its own heat, which leaves with a time constant"
     looks = "the flow changes slowly under load and comes back in pauses, whatever its sign"
     confused_with = ("nonlinear_resistance", "time_varying_parameter", "creep")

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import ClassVar
+
 import numpy as np
 
 from bondgraph.graph.bond_graph import BondGraph
@@ -38,6 +41,9 @@ class ClockSkewEffect(Effect):
     confused_with = ("delay", "sensor_drift", "time_varying_parameter")
     separated_by = "one clock for drive and sensor, or the command recorded beside the reading"
     source = "two converters with oscillators of their own, ratio constant"
+    meanings: ClassVar[Mapping[str, str]] = {
+        "clock": "error of the ratio of the two clocks",
+    }
 
     def places(self, graph: BondGraph) -> tuple[Element, ...]:
         """First source, for all readings together; single sensors where there are several."""

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
+from typing import ClassVar
 
 import numpy as np
 
@@ -37,6 +39,9 @@ class Delay(Effect):
         "a multisine over two decades: the phase of a delay falls in proportion, at full gain"
     )
     source = "transport delay"
+    meanings: ClassVar[Mapping[str, str]] = {
+        "delay": "dead time",
+    }
 
     def places(self, graph: BondGraph) -> tuple[Element, ...]:
         """Drives and sensors; a sensor alone only where there are several.

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
+from typing import ClassVar
 
 import numpy as np
 
@@ -45,6 +46,12 @@ class NonlinearRatio(Effect):
         "measured: both gains change by the same share if it is the ratio"
     )
     source = "Karnopp, Margolis and Rosenberg, System Dynamics (modulated two-ports)"
+    meanings: ClassVar[Mapping[str, str]] = {
+        "a_1": "change of the ratio along the way, over half of it",
+        "a_2": "change of the ratio towards both ends",
+        "centre": "middle of the way",
+        "span": "half of the way",
+    }
 
     def places(self, graph: BondGraph) -> tuple[Element, ...]:
         """Return transformers and gyrators with a constant ratio."""

@@ -28,6 +28,7 @@ class PositionPeriodicForce(Effect):
     family = "transduction"
     kind = "restoring"
     law = "periodic_force"
+    laws = (Periodic,)
     sentence = "a force that repeats along its way pushes it forth and back"
     looks = (
         "ripple whose frequency follows the speed; plotted over position it is the same wave at "

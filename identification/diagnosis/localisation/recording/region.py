@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from identification.report.numbers import times_noise
+
 
 @dataclass(frozen=True)
 class Region:
@@ -68,7 +70,7 @@ _FRAME = {
 
 
 def words(r: Region, spread: tuple[str, str, str] | None = None) -> str:
-    """Sentence such as "between 3.1 and 4 s the misfit of x is 5 times the floor".
+    """Sentence such as "between 3.1 and 4 s the misfit of x is 5 times its noise there".
 
     Parameters
     ----------
@@ -77,15 +79,16 @@ def words(r: Region, spread: tuple[str, str, str] | None = None) -> str:
 
     Examples
     --------
-    >>> words(Region("time", 3.1, 4.0, 0.4, 3.3, "s", "x", "time", "", 5.0, 7.2))
-    'between 3.1 and 4 s the misfit of x is 5 times the floor (40 % of it in 12 % of the time)'
+    >>> words(Region("time", 3.1, 4.0, 0.4, 3.3, "s", "", "time", "", 25.0, 7.2))
+    'between 3.1 and 4 s the misfit is 5 times the noise there (40 % of it in 12 % of the time)'
     """
     low, high, unit = spread or (_round(r.low, r), _round(r.high, r), r.unit)
     frame = _FRAME.get(r.kind, "where {axis} is between {low} and {high} {unit}")
     where = frame.format(low=low, high=high, unit=unit, axis=r.axis).strip()
     of = {"time": "the time", "frequency": "the band"}.get(r.kind, "the samples")
-    size = f"is {multiple(r.times)} the floor" if math.isfinite(r.times) else "is concentrated"
-    whose = f" of {r.channel}" if r.channel else ""
+    whose, noise = (f" of {r.channel}", "its noise") if r.channel else ("", "the noise")
+    known = math.isfinite(r.times)
+    size = f"is {multiple(times_noise(r.times))} {noise} there" if known else "is concentrated"
     return (
         f"{where} the misfit{whose} {size} "
         f"({100 * r.share:.0f} % of it in {100 * r.part:.0f} % of {of})"

@@ -62,7 +62,7 @@ function build() {
   plots.spectrum = new Plot($('spectrum'), {height: 230, x: 'frequency (Hz)', y: over, logX: true, logY: true});
   plots.whiteness = new Plot($('whiteness'), {height: 230, x: 'lag (samples)', y: 'autocorrelation'});
   ['map0', 'map1', 'history', 'amplitude'].forEach((n, k) => {
-    plots[n] = new Plot($(n), {height: 240, pad: [24, 12, 40, 62], logY: k > 1, y: k > 1 ? 'misfit / noise' : ''});
+    plots[n] = new Plot($(n), {height: 240, pad: [24, 12, 40, 62], logY: k > 1, y: k > 1 ? 'left, times the noise' : ''});
   });
   plots.plane = new Plot($('plane'), {height: 380, flat: true, brushed: r => brushPlane(r), pointed: nearest});
   const key = (colour, text, area) => {
@@ -98,7 +98,7 @@ function showReading(k) {
   for (const n of ['recording', 'strip', 'left', 'spectrum', 'whiteness']) plots[n].reset();
   bands();
   const words = r.levels.map((v, i) => `${data.labels[i]}: ${v === null ? 'unknown' : `${short(v)} times the noise`}`).join('; ');
-  $('left-said').textContent = `Root mean square of what is left of ${r.name}, ${words}. ` +
+  $('left-said').textContent = `What is left of ${r.name} on all held-out samples (root mean square, single outliers cut): ${words}. ` +
     'Dashed: two standard deviations of the noise; the noise floor; the band that white noise keeps.';
   const parts = data.parts.filter(p => p.words.startsWith('held')).map(p => `${short(p.from)} to ${short(p.to)} s (${p.words})`);
   plots.recording.say(`${r.label} over ${short(time[time.length - 1] - time[0])} s: measured` +
@@ -203,7 +203,7 @@ function showPort(name) {
   });
   for (const n of ['map0', 'map1', 'history', 'amplitude']) plots[n].reset();
   $('port-key').replaceChildren();
-  const key = made('span', `mean square misfit of ${p.of} over the noise: ${short(10 ** from)} `, $('port-key'));
+  const key = made('span', `what is left of ${p.of} there, times its noise: ${short(10 ** from)} `, $('port-key'));
   made('span', '', key).className = 'ramp warm';
   key.append(` ${short(10 ** to)}`);
   $('port-said').textContent = 'Blank: hardly visited. Bars: two standard errors; dashed: the noise. ' +
@@ -225,7 +225,7 @@ function saidPlane() {
   const on = p.laws.filter(l => l.on).map(l => l.label).join(', ') || 'none';
   const chosen = state.picked ? ` ${state.count} of them selected.` : '';
   const text = `${p.x.length} points of ${p.yLabel} over ${p.xLabel}, recovered at ${state.element} as if ` +
-    `what is missing sat there alone.${p.open}${chosen} Laws still in the set: ${on}.`;
+    `what is missing sat there alone.${p.open}${chosen} Laws that are drawn (at first those that the data do not exclude): ${on}.`;
   $('plane-said').textContent = text;
   plots.plane.say(text);
 }
@@ -335,7 +335,7 @@ function keys(e) {
 }
 
 function experiment(e) {
-  const item = made('li', `${e.words}: separates ${e.rivals.join(' from ')} by z = ${short(e.then)} (now ${short(e.now)})`, $('experiments'));
+  const item = made('li', `${e.words}: expected to tell ${e.rivals.join(' from ')} by ${short(e.then)} standard errors (${short(e.now)} now)`, $('experiments'));
   if (!e.commands.length) return;
   const courses = e.commands.map(c => floats(c.y)), n = courses[0].length;
   const x = Float64Array.from({length: n}, (_, i) => i * e.dt), names = e.commands.map(c => c.unit ? `${c.name}[${c.unit}]` : c.name);

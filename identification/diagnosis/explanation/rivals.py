@@ -10,6 +10,7 @@ from identification.diagnosis.diagnose import Diagnosis
 from identification.diagnosis.evidence.answer import Decision
 from identification.diagnosis.localisation.recording.region import multiple
 from identification.diagnosis.search.candidates import Candidate
+from identification.report.numbers import times_noise
 from identification.report.words import spaced
 from identification.statistics.blocks import paired_z
 
@@ -104,8 +105,8 @@ def _why(
         return "lost", "not clearly better than the simpler one"
     if z < 0.5:
         return "lost", "about as good on average, but the named one is simpler or more usual"
-    factor = (t.test - 1) / max(chosen.test - 1, 0.05)
-    return "lost", f"leaves {multiple(factor)} as much misfit above the floor"
+    factor = times_noise((t.test - 1) / max(chosen.test - 1, 0.05))
+    return "lost", f"leaves {multiple(factor)} as much above the noise"
 
 
 def title(t: Candidate) -> str:

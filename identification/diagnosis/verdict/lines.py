@@ -1,0 +1,76 @@
+"""Lines of the terminal's verdict below its answer: errors, laws with their numbers, reasons."""
+
+from __future__ import annotations
+
+from identification.diagnosis.catalogue.words import spoken
+from identification.diagnosis.diagnose import Diagnosis
+from identification.diagnosis.explanation.colour import COLOURED
+from identification.diagnosis.explanation.law_formula import in_symbols, meaning_of
+from identification.diagnosis.verdict.document import (
+    ERROR,
+    as_repaired,
+    effect_parameters,
+    law_constants,
+    normalised_error,
+)
+
+
+def error_lines(d: Diagnosis) -> list[str]:
+    """Errors before and after by reading, and what is left of it over the noise."""
+    if d.nominal is None or d.data is None:
+        return []
+    before = normalised_error(d.nominal)
+    after = normalised_error(d.repaired) if d.repaired else {}
+    found = "the found effect" if len(d.findings) < 2 else f"the {len(d.findings)} found effects"
+    lines = []
+    for c, n in enumerate(d.data.names):
+        text = f"held-out error of {n}: {100 * before[n]:.3g} %"
+        if after:
+            text += f" before, {100 * after[n]:.3g} % with {found}"
+        unit = d.recording.units.get(n) or "SI"
+        level = d.left.over_noise.get(n) if d.left is not None else None
+        noise = f"noise {d.data.floor[c]:.3g} {unit}"
+        left = noise if level is None else f"what is left is {level:.3g} times the {noise}"
+        lines.append(f"{text}; {left}")
+    return [*lines, f"  (in percent: {ERROR})"]
+
+
+def parameter_lines(d: Diagnosis) -> list[str]:
+    """Law and parameters of every named effect, under its name where there are several."""
+    if d.repaired is None:
+        return []
+    lines = []
+    for step in d.findings:
+        if step.chosen is None:
+            continue
+        if len(d.findings) > 1:
+            lines.append(f"{step.chosen.label} (probability {step.confidence:.2f}):")
+        trial = as_repaired(step.chosen, d)
+        if law := in_symbols(trial):
+            lines.append(f"  law: {law}")
+        for e in effect_parameters(step.chosen, d):
+            unit, said = f" {e.unit}" if e.unit != "1" else "", meaning_of(e.name, trial)
+            value = f"{e.value:.4g}{unit}  [{e.ci95[0]:.4g}, {e.ci95[1]:.4g}]"
+            lines.append(f"  {e.name} = {value}" + (f"  {said}" if said else ""))
+        for p in law_constants(step.chosen, d):
+            unit, said = f" {p.unit}" if p.unit != "1" else "", meaning_of(p.name, trial)
+            what = f"{said}; of the law, not fitted" if said else "of the law, not fitted"
+            lines.append(f"  {p.name} = {p.value:.4g}{unit}  ({what})")
+    return lines
+
+
+def reason_lines(d: Diagnosis) -> list[str]:
+    """Why each step ended as it did; after the first they say which one they belong to."""
+    lines = []
+    noise = d.left is not None and d.left.is_noise(d.limits.noise)
+    for number, step in enumerate(d.steps, start=1):
+        word = "because" if number == 1 else f"step {number}"
+        lines += [f"{word}: {spoken(r)}" for r in step.reasons if r not in d.notes]
+        if number > 1 and step.kind == "unknown_physics" and not noise:
+            lines.append(f"step {number}: something more is missing that may not be named")
+    return lines
+
+
+def colour(d: Diagnosis) -> list[str]:
+    """Return the note on the colour of what is left: it stands beside the answer."""
+    return [n for n in d.notes if n.startswith(COLOURED)]

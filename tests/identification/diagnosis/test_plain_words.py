@@ -1,0 +1,160 @@
+"""What a reader is told of a verdict: one measure, a law with its numbers, the way there."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.signal import lfilter
+
+from bondgraph.signals.recording import Split
+from bondsight.cli.main import main
+from identification.diagnosis.catalogue import CATALOGUE
+from identification.diagnosis.catalogue.places import law_of
+from identification.diagnosis.catalogue.words import described, formula, parameters
+from identification.diagnosis.diagnose import Diagnosis
+from identification.diagnosis.evidence.judged import judged_on
+from identification.diagnosis.explanation.colour import COLOURED, colour_notes, coloured
+from identification.diagnosis.explanation.law_formula import in_symbols, meaning_of
+from identification.diagnosis.report.sections import beside
+from identification.diagnosis.search.candidates import Candidate
+from identification.diagnosis.studio import page
+from identification.diagnosis.verdict import normalised_error, parse_verdict, retold, verdict
+from identification.estimation.single_record import Fit
+from tests.identification.diagnosis import rubbing_spring
+from tests.identification.diagnosis.effect_plants import scene
+
+JARGON = ("Laws still in the set", "Bonds widen", "(z ", "z = ", "times the floor", "mean square")
+
+
+@pytest.fixture(scope="module")
+def found() -> Diagnosis:
+    return rubbing_spring.diagnosed()
+
+
+def named(d: Diagnosis) -> Candidate:
+    (step,) = d.findings
+    assert step.chosen is not None
+    return step.chosen
+
+
+def test_the_law_is_a_formula_and_its_numbers_have_a_meaning(found: Diagnosis) -> None:
+    law = "force of d = F_c_d*sign(v) + d*v, where v is the velocity of d"
+    assert in_symbols(named(found)) == law
+    words = str(found)
+    assert f"  law: {law}" in words
+    assert "N  [" in words
+    assert "]  friction level, the same at every speed" in words
+    (f,) = verdict(found)["findings"]
+    assert f["formula"] == law
+    assert [p["meaning"] for p in f["parameters"]] == ["friction level, the same at every speed"]
+
+
+@pytest.mark.parametrize("plant", ["diagnosed", "mechanical", "hydraulic", "electrical"])
+def test_every_parameter_of_every_effect_says_what_it_is(plant: str, found: Diagnosis) -> None:
+    seen = found.scene if plant == "diagnosed" else scene(plant)  # only that has sources' pasts
+    assert seen is not None
+    for effect in CATALOGUE:
+        for element in [e for e in effect.places(seen.graph) if e.name in seen.past][:2]:
+            made = effect.insert(seen, element)
+            fit: Any = SimpleNamespace(problem=SimpleNamespace(graph=made.graph))
+            trial = Candidate(made, True, fit, 1.0, 1.0, np.ones(1))
+            assert in_symbols(trial), effect.name
+            new = [n for n in made.graph.parameters if n not in seen.graph.parameters]
+            assert all(meaning_of(n, trial) for n in new), (effect.name, new)
+            held = made.graph.elements.get(element.name)
+            law = None if held is None else law_of(held)
+            if law is not None:
+                assert type(getattr(law, "inner", law)) in effect.laws, effect.name
+
+
+@pytest.mark.parametrize("effect", CATALOGUE, ids=lambda e: e.name)
+def test_the_catalogue_tells_the_law_and_what_its_numbers_are(effect: object) -> None:
+    assert formula(effect)  # type: ignore[arg-type]
+    text = described(effect.name)  # type: ignore[attr-defined]
+    assert "``" not in text
+    for name, meaning in parameters(effect):  # type: ignore[arg-type]
+        assert f"  {name}: {meaning}" in text
+
+
+def test_a_friction_is_told_in_its_own_formula() -> None:
+    text = described("stribeck_friction")
+    assert "(F_c + F_d exp(-(f/f_s)^2)) sign(f)" in text
+    assert described("stribeck") == text  # what a verdict calls its law
+    assert "    F_d: by how much the level at rest is higher (in N, say)" in text
+
+
+def test_a_percentage_does_not_depend_on_which_stretches_were_held_out(found: Diagnosis) -> None:
+    """Little moves in some stretches: their own spread made a small error of them a large one."""
+    assert found.nominal is not None
+    fit, data = found.nominal, found.nominal.problem.data
+    n, whole = data.n, np.std(data.readings[:, 0])
+    for part in (slice(0, n // 4), slice(n // 2, n)):
+        rest = tuple(s for s in (slice(0, part.start), slice(part.stop, n)) if s.stop > s.start)
+        judged = judged_on(fit, Split(rest, part, "a part"))
+        assert normalised_error(judged)["x"] == pytest.approx(judged.rmse("test")["x"] / whole)
+
+
+def with_residuals(made: Fit, left: np.ndarray) -> Fit:
+    return replace(made, simulated=made.problem.data.readings - left[:, None])
+
+
+def test_residuals_with_a_memory_are_told_beside_the_answer(found: Diagnosis) -> None:
+    assert found.repaired is not None
+    white = np.random.default_rng(2).standard_normal(found.repaired.problem.data.n)
+    slow = lfilter([0.8], [1.0, -0.6], white)
+    assert coloured(with_residuals(found.repaired, white)) == {}
+    assert colour_notes(with_residuals(found.repaired, white)) == ()
+    share = coloured(with_residuals(found.repaired, slow))["x"]
+    assert 0.25 < share < 0.45  # 0.36 of an autoregression with 0.6
+    (note,) = colour_notes(with_residuals(found.repaired, slow))
+    assert note.startswith(COLOURED)
+    assert "block sandwich" in note
+    told = str(replace(found, notes=(note, *found.notes))).splitlines()
+    assert told[1] == f"{note[0].upper()}{note[1:]}."
+    assert sum(COLOURED[1:] in line for line in told) == 1
+    shown = page(replace(found, notes=(note, *found.notes)))
+    assert f'<div class="callout"><ul><li>{told[1]}</li></ul></div>' in "".join(shown.split("\n"))
+    assert beside(found) == ""
+
+
+def test_the_verdict_is_told_without_words_of_the_house(found: Diagnosis) -> None:
+    for text in (str(found), retold(parse_verdict(json.dumps(verdict(found))))):
+        assert not [w for w in JARGON if w in text]
+
+
+def test_a_folder_is_explained_with_the_way_to_the_answer(
+    found: Diagnosis, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    found.report(tmp_path)
+    assert main(["explain", str(tmp_path)]) == 0
+    text = " ".join(capsys.readouterr().out.split())
+    for words in (
+        "What in the recording led there",
+        f"Without what was found, {verdict(found)['regions'][0]}.",
+        "What coulomb friction looks like as a rule: flat tops where the motion turns",
+        "What was tried, and how far behind it was",
+        "- coulomb friction at d leaves 1",
+        "standard errors behind",
+        "In symbols: force of d = F_c_d*sign(v) + d*v",
+    ):
+        assert words in text, words
+    assert str(found).splitlines()[0] not in text
+
+
+def test_a_verdict_of_before_is_explained_too(found: Diagnosis) -> None:
+    old = verdict(found)
+    for key in ("regions", "steps"):
+        del old[key]
+    for f in old["findings"]:
+        del f["formula"]
+        for p in f["parameters"]:
+            del p["meaning"]
+    text = retold(parse_verdict(json.dumps(old)))
+    assert "What was found" in text
+    assert "What was tried" not in text
