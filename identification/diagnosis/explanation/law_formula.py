@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sympy as sp
+from sympy.printing.str import StrPrinter
 
 from bondgraph.export.latex import tex
 from bondgraph.graph.bond_graph import BondGraph
@@ -38,8 +39,15 @@ def in_symbols(trial: Candidate) -> str:
     slope = sp.sympify(graph.slope(e)) if isinstance(e, C | I | R) else sp.Integer(1)
     left = output if e.name in output.split() else f"{output} of {e.name}"
     beside = f", {law.watched} is read beside it" if law.watched else ""
-    whole = str(slope * sp.Symbol(s) + found).replace("**", "^")
+    whole = _Text().doprint(slope * sp.Symbol(s) + found).replace("**", "^")
     return f"{left} = {whole}, where {s} is the {argument}{beside}"
+
+
+class _Text(StrPrinter):  # type: ignore[misc]
+    """Lines of text, with strokes for sizes."""
+
+    def _print_Abs(self, expr: sp.Abs) -> str:
+        return f"|{self._print(expr.args[0])}|"
 
 
 def _in_words(trial: Candidate) -> str:
