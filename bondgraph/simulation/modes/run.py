@@ -17,7 +17,7 @@ import numpy as np
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import Source
 from bondgraph.simulation.modes.guards import Guard
-from bondgraph.simulation.modes.mode_run import SHORT, Inputs
+from bondgraph.simulation.modes.inputs import SHORT, Inputs
 from bondgraph.simulation.modes.pieces import Pieces
 from bondgraph.simulation.modes.resolve import mode_of
 from bondgraph.simulation.modes.watching import Watch
