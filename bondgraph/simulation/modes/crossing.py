@@ -134,11 +134,13 @@ class GuardMargins:
         row = int(np.argmax(fine.any(axis=1)))
         if not row:  # or by rounding alone; the next interval begins with it
             return None
-        low, first = (row - 1) / _FINER, fine[row]
+        low, part, first = (row - 1) / _FINER, row / _FINER, fine[row]
         beyond = self._beyond(at, first, least)
-        while row < _FINER and beyond(row / _FINER) <= 0.0:  # in one step it is met later
-            row += 1
-        part = row / _FINER
+        # a run that ends there takes longer steps, and may meet it earlier or later
+        while part < 1.0 and beyond(part) <= 0.0:
+            low, part = part, part + 1.0 / _FINER
+        while low > 0.0 and beyond(low) > 0.0:
+            low, part = low - 1.0 / _FINER, low
         while True:
             part = _first_beyond(beyond, low, part, finest)
             run = at(part, 1)
