@@ -44,7 +44,6 @@ class GeneralMode(ModeRun):
         self, mode: Mode, inputs: Inputs, parameters: Mapping[str, float], accuracy: float
     ) -> None:
         program = stepping_program(mode.model)
-        _refuse_singular(mode, program.residual)
         shown = mode.model.output_names
         more = (*mode.carried, *mode.states, *program.algebraic)
         self.program = with_signals(
@@ -95,7 +94,7 @@ class GeneralMode(ModeRun):
         if run.reached < times.size:
             if times.size == 2:
                 raise unsettled(self.program, run, float(times[0]), step)
-            return self.settled(times[: max(run.reached, 2)], state)
+            return self.settled(times[: max(run.reached // 2, 2)], state)
         if not run.settled:
             self._warn(n_sub)
         self._spans = np.maximum(self._spans, np.ptp(run.y, axis=0))
@@ -167,16 +166,3 @@ class GeneralMode(ModeRun):
 
 def _passage(times: Array, run: GeneralRun, n_sub: int) -> Passage:
     return Passage(times, run.y, ModeState(run.x, run.memory, run.z), n_sub)
-
-
-def _refuse_singular(mode: Mode, residual: ca.Function) -> None:
-    """Refuse loops of which no values make equations: what nothing determines."""
-    arguments = residual.sx_in()
-    z = arguments[2]
-    if ca.sprank(ca.jacobian(residual(*arguments), z)) == z.numel():
-        return
-    first = mode.model.algebraic[0]
-    raise GraphError(
-        f"{mode.name}: mode {mode.text}: nothing determines {first.name} ({first.reason}); put a "
-        "resistance or a storage beside it"
-    )
