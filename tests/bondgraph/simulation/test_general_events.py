@@ -154,6 +154,17 @@ def test_a_height_is_watched_that_is_no_linear_signal() -> None:
     assert run["phi"][before][-1] < -level < run["phi"][~before][0]
 
 
+def test_a_square_is_watched_in_a_linear_model() -> None:
+    """The mode that has it takes the general step."""
+    t = np.linspace(0.0, 1.0, 101)
+    guard = Guard("heater", on=When("T", below=19.0), off=When(effort("room") ** 2, above=441.0))
+    drive = {"T_h": 60.0 + 0 * t}
+    run = simulate_modes(oven(), t, (), drive, events=[guard], accuracy=1e-8)
+    linear = simulate_modes(oven(), t, (), drive, events=[THERMOSTAT])
+    assert len(linear.events) > 4
+    assert_same_events(told(run), told(linear), 1e-7)
+
+
 # -- linear models through the general step ---------------------------------------------------
 def hopper() -> BondGraph:
     """A ball over a springy floor."""
@@ -240,19 +251,21 @@ def test_a_diode_blocks_or_conducts_in_any_circuit(
     assert [e.on for e in run.events] == [k % 2 == 0 for k in range(len(run.events))]
 
 
-def test_an_input_that_is_held_for_one_sample_switches() -> None:
-    """Nothing shows at the ends of the sample: the source has charged what it feeds by then."""
-    with BondGraph("fast") as g:
-        d, node = X1("D", on=False), Zero("node")
-        Se("V", unit="V") >> d >> R("R_s", 0.5, unit="ohm")
-        MSe("warm", -0.1 * sp.sin(TIME) ** 2 * flow("D")) >> d
-        d >> node >> C("C_1", 1e-3, unit="F")
-        node >> De("u", unit="V")
-        node >> R("load", 100.0, unit="ohm")
+def test_what_a_held_input_makes_for_less_than_a_sample_is_seen() -> None:
+    """A voltage behind a capacitor is gone again at the next sample."""
+    with BondGraph("high") as g:
+        loop, more = One("loop"), X0("more", on=False)
+        Se("V", unit="V") >> loop >> C("c", 0.01, unit="F")
+        loop >> R("r", 1.0, unit="ohm")
+        MSe("warm", -0.1 * sp.sin(TIME) ** 2 * flow("loop")) >> loop
+        loop >> more >> R("rest", 1.0, unit="ohm")
+        loop >> Df("i")
     t = np.linspace(0.0, 1.0, 11)
-    short = np.where(np.abs(t - 0.5) < 0.05, 1.0, -1.0)
-    run = simulate_modes(g, t, (), {"V": short}, events=[diode("D")], hold="hold")
-    assert [e.time for e in run.events] == pytest.approx([0.5, 0.6], abs=1e-9)
+    jump = {"V": np.where(t < 0.45, 0.0, 1.0)}
+    guard = Guard("more", on=When(effort("r"), above=0.5))
+    run = simulate_modes(g, t, (), jump, events=[guard], hold="hold")
+    assert [(e.junction, e.on) for e in run.events] == [("more", True)]
+    assert run.events[0].time == pytest.approx(0.5, abs=1e-12)
 
 
 # -- other graphs -----------------------------------------------------------------------------
