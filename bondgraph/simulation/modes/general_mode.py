@@ -11,6 +11,7 @@ import casadi as ca
 import numpy as np
 
 from bondgraph.equations.codegen import with_signals
+from bondgraph.equations.relation import FINE
 from bondgraph.simulation.exact_run import Memories
 from bondgraph.simulation.modes.inputs import Inputs
 from bondgraph.simulation.modes.mode_run import ModeRun, ModeState, Moment, Passage
@@ -45,7 +46,8 @@ class GeneralMode(ModeRun):
     ) -> None:
         program = stepping_program(mode.model)
         shown = mode.model.output_names
-        more = (*mode.carried, *mode.states, *program.algebraic)
+        fine = {n: f"{FINE}{n}" for n in shown if f"{FINE}{n}" in mode.model.index}
+        more = (*mode.carried, *mode.states, *program.algebraic, *fine.values())
         self.program = with_signals(
             program, mode.model, tuple(n for n in dict.fromkeys(more) if n not in shown)
         )
@@ -55,7 +57,9 @@ class GeneralMode(ModeRun):
         rates = {n: 0.0 * inputs.grid for n in self.program.input_rates}
         self._filled = replace(inputs, commands=rates | dict(inputs.commands))
         self.p = self.program.vector(parameters)
-        self._spans = np.zeros(len(self.program.outputs))
+        # readings settle before they are rounded
+        self._settling = [i for n, i in self.columns.items() if n not in fine]
+        self._spans = np.zeros(len(self._settling))
 
     def rest(self) -> tuple[Array, Memories]:
         """Return state and memory of rest."""
@@ -89,15 +93,14 @@ class GeneralMode(ModeRun):
         def run_with(n_sub: int) -> GeneralRun:
             return self._run(u, float(times[0]), step, state, n_sub)
 
-        columns = range(len(self.program.outputs))
-        n_sub, run = settled_general(run_with, columns, self.accuracy, self._spans)
+        n_sub, run = settled_general(run_with, self._settling, self.accuracy, self._spans)
         if run.reached < times.size:
             if times.size == 2:
                 raise unsettled(self.program, run, float(times[0]), step)
             return self.settled(times[: max(run.reached // 2, 2)], state)
         if not run.settled:
             self._warn(n_sub)
-        self._spans = np.maximum(self._spans, np.ptp(run.y, axis=0))
+        self._spans = np.maximum(self._spans, np.ptp(run.y[:, self._settling], axis=0))
         return _passage(times, run, n_sub)
 
     def stepped(self, times: Array, step: float, state: ModeState, n_sub: int) -> Passage:
