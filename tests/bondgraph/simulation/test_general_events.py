@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Callable, Mapping
 from typing import Any
 
@@ -122,18 +121,17 @@ def test_a_pendulum_hits_a_stop_as_scipy_says() -> None:
 
 
 def test_a_reading_that_is_rounded_settles_as_it_is_before() -> None:
-    t = np.linspace(0.0, 3.0, 76)
-    fine = Guard("stop", on=When(displacement("gravity1"), above=0.4), off=STOP.off)
-    coarse = pendulum().with_element("phi", resolution=0.05)
+    t = np.linspace(0.0, 3.0, 1001)
+    free = Guard("stop", on=When(displacement("gravity1"), above=0.4), off=STOP.off)
+    coarse = pendulum().with_element("phi", resolution=1e-4)
     torque = {"T": 0.3 * np.sin(2.0 * t)}
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        run = simulate_modes(
-            coarse, t, (), torque, events=[fine], start=SWING, hold="linear", accuracy=1e-5
-        )
-    plain = bounced(t, torque["T"], 1e-5)
+    run = simulate_modes(
+        coarse, t, (), torque, events=[free], start=SWING, hold="linear", accuracy=1e-7
+    )
+    plain = bounced(t, torque["T"], 1e-7)
+    assert run.steps_per_sample == plain.steps_per_sample
     assert_same_events(told(run), told(plain), 1e-9)
-    assert 0.02 < np.abs(run["phi"] - plain["phi"]).max() <= 0.0251
+    assert 4e-5 < np.abs(run["phi"] - plain["phi"]).max() <= 5.1e-5
 
 
 def test_a_lossless_bounce_keeps_its_energy() -> None:
