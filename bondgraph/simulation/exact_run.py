@@ -281,10 +281,13 @@ def _unrounded(compiled: Compiled, run: KernelRun) -> Array:
     return y
 
 
-def relative_change(before: Array, after: Array) -> float:
-    """Return the largest root mean square of a change, relative to the range of its column."""
+def relative_change(before: Array, after: Array, spans: Array | None = None) -> float:
+    """Return the largest root mean square of a change, relative to the range of its column.
+
+    `spans` are ranges that the columns have had already, shape (n_columns,).
+    """
     floor = np.maximum(1e-12 * np.abs(after).max(axis=0, initial=0.0), 1e-150)
-    span = np.maximum(np.ptp(after, axis=0), floor)
+    span = np.maximum(np.ptp(after, axis=0), floor if spans is None else np.maximum(floor, spans))
     with np.errstate(over="ignore"):  # of a run that breaks off
         return float(np.sqrt(np.mean(((after - before) / span) ** 2, axis=0)).max(initial=0.0))
 

@@ -71,11 +71,7 @@ class Posed:
                 return x, z, m
             return x, unknowns_at(q, 0.0, x, u, self.p, m), m
         x = initial_state(q.name, x0, q.states)
-        z = unknowns_at(q, 0.0, x, u, self.p, m)
-        if kept.all():
-            return x, z, m
-        m = np.where(kept, m, relaxed_at(q, np.concatenate([x, z]), u, self.p, m)[0])
-        return x, unknowns_at(q, 0.0, x, u, self.p, m), m
+        return x, *consistent_start(q, 0.0, x, u, self.p, memory)
 
     def between(self, hold: str | None) -> str:
         """Return what inputs do between samples: as usual, unless it is said."""
@@ -92,6 +88,21 @@ class Posed:
             element: (y[:, column(s)], y[:, column(w)])
             for element, s, w in held_signals(self.program)
         }
+
+
+def consistent_start(
+    q: Program, time: float, x: Array, u: Array, p: Array, memory: Memories | None
+) -> tuple[Array, Array]:
+    """Return the algebraic unknowns and the memory of a state `x` at a time (s).
+
+    Laws that `memory` does not name are relaxed at the arguments that they have there.
+    """
+    m, kept = q.start_memory(memory)
+    z = unknowns_at(q, time, x, u, p, m)
+    if kept.all():
+        return z, m
+    m = np.where(kept, m, relaxed_at(q, np.concatenate([x, z]), u, p, m)[0])
+    return unknowns_at(q, time, x, u, p, m), m
 
 
 def held_signals(program: Program) -> tuple[tuple[str, str, str], ...]:

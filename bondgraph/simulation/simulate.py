@@ -13,9 +13,7 @@ import numpy as np
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.checking import require_graph, tried_problems
 from bondgraph.simulation.exact_run import (
-    LARGEST,
     Memories,
-    relative_change,
     run_record,
     settle,
 )
@@ -31,7 +29,7 @@ from bondgraph.simulation.start import (
 from bondgraph.simulation.timing import is_timed, read, sent, without_timing
 from bondgraph.simulation.trajectory import Trajectory, units_of
 from bondgraph.support.arrays import Array
-from bondgraph.support.errors import BondsightError, UnusableInput, unknown_name
+from bondgraph.support.errors import UnusableInput, unknown_name
 
 if TYPE_CHECKING:
     from bondgraph.simulation.lure import Compiled
@@ -257,8 +255,8 @@ def simulate_general(
         No rest, no convergence, or the outputs do not settle within 256 sub-steps.
     """
     from bondgraph.simulation.posing import pose
-    from bondgraph.simulation.radau.jumping import jumping
     from bondgraph.simulation.radau.native import PreparedGeneral, run_general
+    from bondgraph.simulation.radau.settling import settled_general, unsettled
 
     time = even_grid(graph.name, time)
     asked = pose(graph, time, commands, parameters, observed)
@@ -266,27 +264,16 @@ def simulate_general(
     hold = asked.between(hold)
     x0, z0, begun = asked.start(x0, memory)
     memory = program.memory_by_law(begun)
-    last: GeneralRun | None = None
-    n_sub = 1
-    while n_sub <= LARGEST:
+
+    def run_with(n_sub: int) -> GeneralRun:
         # unchecked: a law that jumps is tried, too, for the motion may never reach its jump
         ready = PreparedGeneral(program, p, step, n_sub, (), False, False)
-        made = run_general(ready, u, x0, hold, memory=memory, unknowns=z0)
-        change = np.inf
-        if made.settled and last is not None and last.settled:
-            change = relative_change(last.y[:, asked.columns], made.y[:, asked.columns])
-        if change < accuracy:
-            return Trajectory(
-                graph.name, time, asked.outputs(made.y), asked.laws(made.y), n_sub, made.x,
-                made.memory, program.states, hold=hold, units=units_of(graph),
-            )  # fmt: skip
-        last, n_sub = made, 2 * n_sub
-    what = "the outputs do not settle"
-    if last is not None and not last.settled:
-        what = f"Newton's method does not converge near {time[0] + last.reached * step:.6g} s"
-    if jumps := jumping(program):
-        what += f" ({', '.join(jumps)} has a law that jumps, which a smooth step cannot follow)"
-    raise BondsightError(
-        f"{graph.name}: {what} within {LARGEST} sub-steps a sample; sample faster, start closer "
-        "(x0=), or check that the model has a solution there"
-    )
+        return run_general(ready, u, x0, hold, memory=memory, unknowns=z0)
+
+    n_sub, made = settled_general(run_with, asked.columns, accuracy)
+    if not made.settled:
+        raise unsettled(program, made, float(time[0]), step)
+    return Trajectory(
+        graph.name, time, asked.outputs(made.y), asked.laws(made.y), n_sub, made.x,
+        made.memory, program.states, hold=hold, units=units_of(graph),
+    )  # fmt: skip

@@ -1,18 +1,17 @@
 """Where a guard first acts: seen at the samples of a run, located inside a step.
 
-A crossing is located by runs of the exact step that end there, none by interpolated readings.
+A crossing is located by runs of the mode's own step that end there, none by interpolated readings.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import count
 
 import numpy as np
 
-from bondgraph.simulation.exact_run import KernelRun
-from bondgraph.simulation.modes.mode_run import Memory, ModeRun
+from bondgraph.simulation.modes.mode_run import ModeRun, ModeState, Moment, Passage
 from bondgraph.support.arrays import Array
 
 SLACK = 1e-11
@@ -28,7 +27,7 @@ class Located:
 
     sample: int
     after: float
-    run: KernelRun
+    run: Passage
     acting: tuple[str, ...]
 
 
@@ -42,26 +41,24 @@ class GuardMargins:
     def __init__(
         self,
         run: ModeRun,
-        first: KernelRun,
-        x: Array,
-        u: Array,
+        first: Moment,
         shift: Mapping[str, float],
         largest: Mapping[tuple[str, str], float],
     ) -> None:
         self.run, self.conditions = run, run.mode.conditions
         self._at = [run.columns.get(c.reading, -1) for c in self.conditions]
         self._shift = [shift.get(c.reading, 0.0) for c in self.conditions]
-        parts, last = run.parts, np.concatenate([u, first.w[0]])
-        summed = np.abs(parts.cy) @ np.abs(x) + np.abs(parts.dy) @ np.abs(last)
-        n_u = u.size
-        self._direct = np.array([parts.dy[i, :n_u] if i >= 0 else 0.0 * u for i in self._at])
         self.slack = SLACK * np.array(
             [
-                max(c.size, largest.get((c.junction, c.reading), 0.0), summed[i] if i >= 0 else 0.0)
+                max(
+                    c.size,
+                    largest.get((c.junction, c.reading), 0.0),
+                    first.sizes[i] if i >= 0 else 0.0,
+                )
                 for c, i in zip(self.conditions, self._at, strict=True)
             ]
         )
-        self.margin = self.of(first.y[:1])[0]
+        self.margin = self.of(first.y[None])[0]
         self.tight = self.margin > 0.0
 
     @property
@@ -92,21 +89,18 @@ class GuardMargins:
         """Take note of the conditions that have left their levels."""
         self.tight = self.tight & ~(margins <= 0.0).any(axis=0)
 
-    def first_crossing(
-        self, times: Array, u: Array, n_sub: int, made: KernelRun, x: Array, memory: Memory
-    ) -> Located | None:
-        """Return the first crossing within a run from `x`, or None."""
-        signals = self.signals(made.y)
+    def first_crossing(self, made: Passage, begun: ModeState) -> Located | None:
+        """Return the first crossing within a run from a state, or None."""
+        signals, times = self.signals(made.y), made.times
         margins = self._of_signals(signals)
         left = np.logical_or.accumulate(margins <= 0.0, axis=0)
         needed = np.where(self.tight & ~left, self.slack, 0.0)
         seen = _after(margins > needed) | _peaks(margins, self.slack)
-        if self.run.inputs.hold == "hold" and self._direct.any():
-            jumped = signals[1:-1] + np.diff(u[:-1], axis=0) @ self._direct.T
-            seen[1:] |= (self._of_signals(jumped) > needed[1:-1]).any(axis=1)
+        if (jumped := self.run.jumped(made)) is not None:
+            seen[1:] |= (self.of(jumped) > needed[1:-1]).any(axis=1)
         step = float(times[-1] - times[0]) / (times.size - 1)
         for j in np.flatnonzero(seen):
-            at = self._standing(times, u, n_sub, int(j), x, memory)
+            at = self._standing(made, int(j), begun)
             least = np.where(self.tight & ~left[j], self.slack, 0.0)
             found = self._within(at, least, FINEST + 1e-15 * abs(times[j]) / step)
             if found is not None:
@@ -114,30 +108,24 @@ class GuardMargins:
                 return Located(int(j), part * step, run, self.names(acting))
         return None
 
-    def _standing(
-        self, times: Array, u: Array, n_sub: int, j: int, x: Array, memory: Memory
-    ) -> Callable[[float, int], KernelRun]:
+    def _standing(self, made: Passage, j: int, begun: ModeState) -> Callable[[float, int], Passage]:
         """Return ``at(part, n)``: a run from sample `j` over a part of a step, in `n` rows."""
-        run, begin = self.run, float(times[j])
+        run, times, n_sub = self.run, made.times, made.n_sub
+        begin = float(times[j])
         step = float(times[-1] - times[0]) / (times.size - 1)
-        if j:
-            before = run.run(u[: j + 1], step, x, memory, n_sub)
-            x, memory = before.x, {**memory, **before.memory}
+        state = run.along(times[: j + 1], begun, n_sub).end if j else begun
 
-        def at(part: float, n: int = 1) -> KernelRun:
+        def at(part: float, n: int = 1) -> Passage:
             if part == 0.0:
-                made = at(1.0)
-                kept = {e: memory[e] for e in made.memory if e in memory}
-                return replace(made, y=made.y[:1], x=x, memory=kept)
-            over = np.linspace(0.0, part * step, n + 1)
-            inputs = run.inputs.at(run.mode, begin + over)
-            return run.run(inputs, part * step / n, x, memory, n_sub)
+                here = run.now(begin, state)
+                return Passage(times[j : j + 1], here.y[None], here.state, n_sub)
+            return run.part(begin, part * step, n, state, n_sub)
 
         return at
 
     def _within(
-        self, at: Callable[[float, int], KernelRun], least: Array, finest: float
-    ) -> tuple[float, KernelRun, Array] | None:
+        self, at: Callable[[float, int], Passage], least: Array, finest: float
+    ) -> tuple[float, Passage, Array] | None:
         """Return after which part of a step something acts, with the run up to there, or None."""
         begun = at(0.0, 1)
         if (acting := self.of(begun.y)[0] > least).any():
@@ -147,16 +135,23 @@ class GuardMargins:
         if not row:  # or by rounding alone; the next interval begins with it
             return None
         low, part, first = (row - 1) / _FINER, row / _FINER, fine[row]
+        beyond = self._beyond(at, first, least)
+        # a run that ends there takes longer steps, and may meet it earlier or later
+        while part < 1.0 and beyond(part) <= 0.0:
+            low, part = part, part + 1.0 / _FINER
+        while low > 0.0 and beyond(low) > 0.0:
+            low, part = low - 1.0 / _FINER, low
         while True:
-            part = _first_beyond(self._beyond(at, first, least), low, part, finest)
+            part = _first_beyond(beyond, low, part, finest)
             run = at(part, 1)
             acting = self.of(run.y)[-1] > least
             if not (acting & ~first).any():
                 return part, run, acting if acting.any() else first
             first = acting & ~first  # these were beyond before
+            beyond = self._beyond(at, first, least)
 
     def _beyond(
-        self, at: Callable[[float, int], KernelRun], some: Array, least: Array
+        self, at: Callable[[float, int], Passage], some: Array, least: Array
     ) -> Callable[[float], float]:
         """Return how far some conditions are beyond their levels after a part of a step."""
         return lambda part: float((self.of(at(part, 1).y)[-1] - least)[some].max())

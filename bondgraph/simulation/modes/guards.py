@@ -24,10 +24,11 @@ class When:
     Parameters
     ----------
     signal : str or sympy expression
-        Name of a sensor, whose reading it is; or an expression, linear in signals (`effort`,
-        `flow`, `displacement`, `momentum`). Beside those that a `Reading` knows there is what an
-        open junction holds back: ``effort`` of an X1, flows of which are zero, and ``flow`` of an
-        X0, in minus out; both are zero while it is on.
+        Name of a sensor, whose reading it is; or an expression of signals (`effort`, `flow`,
+        `displacement`, `momentum`). Beside those that a `Reading` knows there is what an open
+        junction holds back: ``effort`` of an X1, flows of which are zero, and ``flow`` of an X0, in
+        minus out; both are zero while it is on. Where it is not linear, the modes that watch it
+        take the general step.
     above, below : float, str or sympy expression, SI
         A number, the name of a parameter or an expression of parameters.
 

@@ -3,25 +3,23 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations, islice
 
 import numpy as np
 
 from bondgraph.graph.bond_graph import BondGraph
-from bondgraph.simulation.exact_run import KernelRun
 from bondgraph.simulation.modes.crossing import GuardMargins, Located
 from bondgraph.simulation.modes.guards import SwitchEvent
-from bondgraph.simulation.modes.mode_run import Inputs, ModeRun
+from bondgraph.simulation.modes.inputs import Inputs
+from bondgraph.simulation.modes.mode_run import ModeRun, ModeState, Passage
 from bondgraph.simulation.modes.resolve import mode_of
 from bondgraph.simulation.modes.states import Mode, taken_over
 from bondgraph.simulation.modes.watching import Watch
-from bondgraph.simulation.simulate import rested
-from bondgraph.simulation.start import inputs_of
 from bondgraph.simulation.trajectory import Trajectory, units_of
 from bondgraph.support.arrays import Array
-from bondgraph.support.errors import BondsightError, GraphError, unknown_name
+from bondgraph.support.errors import BondsightError, GraphError
 
 MOST_EVENTS = 100
 """Within one sample interval; more is a chattering."""
@@ -38,7 +36,7 @@ class Entry:
     """A mode where it begins."""
 
     run: ModeRun
-    x: Array
+    state: ModeState
     shift: dict[str, float]
     margins: GuardMargins | None
 
@@ -63,14 +61,14 @@ class Pieces:
         self.largest: dict[str, float] = {}
         self.seen: dict[tuple[str, str], float] = {}
         self.shift: dict[str, float] = {}
-        self.memory: dict[str, tuple[float, ...]] = {}
+        self.memory: dict[str, Sequence[float]] = {}
         self.state = np.zeros(0)
         self.finest = 1
         self.events: list[SwitchEvent] = []
         self._runs: dict[tuple[bool, ...], ModeRun] = {}
         self._windows: dict[tuple[bool, ...], int] = {}
         self._interval, self._busy = -1, Counter[str]()
-        self._begun: tuple[ModeRun, Array] | None = None
+        self._begun: tuple[ModeRun, ModeState] | None = None
 
     # -- from one switch to the next --------------------------------------------------------
     def stretch(
@@ -98,35 +96,37 @@ class Pieces:
     ) -> None:
         """Take the start of the record for what is held."""
         run = self._run(mode)
-        x = self._start(run.mode, start)
-        self._hold(run, run.now(begin, x, self.memory), 0)
-        self.mode, self._begun = dict(mode), (run, x)
+        state = run.begun(start or {})
+        self.memory |= state.memory
+        first = run.now(begin, state)
+        self._hold(run, first.y)
+        self.mode, self._begun = dict(mode), (run, first.state)
 
     def _piece(
         self, entry: Entry, begin: float, end: float
     ) -> tuple[float, tuple[str, ...]] | None:
         """Run one mode until a guard acts, and return when and of which junctions; or to `end`."""
-        run, x, now, new = entry.run, entry.x, begin, True
+        run, state, now, new = entry.run, entry.state, begin, True
         key = tuple(self.mode.values())
         window = self._windows.get(key, _FIRST)
         while end - now > self.inputs.slack:
             times = self._chunk(now, end, window if entry.margins else self.inputs.grid.size)
-            u, n_sub, made = run.settled(times, x, self.memory)
-            self.finest = max(self.finest, n_sub)
+            made = run.settled(times, state)
+            self.finest = max(self.finest, made.n_sub)
             found = None
             if entry.margins is not None:
-                found = entry.margins.first_crossing(times, u, n_sub, made, x, self.memory)
-            rows = times.size if found is None else found.sample + 1
-            self._keep(run, times[:rows], made.y[:rows], skip=0 if new else 1)
+                found = entry.margins.first_crossing(made, state)
+            rows = made.times.size if found is None else found.sample + 1
+            self._keep(run, made.times[:rows], made.y[:rows], skip=0 if new else 1)
             self._measure(run, made.y[: rows + 1])  # a guard acts up to a sample later
             new = False
             if found is not None:
-                return self._stopped(entry, times, found, key, begin)
+                return self._stopped(entry, made.times, found, key, begin)
             if entry.margins is not None:
                 self._notice(entry.margins, made.y)
-            x, now, window = made.x, float(times[-1]), 2 * window
+            state, now, window = made.end, float(made.times[-1]), 2 * window
             self._remember(run, made)
-        self.state = x
+        self.state = state.x
         return None
 
     def _stopped(
@@ -137,7 +137,7 @@ class Pieces:
         assert entry.margins is not None
         self._notice(entry.margins, found.run.y)
         self._remember(entry.run, found.run)
-        self.state = found.run.x
+        self.state = found.run.end.x
         return time, found.acting
 
     def _chunk(self, now: float, end: float, window: int) -> Array:
@@ -173,8 +173,10 @@ class Pieces:
         """Return a mode ready to run; compiled once."""
         key = tuple(mode[n] for n in self.mode)
         if key not in self._runs:
+            from bondgraph.simulation.modes.opening import opened
+
             made = Mode(self.graph, mode, self.watch)
-            self._runs[key] = ModeRun(made, self.inputs, self.parameters, self.accuracy)
+            self._runs[key] = opened(made, self.inputs, self.parameters, self.accuracy)
         return self._runs[key]
 
     def _entered(self, asked: Mapping[str, bool], now: float) -> Entry:
@@ -235,44 +237,28 @@ class Pieces:
 
     def _entry(self, mode: Mapping[str, bool], now: float) -> Entry:
         run = self._run(mode)
-        x = self._taken_over(run, now)
-        first = run.now(now, x, self.memory)
+        first = run.now(now, self._taken_over(run, now))
         shift = dict(self.shift)
         for n in run.mode.taps:
             if (before := self.held.get(f"y {n}")) is not None:
-                shift[n] = before - float(first.y[0, run.columns[n]])
-        margins = None
-        if self.watch:
-            u = self.inputs.at(run.mode, np.array([now, now + self.inputs.step]))[0]
-            margins = GuardMargins(run, first, x, u, shift, self.seen)
-        return Entry(run, x, shift, margins)
+                shift[n] = before - float(first.y[run.columns[n]])
+        margins = GuardMargins(run, first, shift, self.seen) if self.watch else None
+        return Entry(run, first.state, shift, margins)
 
     # -- taking over ------------------------------------------------------------------------
-    def _start(self, mode: Mode, start: Mapping[str, float] | None) -> Array:
-        now = {n: v[:1] for n, v in self.inputs.commands.items()}
-        compiled = mode.compiled
-        p = compiled.vector(self.parameters)
-        first = inputs_of(compiled, now, np.zeros(1))
-        x, memory = rested(compiled, p, first, self.inputs.step, None, None)
-        if not start:  # where states are given, laws are relaxed at these
-            self.memory |= {n: tuple(m) for n, m in (memory or {}).items()}
-        for name, value in (start or {}).items():
-            if name not in mode.states:
-                raise unknown_name("state", name, f"mode {mode.text}", mode.states)
-            x[mode.states.index(name)] = value
-        return x
-
-    def _taken_over(self, run: ModeRun, now: float) -> Array:
+    def _taken_over(self, run: ModeRun, now: float) -> ModeState:
         """Return the state of a mode in which every storage holds what it held."""
         mode = run.mode
         if self._begun is not None and self._begun[0] is run and now == self.inputs.grid[0]:
             return self._begun[1]
+        memory = {n: m for n, m in self.memory.items() if n in mode.remembering}
 
         def holds(x: Array) -> Mapping[str, float]:
-            y = run.now(now, x, self.memory).y[0]
+            y = run.now(now, ModeState(x, memory)).y
             return {n: float(y[run.columns[n]]) for n in mode.carried}
 
-        return taken_over(mode, self.held, self.largest, holds, now, self.tolerance)
+        x = taken_over(mode, self.held, self.largest, holds, now, self.tolerance)
+        return ModeState(x, memory)
 
     # -- what is kept -----------------------------------------------------------------------
     def _keep(self, run: ModeRun, times: Array, y: Array, skip: int) -> None:
@@ -291,17 +277,16 @@ class Pieces:
             size = float(np.abs(y[:, run.columns[n]]).max())
             self.largest[n] = max(self.largest.get(n, 0.0), size)
 
-    def _remember(self, run: ModeRun, made: KernelRun) -> None:
-        self.memory |= made.memory
-        self._hold(run, made, -1)
+    def _remember(self, run: ModeRun, made: Passage) -> None:
+        self.memory |= made.end.memory
+        self._hold(run, made.y[-1])
 
-    def _hold(self, run: ModeRun, made: KernelRun, row: int) -> None:
-        y = made.y[row]
+    def _hold(self, run: ModeRun, y: Array) -> None:
         for n in run.mode.shown:
             self.held[f"y {n}"] = float(y[run.columns[n]]) + self.shift.get(n, 0.0)
         for n in run.mode.carried:
             self.held[n] = float(y[run.columns[n]])
-        self._measure(run, made.y[row : row + 1 or None])
+        self._measure(run, y[None])
 
     def _notice(self, margins: GuardMargins, y: Array) -> None:
         signals = margins.signals(y)
@@ -314,5 +299,6 @@ class Pieces:
         """Return all pieces as one record."""
         return Trajectory(
             self.graph.name, self.inputs.grid, self.outputs, {}, self.finest, self.state,
-            dict(self.memory), units=units_of(self.graph), events=tuple(self.events),
+            {n: tuple(m) for n, m in self.memory.items()}, units=units_of(self.graph),
+            events=tuple(self.events),
         )  # fmt: skip

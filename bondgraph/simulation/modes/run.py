@@ -1,10 +1,10 @@
 """Piecewise simulation of a switched graph: one mode after the other, states carried over.
 
 Junctions switch at given times (a schedule) or by the state (guards: a diode that opens, a stop
-that is hit), which is located inside a step. Every mode must be linear up to scalar laws. What the
-storages hold is continuous at a switch. A mode in which a storage depends on others (or on a
-source) takes over only values that fit; where they do not, the switch would need an impulse and is
-refused, unless guards leave another mode that fits.
+that is hit), which is located inside a step. Modes that are linear up to scalar laws take the exact
+step, others the general one. What the storages hold is continuous at a switch. A mode in which a
+storage depends on others (or on a source) takes over only values that fit; where they do not, the
+switch would need an impulse and is refused, unless guards leave another mode that fits.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ import numpy as np
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import Source
 from bondgraph.simulation.modes.guards import Guard
-from bondgraph.simulation.modes.mode_run import SHORT, Inputs
+from bondgraph.simulation.modes.inputs import SHORT, Inputs
 from bondgraph.simulation.modes.pieces import Pieces
 from bondgraph.simulation.modes.resolve import mode_of
 from bondgraph.simulation.modes.watching import Watch
@@ -58,7 +58,7 @@ def simulate_modes(
         Values that differ from the declared ones.
     start : dict of str to float
         States at the first sample by name (``q_C_1``, ``p_L``); the others are those of rest with
-        all inputs at zero.
+        all inputs at zero. Nothing is put to rest where all are given.
     hold : {"hold", "linear"}, optional
         What the inputs do between samples. When not given, they are held, as by a converter; linear
         where one is recorded by its rate or its integral.
@@ -82,8 +82,10 @@ def simulate_modes(
     Raises
     ------
     GraphError
-        A switch would need an impulse (the line names the store), a mode has no equations, or
-        guards contradict each other or chatter.
+        A switch would need an impulse (the line names the store), a mode has no equations or no
+        rest to start from, or guards contradict each other or chatter.
+    BondsightError
+        Newton's method finds no way on through a mode that takes the general step.
     UnusableInput
         Times that do not rise or lie outside of `time`, levels that make no sense.
 

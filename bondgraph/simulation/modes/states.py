@@ -18,18 +18,40 @@ from bondgraph.support.arrays import Array
 from bondgraph.support.errors import GraphError
 
 if TYPE_CHECKING:
+    from bondgraph.equations.system import System
     from bondgraph.simulation.lure import Compiled
 
 _ROUNDS = 8
 
 
 class Mode:
-    """A compiled mode; what its storages hold and what guards watch are among its outputs."""
+    """The equations of a mode; what its storages hold and what guards watch are among its signals.
+
+    Attributes
+    ----------
+    text : str
+        Which junctions are on and off.
+    model : System
+    exact : Compiled or None
+        For the exact step; None where it needs the general one.
+    states, shown : tuple of str
+        Names of its states, and of the sensors.
+    conditions : tuple of ActiveGuard
+    stores : tuple of str
+        Contents of all storages, of those that depend on others, too.
+    carried : tuple of str
+        What goes over a switch: contents, and states that no storage has.
+    taps : tuple of str
+        Sensors of a displacement that is counted from the first sample of a mode on.
+    remembering : frozenset of str
+        Elements whose laws have memory.
+    """
 
     def __init__(
         self, graph: BondGraph, mode: Mapping[str, bool], watch: Watch | None = None
     ) -> None:
-        from bondgraph.simulation.lure import compile_model
+        from bondgraph.equations.derivation import equations
+        from bondgraph.simulation.lure import exact_form
 
         self.text = ", ".join(f"{n} {'on' if on else 'off'}" for n, on in mode.items())
         conditions = watch.conditions(mode) if watch else ()
@@ -37,23 +59,25 @@ class Mode:
         readings = [r for _, r in conditions if r is not None]
         resolved = watched(in_mode(graph, mode), readings)
         try:
-            compiled = compile_model(resolved)
+            found = exact_form(resolved)
+            self.model: System = found.model if found is not None else equations(resolved)
         except GraphError as error:
             raise GraphError(f"mode {self.text}: {error}") from error
-        self.states = compiled.states
+        model, self.name = self.model, self.model.name
+        self.states = model.states
         hidden = {r.name for r in readings}
-        self.shown = tuple(n for n in compiled.model.output_names if n not in hidden)
+        self.shown = tuple(n for n in model.output_names if n not in hidden)
         stored = [
             f"{'q' if isinstance(e, C | CField) else 'p'}_{n}"
             for n, _, e in storage_ports(resolved)
         ]
-        self.stores = tuple(s for s in stored if s in compiled.model.signals)
+        self.stores = tuple(s for s in stored if s in model.signals)
         self.taps = tuple(e.name for e in resolved.of_type(Dq) if e.law is None and not e.drift)
         shifted = {f"z_{s}" for s in self.stores}  # what they mean differs from mode to mode
         own = tuple(s for s in self.states if s not in self.stores and s not in shifted)
         self.carried = (*self.stores, *own)
-        self.remembering = {port.element for port in compiled.laws if port.law.n_memory}
-        self.compiled: Compiled = replace(compiled, observed=self.carried)
+        self.remembering = frozenset(use.element for use in model.laws if use.law.n_memory)
+        self.exact: Compiled | None = found and replace(found, observed=self.carried)
 
 
 def taken_over(
@@ -86,10 +110,14 @@ def taken_over(
     """
     # a displacement that a sensor begins to integrate goes on from its reading
     wanted = {n: held.get(n, held.get(f"y {n[2:]}")) for n in mode.carried}
-    if all(n in mode.states for n in mode.stores) and set(mode.states) <= set(mode.carried):
-        return np.array([wanted[n] or 0.0 for n in mode.states])
-    names = [n for n, v in wanted.items() if v is not None]
-    target = np.array([wanted[n] for n in names], float)
+    known = {n: v for n, v in wanted.items() if v is not None}
+    if set(mode.states) <= set(mode.carried):
+        x = np.array([wanted[n] or 0.0 for n in mode.states])
+        if all(n in mode.states for n in mode.stores):
+            return x
+        _refuse_impulse(mode, begin, known, holds(x), largest, tolerance)
+        return x
+    names, target = list(known), np.array(list(known.values()))
     size = _sizes(mode, largest)
 
     def contents(x: Array) -> Array:
@@ -107,9 +135,7 @@ def taken_over(
         x = x + size * step
         if np.abs(step).max(initial=0.0) <= 1e-9:
             break
-    _refuse_impulse(
-        mode, begin, dict(zip(names, target, strict=True)), holds(x), largest, tolerance
-    )
+    _refuse_impulse(mode, begin, known, holds(x), largest, tolerance)
     return x
 
 
@@ -137,7 +163,7 @@ def _refuse_impulse(
         return
     n = next((n for n in off if n not in mode.states), off[0])
     raise GraphError(
-        f"{mode.compiled.model.name}: switching to {mode.text} at {begin:g} s needs an impulse: "
+        f"{mode.name}: switching to {mode.text} at {begin:g} s needs an impulse: "
         f"the store {n[2:]} holds {n} = {old[n]:.6g} and would have to jump to about "
         f"{new[n]:.6g}; switch when it fits, or put a resistance (a compliance) beside it"
     )

@@ -20,6 +20,7 @@ from bondgraph.support.errors import BondsightError, UnusableInput, unknown_name
 
 SOLVED = 1e-12
 LOOSE = 1e-7
+ROUNDING = 1e-15
 BESIDE = 1e-6
 """Where an endless slope (of a root at zero) is left behind."""
 
@@ -239,6 +240,19 @@ def _balanced(q: Program) -> tuple[list[ca.SX], ca.SX]:
     return [t, v, u, p, m], r
 
 
+@lru_cache(maxsize=64)
+def _loop(key: Key) -> ca.Function:
+    """Return ``(t, x, z, u, p, m) -> residuals, derivatives by z, what they are summed of``."""
+    q = key.program
+    sizes = (1, *(len(n) for n in (q.states, q.algebraic, q.inputs, q.parameters, q.memory)))
+    arguments = [ca.SX.sym(n, k) for n, k in zip("txzupm", sizes, strict=True)]
+    g = q.residual(*arguments, 0.0)
+    known = ca.vertcat(*arguments[1:5])
+    size = ca.fabs(ca.jacobian(g, known)) @ ca.fabs(known)
+    slope = ca.jacobian(g, arguments[2])
+    return ca.Function("g", arguments, [ca.densify(c) for c in (g, slope, size)])
+
+
 def unknowns_at(program: Program, t: float, x: Array, u: Array, p: Array, memory: Array) -> Array:
     """Return the algebraic unknowns that belong to a state, shape (n_z,).
 
@@ -251,25 +265,30 @@ def unknowns_at(program: Program, t: float, x: Array, u: Array, p: Array, memory
         return np.zeros(0)
     from scipy.optimize import root
 
-    z = ca.SX.sym("z", len(program.algebraic))
-    g = program.residual(t, x, z, u, p, memory, 0.0)
-    f = ca.Function("g", [z], [ca.densify(g), ca.densify(ca.jacobian(g, z))])
+    loop = _loop(Key(program))
+
+    def f(z: Array) -> tuple[Array, Array, Array]:
+        residual, slope, size = (a.full() for a in loop(t, x, z, u, p, memory))
+        return residual.ravel(), slope, size.ravel()
+
     found = root(
-        lambda v: f(v)[0].full().ravel(),
+        lambda z: f(z)[:2],
         np.array(program.guess, float),
-        jac=lambda v: f(v)[1].full(),
+        jac=True,
         method="hybr",
         options={"xtol": 1e-13},
     )
     value, best = np.asarray(found.x, float), np.inf
     for _ in range(30):
-        # the residual decides, not the solver's flag: Newton's correction must vanish
-        residual, jacobian = (a.full() for a in f(value))
+        # the residual decides, not the solver's flag: Newton's correction must vanish, or it is
+        # rounding (of a current that begins at zero, nothing else is small)
+        residual, jacobian, of = f(value)
         if not (np.isfinite(residual).all() and np.isfinite(jacobian).all()):
             break
-        update = np.linalg.lstsq(jacobian, residual.ravel(), rcond=None)[0]
+        update = np.linalg.lstsq(jacobian, residual, rcond=None)[0]
         size = float(np.abs(update / (np.abs(value) + 1e-150)).max())
-        if size <= SOLVED or (size >= best and best <= LOOSE):
+        rounded = bool((np.abs(residual) <= ROUNDING * of).all())
+        if size <= SOLVED or rounded or (size >= best and best <= LOOSE):
             return value
         best = min(size, best)
         value = value - update
