@@ -38,10 +38,12 @@ from identification.diagnosis.localisation.structural_classes import (
     excited_frequencies,
     structure,
 )
-from identification.diagnosis.screening.mixups import Mixup, in_doubt, mixups
+from identification.diagnosis.screening.mixups import NOISE, in_doubt, mixups
 from identification.diagnosis.screening.observation import scene
 from identification.diagnosis.screening.port_history import FittedModel
 from identification.diagnosis.screening.score_test import Screened
+from identification.diagnosis.screening.undoing import Mixup, what_to_do
+from identification.diagnosis.screening.values_back import told_by_values
 from identification.diagnosis.search.asked import Asked, Given, asked_of
 from identification.diagnosis.search.base import declared_fit, thinned
 from identification.diagnosis.search.candidates import Candidate, DiagnosisOptions
@@ -102,6 +104,8 @@ class Diagnosis:
         The statement that was diagnosed.
     mistakes : tuple of Mixup
         What looks wrong with the recording itself, the likeliest first; no physics was tried then.
+    doubted : tuple of Mixup
+        Mistakes that the fitted values make up for, to the noise.
 
     Examples
     --------
@@ -137,6 +141,7 @@ class Diagnosis:
     regions_left: tuple[Region, ...] = ()
     asked: Asked | None = None
     mistakes: tuple[Mixup, ...] = ()
+    doubted: tuple[Mixup, ...] = ()
 
     @property
     def decision(self) -> Decision | None:
@@ -338,11 +343,15 @@ def _diagnosed(
     result = replace(result, data=data, declared=declared, nominal=nominal)
     try:
         say("looking for channels that are mixed up", 0.06)
-        mistakes = mixups(result.graph, nominal, jobs=options.jobs)
+        back = () if known else told_by_values(result.graph, nominal)
+        if back and nominal.chi2("test") > NOISE:
+            return _mistaken(result, back)
+        mistakes = () if back else mixups(result.graph, nominal, jobs=options.jobs)
         if any(m.kind != "dead" for m in mistakes):
             return _mistaken(result, mistakes)
+        result = replace(result, doubted=back)
         # what is evident now need not wait for the search; one on finer stretches says it again
-        for sentence in () if known else _suspected(result.graph, nominal, mistakes):
+        for sentence in () if known else _suspected(result.graph, nominal, (*back, *mistakes)):
             say(Notice(sentence), 0.07)
         base = thinned(template, nominal, options)
         frequencies = excited_frequencies(list(data.commands.values()), data.dt)
@@ -363,7 +372,7 @@ def _diagnosed(
     if not stopped:
         finer, stopped = on_finer_stretches(result, material, options, say, made.decisions)
         if finer is not None:
-            return finer
+            return replace(finer, doubted=result.doubted)
     decisions, stopped = completed(made.decisions, template, options, result.limits, say, stopped)
     declared, nominal = judged_on(declared, unseen), judged_on(nominal, unseen)
     decisions = tuple(_shown(d, unseen, data.n) for d in decisions)
@@ -571,13 +580,10 @@ def _mistaken(result: Diagnosis, mistakes: tuple[Mixup, ...]) -> Diagnosis:
     step = Decision(
         "unknown_physics", None, (), (), 0.0, 0.0, reasons, nominal=result.nominal.chi2("test")
     )
-    either = " or ".join(m.claim for m in mistakes)
-    wrong = "recording, or the model's sensor," if mistakes[0].kind == "quantity" else "recording"
     return replace(
         result, kind="unknown_physics", scene=scene(result.nominal), steps=(step,),
         mistakes=mistakes, regions=regions(result.nominal),
-        notes=(*result.recording.notes, *reasons),
-        advice=(f"{either}: correct the {wrong} and diagnose again",),
+        notes=(*result.recording.notes, *reasons), advice=(what_to_do(mistakes),),
     )  # fmt: skip
 
 

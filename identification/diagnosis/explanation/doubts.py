@@ -1,0 +1,70 @@
+"""What makes an answer doubtful: a recording, or values, that look wrong."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from identification.diagnosis.explanation.notes import taken_over
+from identification.diagnosis.screening.mixups import far_off, in_doubt, of_units
+from identification.report.words import listed
+
+if TYPE_CHECKING:
+    from identification.diagnosis.diagnose import Diagnosis
+
+KNOWN_WITHIN = 10.0
+"""Upper over lower end of an interval beyond which a value is not known, wherever it is."""
+
+
+def suspected(d: Diagnosis) -> tuple[str, ...]:
+    """Return in a few words each what looks wrong with the recording or with declared values."""
+    if d.mistakes or d.doubted:
+        return tuple(m.claim for m in d.mistakes or d.doubted)
+    return absurd(d)
+
+
+def doubts(d: Diagnosis) -> tuple[str, ...]:
+    """Return what the sentence of an answer is followed by, beginning with ``but``."""
+    last = d.repaired or d.nominal
+    if d.mistakes or last is None:
+        return ()
+    found = in_doubt(last, d.graph.parameters, _taken_over(d))
+    units = of_units(found)
+    told = found if d.kind == "parameters_only" else units or absurd(d)
+    return (*told, *(f"{m.claim}: {m.remedy}" for m in d.doubted))
+
+
+def absurd(d: Diagnosis) -> tuple[str, ...]:
+    """Return one sentence on well known values that no data sheet is wrong by."""
+    last = d.repaired or d.nominal
+    if last is None:
+        return ()
+    taken = _taken_over(d)
+    declared = {n: p for n, p in d.graph.parameters.items() if n not in taken}
+    ends = {e.name: e.ci95 for e in last.estimates}
+    far = {n: r for n, r in far_off(last, declared).items() if _known(*ends[n])}
+    if not far:
+        return ()
+    many, of, these = listed(map(_many, far.values())), "its", "of this value"
+    if len(far) > 1:
+        of, these = "their", "of these values"
+    ends_at = "ends" if len(far) == 1 else "end"
+    value = "value" if len(far) == 1 else "values"
+    return (
+        f"{listed(far)} {ends_at} {many} times {of} declared {value}: a unit, of a channel or "
+        f"{these}?",
+    )
+
+
+def _known(low: float, high: float) -> bool:
+    return low * high > 0.0 and max(low / high, high / low) < KNOWN_WITHIN
+
+
+def _many(ratio: float) -> str:
+    rounded = float(f"{ratio:.2g}")
+    return f"{rounded:,.0f}" if rounded >= 100.0 else f"{rounded:g}"
+
+
+def _taken_over(d: Diagnosis) -> frozenset[str]:
+    last = d.repaired or d.nominal
+    named = [s.chosen for s in d.findings if s.chosen is not None]
+    return taken_over(last, named) if last is not None else frozenset()
