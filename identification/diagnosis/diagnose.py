@@ -27,6 +27,7 @@ from identification.diagnosis.evidence.judged import judged_on
 from identification.diagnosis.evidence.remaining import Remaining, remaining
 from identification.diagnosis.explanation import presentation
 from identification.diagnosis.explanation.characterisation import Character
+from identification.diagnosis.explanation.doubts import at_once
 from identification.diagnosis.explanation.latent_signal import Latent
 from identification.diagnosis.explanation.next_experiment import Experiment, experiments_of
 from identification.diagnosis.explanation.notes import notes_of
@@ -38,7 +39,7 @@ from identification.diagnosis.localisation.structural_classes import (
     excited_frequencies,
     structure,
 )
-from identification.diagnosis.screening.mixups import NOISE, in_doubt, mixups
+from identification.diagnosis.screening.mixups import NOISE, mixups
 from identification.diagnosis.screening.observation import scene
 from identification.diagnosis.screening.port_history import FittedModel
 from identification.diagnosis.screening.score_test import Screened
@@ -351,7 +352,7 @@ def _diagnosed(
             return _mistaken(result, mistakes)
         result = replace(result, doubted=back)
         # what is evident now need not wait for the search; one on finer stretches says it again
-        for sentence in () if known else _suspected(result.graph, nominal, (*back, *mistakes)):
+        for sentence in () if known else at_once(result.graph, nominal, mistakes, back):
             say(Notice(sentence), 0.07)
         base = thinned(template, nominal, options)
         frequencies = excited_frequencies(list(data.commands.values()), data.dt)
@@ -398,11 +399,6 @@ def _diagnosed(
     from identification.diagnosis.explanation.advice import advice
 
     return replace(result, advice=advice(result, frequencies))
-
-
-def _suspected(graph: BondGraph, nominal: Fit, mistakes: Sequence[Mixup]) -> tuple[str, ...]:
-    """Return what looks wrong with channels and values before anything is searched."""
-    return (*(m.sentence for m in mistakes), *in_doubt(nominal, graph.parameters))
 
 
 def _undecided(

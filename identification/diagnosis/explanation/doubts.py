@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+from bondgraph.graph.bond_graph import BondGraph
 from identification.diagnosis.explanation.notes import taken_over
 from identification.diagnosis.screening.mixups import far_off, in_doubt, of_units
+from identification.diagnosis.screening.undoing import Mixup
+from identification.estimation.single_record import Fit
 from identification.report.words import listed
 
 if TYPE_CHECKING:
@@ -13,6 +17,14 @@ if TYPE_CHECKING:
 
 KNOWN_WITHIN = 10.0
 """Upper over lower end of an interval beyond which a value is not known, wherever it is."""
+
+
+def at_once(
+    graph: BondGraph, nominal: Fit, dead: Sequence[Mixup], doubted: Sequence[Mixup]
+) -> tuple[str, ...]:
+    """Return what looks wrong with channels and values before anything is searched."""
+    doubts_on_values = in_doubt(nominal, graph.parameters)
+    return (*(m.sentence for m in dead), *doubts_on_values, *(m.sentence for m in doubted))
 
 
 def suspected(d: Diagnosis) -> tuple[str, ...]:

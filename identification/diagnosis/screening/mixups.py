@@ -25,7 +25,6 @@ from bondgraph.support.errors import BondsightError
 from identification.diagnosis.screening.forgotten_unit import Suspect, sharing_a_unit, suspects
 from identification.diagnosis.screening.undoing import (
     FACTORS,
-    KNOWN,
     SENSORS,
     Mixup,
     as_read,
@@ -272,7 +271,7 @@ def mixups(
     # of what hardly anybody does a fair part of the misfit of the stretches must be gone as well
     most = max(ENOUGH, LEAST * apart)
     costs |= {m: cost for m, cost in zip(rare, each, strict=True) if cost <= most}
-    (before,) = share([delayed(_cost)(fitted, graph, brief)])
+    (before,) = share([delayed(_cost)(fitted, graph, short)])
     for likely in _in_turn(costs):
         each = share(
             [delayed(_cost)(fitted, as_read(graph, m), undone(short, m), m) for m in likely]
@@ -353,7 +352,7 @@ def _candidates(graph: BondGraph, nominal: Fit, sizes: Sequence[Array]) -> Itera
 
 
 def _rare_candidates(graph: BondGraph, data: Data, sizes: Sequence[Array]) -> Iterator[Mixup]:
-    """A command in the column of a reading; a time, or all readings of one unit, in another."""
+    """Yield commands in columns of readings, other units of the time and of like readings."""
     for pair in product(() if data.finer else moving_commands(graph, data), data.names):
         yield from exchanges_of(data, pair)
     yield from (in_unit(data, (TIME,), f) for f in conversions(data.read_in.get(TIME, "")))
