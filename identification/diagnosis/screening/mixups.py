@@ -7,7 +7,7 @@ only told if undoing it removes nearly all of the misfit.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import combinations, product
 
@@ -43,8 +43,6 @@ from identification.estimation.single_record import Fit, fit
 from identification.estimation.threads import calm
 from identification.study.problem import Data, Problem
 from identification.study.residual import evaluate, start_point
-
-Fitter = Callable[[BondGraph, Data], Fit]
 
 GROSS = 0.2
 """Error over the spread of a reading from which a mistake in the recording is looked for."""
@@ -231,9 +229,7 @@ def forgotten(sensor: str, factor: float) -> Mixup | None:
     return None
 
 
-def mixups(
-    graph: BondGraph, nominal: Fit, fitter: Fitter | None = None, jobs: int = 1
-) -> tuple[Mixup, ...]:
+def mixups(graph: BondGraph, nominal: Fit, jobs: int = 1) -> tuple[Mixup, ...]:
     """Return the mistakes in the recording that explain the misfit of `nominal`, the best first.
 
     Several are returned where these data cannot tell them apart (the sign of the only sensor, or
@@ -246,14 +242,12 @@ def mixups(
         The model as declared.
     nominal : Fit
         Its fit to the recording.
-    fitter : callable, optional
-        Fits a graph to data; the nominal fit of the diagnosis unless given.
     jobs : int
         Processes that share the fits.
     """
     if not (gross(nominal) or _held(graph, nominal)):
         return ()
-    data, fitted = nominal.problem.data, fitter or _fitted
+    data = nominal.problem.data
     short, share = brief(data), Parallel(n_jobs=jobs)
     sizes = list(_sizes(graph, nominal))
     possible = list(_candidates(graph, nominal, sizes))
@@ -271,12 +265,10 @@ def mixups(
     # of what hardly anybody does a fair part of the misfit of the stretches must be gone as well
     most = max(ENOUGH, LEAST * apart)
     costs |= {m: cost for m, cost in zip(rare, each, strict=True) if cost <= most}
-    (before,) = share([delayed(_cost)(fitted, graph, short)])
+    before = _cost(graph, short)
     for likely in _in_turn(costs):
-        each = share(
-            [delayed(_cost)(fitted, as_read(graph, m), undone(short, m), m) for m in likely]
-        )
-        if found := _sure(graph, nominal, fitted, before, dict(zip(likely, each, strict=True))):
+        each = share([delayed(_cost)(graph, short, m) for m in likely])
+        if found := _sure(graph, nominal, before, dict(zip(likely, each, strict=True))):
             return tuple(with_unit(data, m) for m in found)
     return ()
 
@@ -291,7 +283,7 @@ def _in_turn(costs: Mapping[Mixup, float]) -> Iterator[list[Mixup]]:
 
 
 def _sure(
-    graph: BondGraph, nominal: Fit, fitted: Fitter, before: float, tried: Mapping[Mixup, float]
+    graph: BondGraph, nominal: Fit, before: float, tried: Mapping[Mixup, float]
 ) -> tuple[Mixup, ...]:
     """Return those that explain all samples as well, the best first."""
     best = min(tried.values(), default=np.inf)
@@ -299,7 +291,7 @@ def _sure(
         return ()
     found = []
     for m, cost in sorted(tried.items(), key=lambda t: t[1]):
-        if cost < ALIKE * best and (sure := _judged(fitted, graph, nominal, m)) is not None:
+        if cost < ALIKE * best and (sure := _judged(graph, nominal, m)) is not None:
             found.append(sure)
     if not found:
         return ()
@@ -447,15 +439,20 @@ def brief(data: Data) -> Data:
     )
 
 
-def _fitted(graph: BondGraph, data: Data) -> Fit:
-    return nominal_fit(graph, data, data.hold)[1]
+def fit_undone(graph: BondGraph, data: Data, mixup: Mixup | None = None) -> Fit:
+    """Fit the model with a mistake undone; how another command moves between samples is open."""
+    if mixup is None:
+        return nominal_fit(graph, data, data.hold)[1]
+    made = undone(data, mixup)
+    hold = None if mixup.drives_otherwise(data) else made.hold
+    return nominal_fit(as_read(graph, mixup), made, hold)[1]
 
 
 @calm()
-def _cost(fitter: Fitter, graph: BondGraph, data: Data, mixup: Mixup | None = None) -> float:
+def _cost(graph: BondGraph, data: Data, mixup: Mixup | None = None) -> float:
     """Misfit after a fit; infinite where it cannot be made, or a dead sensor does follow."""
     try:
-        found = fitter(graph, data)
+        found = fit_undone(graph, data, mixup)
     except (BondsightError, np.linalg.LinAlgError, ValueError):
         return np.inf
     if found.status is FitStatus.BROKEN or not np.isfinite(found.simulated).all():
@@ -471,10 +468,10 @@ def _follows(fit: Fit, sensor: str) -> bool:
     return bool(np.ptp(x) == 0 or abs(np.corrcoef(x, y)[0, 1]) > DEAF)
 
 
-def _judged(fitter: Fitter, graph: BondGraph, nominal: Fit, mixup: Mixup) -> Mixup | None:
+def _judged(graph: BondGraph, nominal: Fit, mixup: Mixup) -> Mixup | None:
     """Fit all training samples with the mistake undone; None if that explains nothing after all."""
     try:
-        found = fitter(as_read(graph, mixup), undone(nominal.problem.data, mixup))
+        found = fit_undone(graph, nominal.problem.data, mixup)
     except (BondsightError, np.linalg.LinAlgError, ValueError):
         return None
     before, after = nominal.chi2("test"), found.chi2("test")

@@ -24,6 +24,8 @@ from identification.study.problem import Data
 
 Commands = Mapping[str, Array]
 
+JUMP = 0.2
+"""Step of a command over its range from which it is tried as held first."""
 NEAR = 3.0
 """Factor within which a size that is no conversion is fitted."""
 FACTORS = (1e2, 1e3, 1e6, 1e9, 180.0 / np.pi, 30.0 / np.pi, 9.80665, 1e3 / 25.4, 1e5, 6e4)
@@ -66,6 +68,11 @@ class Mixup:
     unit: str = ""
     said: str = ""
     values: str = ""
+
+    def drives_otherwise(self, data: Data) -> bool:
+        """Whether another signal drives the model where this is undone."""
+        mixed = self.kind == "exchange" and self.channels[0] in data.commands
+        return mixed and self.channels[1] in data.names
 
     @property
     def is_conversion(self) -> bool:
@@ -254,9 +261,12 @@ def _exchanged(data: Data, one: str, other: str, factor: float) -> Data:
     if one in data.commands:
         c = data.names.index(other)
         seen, driven = back * data.commands[one], factor * data.readings[:, c]
-        made = Recording(data.name, data.time, {other: seen}, {other: "1"})
-        floor = noise_floor(made, replace(data.split, rest=None), (other,))[other]
-        return replace(_read(data, c, seen, floor), commands={**data.commands, one: driven})
+        alone = Recording(data.name, data.time, {other: seen}, {other: "1"})
+        floor = noise_floor(alone, replace(data.split, rest=None), (other,))[other]
+        jumps = np.abs(np.diff(driven)).max(initial=0.0) > JUMP * np.ptp(driven)
+        made = _read(data, c, seen, floor)
+        hold = "hold" if jumps else data.hold
+        return replace(made, commands={**data.commands, one: driven}, hold=hold)
     a, b = data.names.index(one), data.names.index(other)
     first, second = data.readings[:, a], data.readings[:, b]
     made_a = _read(data, a, factor * second, factor * float(data.floor[b]))

@@ -7,7 +7,7 @@ with no more misfit than before, is likelier than so many wrong ones.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from functools import partial
 
@@ -22,17 +22,16 @@ from identification.diagnosis.screening.mixups import (
     ENOUGH,
     MOVED,
     brief,
+    fit_undone,
     gross,
     in_windows,
     relative_errors,
 )
 from identification.diagnosis.screening.undoing import Mixup, exchanges, in_unit, undone
 from identification.diagnosis.screening.usual_units import conversions
-from identification.diagnosis.search.nominal import nominal_fit
 from identification.estimation.levenberg_marquardt import FitStatus
 from identification.estimation.single_record import Fit
 from identification.estimation.threads import calm
-from identification.study.problem import Data
 
 SEVERAL = 2
 """Values that are far off at least: a single one may be declared wrongly."""
@@ -42,13 +41,10 @@ NO_WORSE = 1.2
 """Largest error over that without the mistake undone."""
 BESIDE = 2.0
 """Factor within which the values tell a unit."""
-Fitter = Callable[[BondGraph, Data], Fit]
 
 
 @calm()
-def told_by_values(
-    graph: BondGraph, nominal: Fit, fitter: Fitter | None = None
-) -> tuple[Mixup, ...]:
+def told_by_values(graph: BondGraph, nominal: Fit) -> tuple[Mixup, ...]:
     """Return the mistakes that bring all values back to what is declared, the best first.
 
     Nothing is fitted unless several values are far from it.
@@ -59,13 +55,11 @@ def told_by_values(
         The model as declared.
     nominal : Fit
         Its fit to the recording.
-    fitter : callable, optional
-        Fits a graph to data; the nominal fit of the diagnosis unless given.
     """
     away = _away(nominal, graph.parameters)
     if sum(a > np.log(LEAST) for a in away.values()) < SEVERAL:
         return ()
-    tried = partial(_tried, graph, nominal, fitter or _fitted)
+    tried = partial(_tried, graph, nominal)
     found = [t for m in _other_units(graph, nominal) if (t := tried(m)) is not None]
     absurd = sum(a > np.log(MOVED) for a in away.values())
     if not found and absurd >= SEVERAL:
@@ -73,10 +67,10 @@ def told_by_values(
     return tuple(sorted(found, key=lambda m: m.beside))
 
 
-def _tried(graph: BondGraph, nominal: Fit, fitter: Fitter, mixup: Mixup) -> Mixup | None:
+def _tried(graph: BondGraph, nominal: Fit, mixup: Mixup) -> Mixup | None:
     """Return the mistake with what the values say of it; None if they do not come back."""
     try:
-        fit = fitter(graph, undone(nominal.problem.data, mixup))
+        fit = fit_undone(graph, nominal.problem.data, mixup)
     except (BondsightError, np.linalg.LinAlgError, ValueError):
         return None
     left = max(_away(fit, graph.parameters).values())
@@ -85,10 +79,6 @@ def _tried(graph: BondGraph, nominal: Fit, fitter: Fitter, mixup: Mixup) -> Mixu
     if _worst(fit) > NO_WORSE * _worst(nominal):
         return None
     return replace(mixup, beside=left, values=_told(nominal, fit, graph.parameters))
-
-
-def _fitted(graph: BondGraph, data: Data) -> Fit:
-    return nominal_fit(graph, data, data.hold)[1]
 
 
 def _other_units(graph: BondGraph, nominal: Fit) -> Iterator[Mixup]:
