@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from bondgraph.graph.bond_graph import BondGraph
 from identification.diagnosis.explanation.notes import taken_over
-from identification.diagnosis.screening.mixups import far_off, in_doubt, of_units
+from identification.diagnosis.screening.mixups import far_off, gross, in_doubt, of_units
 from identification.diagnosis.screening.undoing import Mixup
 from identification.estimation.single_record import Fit
 from identification.report.words import listed
@@ -15,6 +15,8 @@ from identification.report.words import listed
 if TYPE_CHECKING:
     from identification.diagnosis.diagnose import Diagnosis
 
+BEYOND = 1e3
+"""Ratio of a fitted to a declared value that no missing physics bends it by."""
 KNOWN_WITHIN = 10.0
 """Upper over lower end of an interval beyond which a value is not known, wherever it is."""
 
@@ -46,14 +48,23 @@ def doubts(d: Diagnosis) -> tuple[str, ...]:
 
 
 def absurd(d: Diagnosis) -> tuple[str, ...]:
-    """Return one sentence on well known values that no data sheet is wrong by."""
+    """Return one sentence on well known values that no data sheet is wrong by.
+
+    Physics that is missing bends values as well: beside more than noise they must be beyond all
+    reason, and beside a gross misfit they tell nothing.
+    """
     last = d.repaired or d.nominal
-    if last is None:
+    if last is None or gross(last):
         return ()
+    noise = d.kind == "parameters_only" or (d.left is not None and d.left.is_noise(d.limits.noise))
     taken = _taken_over(d)
     declared = {n: p for n, p in d.graph.parameters.items() if n not in taken}
     ends = {e.name: e.ci95 for e in last.estimates}
-    far = {n: r for n, r in far_off(last, declared).items() if _known(*ends[n])}
+    far = {
+        n: ratio
+        for n, ratio in far_off(last, declared).items()
+        if _known(*ends[n]) and (noise or ratio > BEYOND)
+    }
     if not far:
         return ()
     many, of, these = listed(map(_many, far.values())), "its", "of this value"

@@ -50,6 +50,8 @@ NOISE = 1.5
 """Mean square over the floor that may be noise alone."""
 FALL, LEAST = 0.05, 0.2
 """Undoing the mistake leaves this part of the misfit above the floor, and this part of all ..."""
+RARE = 0.02
+"""The first of these parts for what hardly anybody does."""
 LEFT = 0.2
 """... at most, and this error over the spread of any reading."""
 ALIKE = 3.0
@@ -260,7 +262,7 @@ def mixups(graph: BondGraph, nominal: Fit, jobs: int = 1) -> tuple[Mixup, ...]:
     # what fits short stretches worse, each with a state of its own, is no mistake undone
     most = ALIKE * max(apart, ENOUGH)
     costs = {m: cost for m, cost in zip(possible, each, strict=True) if not cost > most}
-    rare = list(_rare_candidates(graph, data, sizes))
+    rare = list(_rare_candidates(graph, data, sizes)) if gross(nominal) else []
     each = share([delayed(in_windows)(graph, undone(short, m)) for m in rare])
     # of what hardly anybody does a fair part of the misfit of the stretches must be gone as well
     most = max(ENOUGH, LEAST * apart)
@@ -470,8 +472,9 @@ def _follows(fit: Fit, sensor: str) -> bool:
 
 def _judged(graph: BondGraph, nominal: Fit, mixup: Mixup) -> Mixup | None:
     """Fit all training samples with the mistake undone; None if that explains nothing after all."""
+    data = nominal.problem.data
     try:
-        found = fit_undone(graph, nominal.problem.data, mixup)
+        found = fit_undone(graph, data, mixup)
     except (BondsightError, np.linalg.LinAlgError, ValueError):
         return None
     before, after = nominal.chi2("test"), found.chi2("test")
@@ -481,6 +484,9 @@ def _judged(graph: BondGraph, nominal: Fit, mixup: Mixup) -> Mixup | None:
         if not (mixup.kind == "dead" and n == mixup.channels[0])
     ]
     if found.status is FitStatus.BROKEN or not _explains(before, after) or max(errors) > LEFT:
+        return None
+    # what hardly anybody does must explain nearly all, with values that no bound holds
+    if mixup.is_rare(data) and (after > max(NOISE, RARE * before) or _held(graph, found)):
         return None
     factor = mixup.factor * found.values.get(scale_of(mixup.channels[0]), 1.0)
     return replace(mixup, factor=factor, before=before, after=after)

@@ -74,6 +74,11 @@ class Mixup:
         mixed = self.kind == "exchange" and self.channels[0] in data.commands
         return mixed and self.channels[1] in data.names
 
+    def is_rare(self, data: Data) -> bool:
+        """Whether hardly anybody does it: it needs more to be believed."""
+        other = self.kind == "scale" and (self.channels == (TIME,) or len(self.channels) > 1)
+        return other or self.drives_otherwise(data)
+
     @property
     def is_conversion(self) -> bool:
         """Whether the factor is one between units."""
