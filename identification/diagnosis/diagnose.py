@@ -380,9 +380,9 @@ def _diagnosed(
     kind = _kind(made.decisions, declared, nominal)
     last = _last(decisions, kind) or nominal
     result = replace(result, data=nominal.problem.data, declared=declared, nominal=nominal)
-    if mistakes and kind != "missing_physics":
+    if (mistakes and kind != "missing_physics") or (back and kind != "parameters_only"):
         # a reading that follows nothing may still follow a law; only then it is not dead
-        return _mistaken(result, mistakes)
+        return _mistaken(result, back or mistakes)
     result = replace(
         result, kind=kind, steps=decisions, trials=decisions[0].trials,
         experiments=experiments_of(decisions),

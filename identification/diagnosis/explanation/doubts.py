@@ -44,7 +44,8 @@ def doubts(d: Diagnosis) -> tuple[str, ...]:
     found = in_doubt(last, d.graph.parameters, _taken_over(d))
     units = of_units(found)
     told = found if d.kind == "parameters_only" else units or absurd(d)
-    return (*told, *(f"{m.claim}: {m.remedy}" for m in d.doubted))
+    so = " or ".join(f"{m.claim} ({m.remedy})" for m in d.doubted)
+    return ("; so ".join((*told[-1:], so)),) if so else told
 
 
 def absurd(d: Diagnosis) -> tuple[str, ...]:

@@ -486,7 +486,7 @@ def _judged(graph: BondGraph, nominal: Fit, mixup: Mixup) -> Mixup | None:
     if found.status is FitStatus.BROKEN or not _explains(before, after) or max(errors) > LEFT:
         return None
     # what hardly anybody does must explain nearly all, with values that no bound holds
-    if mixup.is_rare(data) and (after > max(NOISE, RARE * before) or _held(graph, found)):
+    if mixup.is_rare(data) and (after > max(ALIKE, RARE * before) or _held(graph, found)):
         return None
     factor = mixup.factor * found.values.get(scale_of(mixup.channels[0]), 1.0)
     return replace(mixup, factor=factor, before=before, after=after)

@@ -131,9 +131,12 @@ class Mixup:
         if not self.unit:
             return ""
         if self.channels == (TIME,):
-            return f"write t[{self.unit}] as the header of the time, or rescale --fs"
+            return f"write t[{self.unit}] as the header of the time, or correct --fs"
         heads = " and ".join(f"{n}[{self.unit}]" for n in self.channels)
-        return f"write {heads} in the header, or --map {self.channels[0]}=COLUMN[{self.unit}]"
+        return (
+            f"write {heads} in the header, or --map {self.channels[0]}=COLUMN[{self.unit}] where "
+            "it has no unit"
+        )
 
 
 QUANTITIES = {"Dq": "a displacement", "Df": "a velocity or a flow", "Da": "an acceleration"}
@@ -189,7 +192,8 @@ def with_unit(data: Data, mixup: Mixup) -> Mixup:
 def undone(data: Data, mixup: Mixup) -> Data:
     """Return the recording with the mistake undone."""
     if mixup.kind == "exchange":
-        return _exchanged(data, *mixup.channels, mixup.factor)
+        one, other = mixup.channels
+        return _exchanged(data, one, other, mixup.factor)
     if mixup.kind == "quantity":
         return data
     if mixup.kind == "dead":

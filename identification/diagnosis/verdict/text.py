@@ -446,7 +446,10 @@ def coming_near(found: Iterable[Data]) -> str:
 
 def _silence(v: Data) -> list[str]:
     if _not_searched(v):
-        return ["With that undone the model explains nearly all that it had missed."]
+        return [
+            "With that undone the model explains nearly all that it had missed, or its values come "
+            "back to those declared."
+        ]
     if v["verdict"] == "insufficient_data":
         return ["No statement is made: nothing was fitted, or nothing could be."]
     return [

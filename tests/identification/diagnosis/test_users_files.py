@@ -110,18 +110,23 @@ def answer(file: Path, model: str, spread: float | None) -> Diagnosis:
     return diagnose(MODELS[model](spread=spread), file, options=OPTIONS)
 
 
+def slower(*case: object) -> object:
+    """A case beside a quicker one of the same path."""
+    return pytest.param(*case, marks=pytest.mark.long)
+
+
 UNITS = [
     # the values make up for it
     ("motor", None, {"w": "rpm"}, {"w": "rad/s"}, "w looks about 9.55 times too large", "w[rpm]"),
     ("motor", None, {"w": "rad/s"}, {"w": "rpm"}, "w looks about 9.55 times too small", "w[rad/s]"),
-    ("motor", None, {"u": "mV"}, {"u": "V"}, "u looks about 1000 times too large", "u[mV]"),
+    slower("motor", None, {"u": "mV"}, {"u": "V"}, "u looks about 1000 times too", "u[mV]"),
     ("motor", None, {"t": "ms"}, {"t": "s"}, "time looks about 1000 times too large", "t[ms]"),
     ("mass", None, {"F": "kN"}, {"F": "N"}, "F looks about 1000 times too small", "F[kN]"),
     ("tanks", None, {"q": "l/min"}, {"q": "m3/s"}, "q looks about 60000 times too", "q[l/min]"),
-    ("tanks", None, {"t": "min"}, {"t": "s"}, "time looks about 60 times too small", "t[min]"),
+    slower("tanks", None, {"t": "min"}, {"t": "s"}, "time looks about 60 times too", "t[min]"),
     # bounds hold them
-    ("motor", KNOWN, {"w": "rpm"}, {"w": "rad/s"}, "w looks about 9.55 times too", "w[rpm]"),
-    ("motor", KNOWN, {"i": "mA"}, {"i": "A"}, "i looks about 1000 times too large", "i[mA]"),
+    slower("motor", KNOWN, {"w": "rpm"}, {"w": "rad/s"}, "w looks about 9.55 times", "w[rpm]"),
+    slower("motor", KNOWN, {"i": "mA"}, {"i": "A"}, "i looks about 1000 times too", "i[mA]"),
     ("motor", KNOWN, {"t": "ms"}, {"t": "s"}, "time looks about 1000 times too", "t[ms]"),
     (
         "tanks", KNOWN, {"p_1": "bar", "p_2": "bar"}, {"p_1": "Pa", "p_2": "Pa"},
@@ -153,9 +158,9 @@ def test_a_wrong_unit_is_told_with_the_right_one(
 EXCHANGED = [
     ("motor", KNOWN, {"i": "mA", "w": "rpm"}, ("i", "w")),
     ("motor", None, {"i": "mA"}, ("u", "i")),
-    ("motor", KNOWN, {}, ("u", "i")),
+    slower("motor", KNOWN, {}, ("u", "i")),
     ("mass", None, {"x": "mm"}, ("F", "x")),
-    ("tanks", None, {"q": "l/min", "p_1": "mbar"}, ("q", "p_1")),
+    slower("tanks", None, {"q": "l/min", "p_1": "mbar"}, ("q", "p_1")),
 ]
 
 
@@ -174,7 +179,7 @@ def test_exchanged_columns_are_told_whatever_their_units(
     assert f"take the column of {b} as {a} and that of {a} as {b}" in d.advice[0]
 
 
-@pytest.mark.parametrize("model", ["motor", "tanks"])
+@pytest.mark.parametrize("model", [slower("motor"), "tanks"])
 def test_a_sign_is_told(tmp_path: Path, model: str) -> None:
     wrong = {"motor": "w", "tanks": "p_1"}[model]
     d = answer(written(tmp_path, model, {wrong: "-"}, {}, {}), model, None)
