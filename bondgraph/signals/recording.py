@@ -21,7 +21,7 @@ from bondgraph.signals.files.any_file import read_table
 from bondgraph.signals.files.arrays import pick_arrays
 from bondgraph.signals.files.checks import check_file, check_finite, check_name, frozen
 from bondgraph.signals.files.columns import OTHERS
-from bondgraph.signals.files.time_base import make_even
+from bondgraph.signals.files.time_base import TIME, Even, make_even
 from bondgraph.signals.interop import dataset_arrays, to_html, to_pandas, to_xarray, write_csv
 from bondgraph.signals.recording_file import is_saved, open_fields, save_recording, sha256_of
 from bondgraph.signals.split import Split, default_split
@@ -86,7 +86,8 @@ class Recording:
         Anything else worth keeping; `meta["notes"]` is a tuple of sentences about what reading
         changed (resampling, decimal commas, temperature differences, ...);
         `meta["resolution"]`, by channel, the unit of a coarse converter, SI; `meta["noise"]`, by
-        channel, the standard deviation of a noise that is known, SI.
+        channel, the standard deviation of a noise that is known, SI; `meta["read_in"]`, by channel
+        (and `time`), the unit of the numbers as they were read, where it is not SI.
 
     Raises
     ------
@@ -223,7 +224,7 @@ class Recording:
         even = make_even(table, file.name, fs, resample, fill)
         return cls(
             name or file.stem, even.time, even.channels, even.units,
-            file.name, sha256_of(file), {"notes": even.notes},
+            file.name, sha256_of(file), _origin(even),
         )  # fmt: skip
 
     @classmethod
@@ -323,7 +324,7 @@ class Recording:
         """
         table = pick_arrays({k: np.asarray(v) for k, v in arrays.items()}, map, fs, name)
         even = make_even(table, name, fs, fill=fill)
-        return cls(name, even.time, even.channels, even.units, name, meta={"notes": even.notes})
+        return cls(name, even.time, even.channels, even.units, name, meta=_origin(even))
 
     @property
     def n(self) -> int:
@@ -347,6 +348,13 @@ class Recording:
         """What reading and processing changed, one sentence each."""
         return tuple(self.meta["notes"])
 
+    @property
+    def read_in(self) -> dict[str, str]:
+        """Unit of the numbers of each channel, and of `time`, as they were read."""
+        stated = self.meta.get("read_in")
+        known = dict(stated) if isinstance(stated, Mapping) else {}
+        return {n: known.get(n, u) for n, u in {**self.units, TIME: "s"}.items()}
+
     def channel(self, name: str) -> Channel:
         """Return one channel; `UnknownName` with the nearest names if there is none."""
         return Channel(name, self.units[name] if name in self.units else "", self[name])
@@ -369,9 +377,11 @@ class Recording:
             map = dict([*pairs[:at], *zip(others, others, strict=True), *pairs[at:]])
         chosen = {new: self.channel(old) for new, old in map.items()}
         meta = dict(self.meta)
-        for key in ("resolution", "noise"):
+        for key in ("resolution", "noise", "read_in"):
             if isinstance(known := meta.get(key), Mapping):
                 meta[key] = {new: known[old] for new, old in map.items() if old in known}
+                if TIME in known:
+                    meta[key][TIME] = known[TIME]
         return replace(
             self,
             channels={new: c.values for new, c in chosen.items()},
@@ -558,3 +568,8 @@ class Recording:
     def _repr_html_(self) -> str:
         """Return a table of the channels for notebooks."""
         return to_html(self)
+
+
+def _origin(even: Even) -> dict[str, Any]:
+    """Return what `meta` keeps of reading: sentences, and units that were converted."""
+    return {"notes": even.notes} | ({"read_in": even.read_in} if even.read_in else {})

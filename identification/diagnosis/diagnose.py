@@ -22,12 +22,20 @@ from bondgraph.support.errors import BondsightError, UnusableInput
 from bondgraph.support.notice import Notice
 from bondgraph.support.parallel import ending
 from identification.diagnosis.evidence.answer import Decision
+from identification.diagnosis.evidence.conclusion import (
+    all_named,
+    judged,
+    kind_of,
+    last_named,
+    unexplained,
+)
 from identification.diagnosis.evidence.disturbed import disturbed
 from identification.diagnosis.evidence.hypotheses import Thresholds
 from identification.diagnosis.evidence.judged import judged_on
 from identification.diagnosis.evidence.remaining import Remaining, remaining
 from identification.diagnosis.explanation import presentation
 from identification.diagnosis.explanation.characterisation import Character
+from identification.diagnosis.explanation.doubts import at_once
 from identification.diagnosis.explanation.latent_signal import Latent
 from identification.diagnosis.explanation.next_experiment import Experiment, experiments_of
 from identification.diagnosis.explanation.notes import notes_of
@@ -39,10 +47,12 @@ from identification.diagnosis.localisation.structural_classes import (
     excited_frequencies,
     structure,
 )
-from identification.diagnosis.screening.mixups import Mixup, in_doubt, mixups
+from identification.diagnosis.screening.mixups import NOISE, mixups
 from identification.diagnosis.screening.observation import scene
 from identification.diagnosis.screening.port_history import FittedModel
 from identification.diagnosis.screening.score_test import Screened
+from identification.diagnosis.screening.undoing import Mixup, what_to_do
+from identification.diagnosis.screening.values_back import told_by_values
 from identification.diagnosis.search.asked import Asked, Given, asked_of
 from identification.diagnosis.search.base import declared_fit, thinned
 from identification.diagnosis.search.candidates import Candidate, DiagnosisOptions
@@ -103,6 +113,8 @@ class Diagnosis:
         The statement that was diagnosed.
     mistakes : tuple of Mixup
         What looks wrong with the recording itself, the likeliest first; no physics was tried then.
+    doubted : tuple of Mixup
+        Mistakes that the fitted values make up for, to the noise.
 
     Examples
     --------
@@ -138,6 +150,7 @@ class Diagnosis:
     regions_left: tuple[Region, ...] = ()
     asked: Asked | None = None
     mistakes: tuple[Mixup, ...] = ()
+    doubted: tuple[Mixup, ...] = ()
 
     @property
     def decision(self) -> Decision | None:
@@ -155,7 +168,7 @@ class Diagnosis:
     @property
     def repaired(self) -> Fit | None:
         """The fit with everything that was named, if anything was."""
-        return _last(self.steps, self.kind)
+        return last_named(self.steps, self.kind)
 
     @property
     def stopped(self) -> str:
@@ -339,11 +352,15 @@ def _diagnosed(
     result = replace(result, data=data, declared=declared, nominal=nominal)
     try:
         say("looking for channels that are mixed up", 0.06)
-        mistakes = mixups(result.graph, nominal, jobs=options.jobs)
+        back = () if known else told_by_values(result.graph, nominal)
+        if back and nominal.chi2("test") > NOISE:
+            return _mistaken(result, back)
+        mistakes = () if back else mixups(result.graph, nominal, jobs=options.jobs)
         if any(m.kind != "dead" for m in mistakes):
             return _mistaken(result, mistakes)
+        result = replace(result, doubted=back)
         # what is evident now need not wait for the search; one on finer stretches says it again
-        for sentence in () if known else _suspected(result.graph, nominal, mistakes):
+        for sentence in () if known else at_once(result.graph, nominal, mistakes, back):
             say(Notice(sentence), 0.07)
         base = thinned(template, nominal, options)
         frequencies = excited_frequencies(list(data.commands.values()), data.dt)
@@ -364,22 +381,22 @@ def _diagnosed(
     if not stopped:
         finer, stopped = on_finer_stretches(result, material, options, say, made.decisions)
         if finer is not None:
-            return finer
+            return replace(finer, doubted=result.doubted)
     decisions, stopped = completed(made.decisions, template, options, result.limits, say, stopped)
     declared, nominal = judged_on(declared, unseen), judged_on(nominal, unseen)
-    decisions = tuple(_shown(d, unseen, data.n) for d in decisions)
-    kind = _kind(made.decisions, declared, nominal)
-    last = _last(decisions, kind) or nominal
+    decisions = tuple(judged(d, unseen, data.n) for d in decisions)
+    kind = kind_of(made.decisions, declared, nominal)
+    last = last_named(decisions, kind) or nominal
     result = replace(result, data=nominal.problem.data, declared=declared, nominal=nominal)
-    if mistakes and kind != "missing_physics":
+    if (mistakes and kind != "missing_physics") or (back and kind != "parameters_only"):
         # a reading that follows nothing may still follow a law; only then it is not dead
-        return _mistaken(result, mistakes)
+        return _mistaken(result, back or mistakes)
     result = replace(
         result, kind=kind, steps=decisions, trials=decisions[0].trials,
         experiments=experiments_of(decisions),
         notes=asked.notes_of(last) + (STOPPED,) * stopped + notes_of(
             material, nominal, last, () if stopped else options.holds, known,
-            _named(decisions, kind),
+            all_named(decisions, kind),
         ),
     )  # fmt: skip
     result = _with_rest(result, whole)
@@ -390,11 +407,6 @@ def _diagnosed(
     from identification.diagnosis.explanation.advice import advice
 
     return replace(result, advice=advice(result, frequencies))
-
-
-def _suspected(graph: BondGraph, nominal: Fit, mistakes: Sequence[Mixup]) -> tuple[str, ...]:
-    """Return what looks wrong with channels and values before anything is searched."""
-    return (*(m.sentence for m in mistakes), *in_doubt(nominal, graph.parameters))
 
 
 def _undecided(
@@ -499,7 +511,7 @@ def _with_rest(result: Diagnosis, whole: Split) -> Diagnosis:
     where = regions(last, result.scene if same else None) if loud else ()
     quiet = result.kind in ("explained", "parameters_only")
     if quiet and not left.is_noise(result.limits.noise):
-        steps = (*result.steps[:-1], _unexplained(result.steps[-1], left))
+        steps = (*result.steps[:-1], unexplained(result.steps[-1], left))
         result = replace(result, kind="unknown_physics", steps=steps)
     steps = (*result.steps[:-1], result.steps[-1].with_rest(left))
     return replace(result, left=left, regions_left=where, steps=steps)
@@ -527,43 +539,17 @@ def _predicted(result: Diagnosis, options: DiagnosisOptions, unseen: Split) -> D
     assert result.declared is not None
     made = disturbed(result.asked.about, result.nominal, result.steps, result.limits, options.jobs)
     n = result.nominal.problem.data.n
-    decisions = tuple(_shown(d, unseen, n) for d in made.decisions)
+    decisions = tuple(judged(d, unseen, n) for d in made.decisions)
     left = Remaining(dict(made.last.over_noise), True, 0.0)
     note = (
         "free runs wander off under process noise: what is missing was judged by one-step "
         f"predictions, with process noise at {made.last.levels}"
     )
     return replace(
-        result, kind=_kind(decisions, result.declared, result.nominal), steps=decisions,
+        result, kind=kind_of(decisions, result.declared, result.nominal), steps=decisions,
         experiments=experiments_of(decisions), left=left, regions_left=(),
         notes=(*result.notes, note),
     )  # fmt: skip
-
-
-def _last(decisions: Sequence[Decision], kind: str) -> Fit | None:
-    """Return the fit with everything that was named, if anything was."""
-    named = _named(decisions, kind)
-    return named[-1].fit if named else None
-
-
-def _named(decisions: Sequence[Decision], kind: str) -> tuple[Candidate, ...]:
-    """Return every effect that was named, in the order they were found."""
-    found = (d.chosen for d in decisions if d.kind == "missing_physics" and kind == d.kind)
-    return tuple(t for t in found if t is not None)
-
-
-def _shown(decision: Decision, split: Split, n: int) -> Decision:
-    """Return a decision whose repair is judged by `split`, if it was fitted to all samples."""
-    chosen = decision.chosen
-    if chosen is None or chosen.fit.problem.data.n != n:
-        return decision
-    return replace(decision, chosen=replace(chosen, fit=judged_on(chosen.fit, split)))
-
-
-def _unexplained(decision: Decision, left: Remaining) -> Decision:
-    """Return a decision that found nothing, where samples that it has not seen say otherwise."""
-    reason = f"nothing showed in what choices may look at, but {left.words}: that is no noise"
-    return replace(decision, kind="unknown_physics", reasons=(reason,), remaining=left)
 
 
 def _mistaken(result: Diagnosis, mistakes: tuple[Mixup, ...]) -> Diagnosis:
@@ -573,23 +559,11 @@ def _mistaken(result: Diagnosis, mistakes: tuple[Mixup, ...]) -> Diagnosis:
     step = Decision(
         "unknown_physics", None, (), (), 0.0, 0.0, reasons, nominal=result.nominal.chi2("test")
     )
-    either = " or ".join(m.claim for m in mistakes)
-    wrong = "recording, or the model's sensor," if mistakes[0].kind == "quantity" else "recording"
     return replace(
         result, kind="unknown_physics", scene=scene(result.nominal), steps=(step,),
         mistakes=mistakes, regions=regions(result.nominal),
-        notes=(*result.recording.notes, *reasons),
-        advice=(f"{either}: correct the {wrong} and diagnose again",),
+        notes=(*result.recording.notes, *reasons), advice=(what_to_do(mistakes),),
     )  # fmt: skip
-
-
-def _kind(decisions: Sequence[Decision], declared: Fit, nominal: Fit) -> str:
-    if any(d.kind == "missing_physics" for d in decisions):
-        return "missing_physics"
-    if any(d.kind == "unknown_physics" for d in decisions):
-        return "unknown_physics"
-    better = declared.chi2("test") > max(1.5 * nominal.chi2("test"), 1.3)
-    return "parameters_only" if better else "explained"
 
 
 def _own_values(f: Fit) -> dict[str, float]:

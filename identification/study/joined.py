@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from bondgraph.signals.recording import Recording, Split
+from bondgraph.signals.units import parse_unit
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import UnusableInput
 
@@ -205,6 +206,7 @@ def provenance(recordings: Sequence[Recording]) -> dict[str, Any]:
     notes = tuple(dict.fromkeys(f"{r.name}: {note}" for r in recordings for note in r.notes))
     meta: dict[str, Any] = {"notes": notes, "parts": parts}
     meta |= {key: each for key in DECLARED if (each := _largest(recordings, key))}
+    meta |= {"read_in": alike} if (alike := _read_alike(recordings)) else {}
     source = " + ".join(dict.fromkeys(r.source for r in recordings if r.source))
     return {"source": source, "sha256": whole, "meta": meta}
 
@@ -221,6 +223,15 @@ def _largest(recordings: Sequence[Recording], key: str) -> dict[str, float]:
         for name, unit in known.items() if isinstance(known, Mapping) else ():
             found[name] = max(unit, found.get(name, 0.0))
     return found
+
+
+def _read_alike(recordings: Sequence[Recording]) -> dict[str, str]:
+    """Return the units in which all recordings were read."""
+    first = recordings[0]
+    return {
+        n: u for n, u in first.read_in.items()
+        if not parse_unit(u).is_si and all(r.read_in.get(n) == u for r in recordings)
+    }  # fmt: skip
 
 
 def split_of(recordings: Sequence[Recording]) -> Split:

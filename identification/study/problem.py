@@ -65,6 +65,8 @@ class Data:
     finer : tuple of (int, dict)
         For each recording the steps a sample in which its commands are known, and these commands,
         shape ((n - 1) steps + 1,); see `joined.between_samples`. Empty: all at the samples alone.
+    read_in : dict of str to str
+        Unit of each channel's numbers, and of the `time`, before they were SI.
     begin : int
         First sample that is simulated from a free state. Long before the first that is scored one
         could be anything: it would have died away by then.
@@ -86,6 +88,7 @@ class Data:
     cuts: tuple[int, ...] = ()
     floor_known: frozenset[str] = frozenset()
     begin: int = 0
+    read_in: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def sure(self) -> Array:
@@ -280,8 +283,8 @@ def data_for(
         np.array([floor[n] for n in sensors]),
         split,
         hold,
-        sha256=recording.sha256,
-    )
+        sha256=recording.sha256, read_in=recording.read_in,
+    )  # fmt: skip
 
 
 @dataclass(frozen=True)

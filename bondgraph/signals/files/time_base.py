@@ -8,11 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from bondgraph.signals.files.checks import SHORT, check_finite
-from bondgraph.signals.files.columns import ColumnTable
+from bondgraph.signals.files.columns import ColumnPlan, ColumnTable
 from bondgraph.signals.files.filling import MILD, filled, is_filled, rows_left_out
 from bondgraph.support.arrays import FloatArray
 from bondgraph.support.errors import UnusableInput, real_number
 
+TIME = "time"
+"""Name of the time among units as read; no channel may be called so."""
 _EVEN = 0.01
 _FINEST = 10.0
 """Largest ratio of a resampled rate to the recorded one: more adds rows, not knowledge."""
@@ -26,6 +28,8 @@ class Even:
     channels: dict[str, FloatArray]
     units: dict[str, str]
     notes: tuple[str, ...]
+    read_in: dict[str, str]
+    """Units as they were read, by channel and `TIME`; those that are SI are left out."""
 
 
 def make_even(
@@ -66,7 +70,13 @@ def make_even(
         if rate is None or not (np.isfinite(rate) and rate > 0.0):
             raise UnusableInput(f"{where}: the sampling rate must be positive, not {rate!r} Hz")
         time = np.arange(n) / rate
-    return Even(time, channels, units, tuple(notes))
+    return Even(time, channels, units, tuple(notes), _read_in(plan))
+
+
+def _read_in(plan: ColumnPlan) -> dict[str, str]:
+    known = {k: unit for k, (_, unit) in plan.channels.items()}
+    known |= {} if plan.time is None else {TIME: plan.time[1]}
+    return {k: str(unit) for k, unit in known.items() if not unit.is_si}
 
 
 def even_time(

@@ -12,13 +12,19 @@ from bondgraph.graph.elements import I, Source
 from bondgraph.support.arrays import Array
 from identification.diagnosis.localisation.structural_classes import splitting_signals
 from identification.diagnosis.screening.mixups import forgotten
+from identification.diagnosis.screening.undoing import what_to_do
 
 if TYPE_CHECKING:
     from identification.diagnosis.diagnose import Diagnosis
 
 
 def advice(d: Diagnosis, frequencies: Array) -> tuple[str, ...]:
-    """Return what to record next, computed from the structure."""
+    """Return what to record next, computed from the structure, after what to mend."""
+    mend = (what_to_do(d.doubted),) if d.doubted else ()
+    return (*mend, *_to_record(d, frequencies))
+
+
+def _to_record(d: Diagnosis, frequencies: Array) -> tuple[str, ...]:
     if d.decision is None or d.decision.chosen is None or d.scene is None or d.structure is None:
         if d.kind == "unknown_physics":
             if beyond := _beyond_training(d):

@@ -13,13 +13,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from bondgraph.graph.parameter import Parameter
+from bondgraph.signals.files.time_base import TIME
 from bondgraph.support.arrays import Array
 from identification.estimation.single_record import Fit
 from identification.estimation.threads import calm
+from identification.report.words import listed
 from identification.study.problem import Data
 from identification.study.residual import evaluate, slots
 
-TIME = "time"
 STEP = 1e-5
 """Relative change of a channel."""
 LEFT = 0.3
@@ -48,7 +49,8 @@ class Suspect:
 
     Attributes
     ----------
-    name : str
+    channels : tuple of str
+        Those of one unit, or ``time``.
     factor : float
         How many times too large it would be.
     miss : float
@@ -57,7 +59,7 @@ class Suspect:
         Values that it moves.
     """
 
-    name: str
+    channels: tuple[str, ...]
     factor: float
     miss: float
     moves: int
@@ -65,10 +67,10 @@ class Suspect:
     def __str__(self) -> str:
         """Say it in a few words."""
         many, size = max(self.factor, 1 / self.factor), "large" if self.factor > 1 else "small"
-        if self.name == TIME:
+        if self.channels == (TIME,):
             near = [c for c in ROUND if 1 / NEAR < many / c < NEAR]
             many = min(near or CLOCKS, key=lambda c: abs(np.log(many / c)))
-        return f"{self.name} (about {plainly(many, 1)} times too {size})"
+        return f"{listed(self.channels)} (about {plainly(many, 1)} times too {size})"
 
 
 def suspects(fit: Fit, declared: Mapping[str, Parameter]) -> tuple[Suspect, ...]:
@@ -95,7 +97,7 @@ def suspects(fit: Fit, declared: Mapping[str, Parameter]) -> tuple[Suspect, ...]
             return ()
         size[size == 0] = np.inf
         at = slots(problem).free.start + np.array(known, int)
-        for name, data in _changed(problem.data):
+        for channels, data in _changed(problem.data):
             there = evaluate(replace(problem, data=data), fit.point, derivatives=False)
             change = (there.residual - now.residual) / STEP
             if not np.isfinite(change).all() or not change.any():
@@ -103,7 +105,7 @@ def suspects(fit: Fit, declared: Mapping[str, Parameter]) -> tuple[Suspect, ...]
             powers, *_ = np.linalg.lstsq(columns / size, change, rcond=1e-7)
             left = change - columns / size @ powers
             if np.linalg.norm(left) < LEFT * np.linalg.norm(change):
-                found += _explained(name, (powers / size)[at], moved)
+                found += _explained(channels, (powers / size)[at], moved)
     least = max(np.log(2.0), min((s.miss for s in found), default=0.0))
     return tuple(sorted((s for s in found if s.miss <= least), key=lambda s: s.miss))
 
@@ -118,24 +120,32 @@ def _columns(jacobian: Array, local: list[tuple[slice, Array]]) -> Array:
     return np.hstack([jacobian, starts])
 
 
-def _changed(data: Data) -> Iterator[tuple[str, Data]]:
-    """Yield the recording with one channel, or the time, a little larger."""
+def sharing_a_unit(data: Data) -> tuple[tuple[str, ...], ...]:
+    """Return the readings that were read in the same unit, where several were."""
+    groups: dict[str, list[str]] = {}
+    for n in data.names:
+        groups.setdefault(data.read_in.get(n, ""), []).append(n)
+    return tuple(tuple(g) for unit, g in groups.items() if unit and len(g) > 1)
+
+
+def _changed(data: Data) -> Iterator[tuple[tuple[str, ...], Data]]:
+    """Yield the recording with one channel, readings of one unit, or the time a little larger."""
     more = 1.0 + STEP
-    for c, name in enumerate(data.names):
+    for group in (*((n,) for n in data.names), *sharing_a_unit(data)):
         readings = data.readings.copy()
-        readings[:, c] *= more
-        yield name, replace(data, readings=readings)
+        readings[:, [data.names.index(n) for n in group]] *= more
+        yield group, replace(data, readings=readings)
     for name, u in data.commands.items():
         if np.ptp(u) > 0:
             finer = tuple(
                 (n, {**values, name: more * values[name]} if name in values else values)
                 for n, values in data.finer
             )
-            yield name, replace(data, commands={**data.commands, name: more * u}, finer=finer)
-    yield TIME, replace(data, time=more * data.time)
+            yield (name,), replace(data, commands={**data.commands, name: more * u}, finer=finer)
+    yield (TIME,), replace(data, time=more * data.time)
 
 
-def _explained(name: str, powers: Array, moved: Array) -> list[Suspect]:
+def _explained(channels: tuple[str, ...], powers: Array, moved: Array) -> list[Suspect]:
     """Return the channel if one factor of it explains how far the values have moved."""
     if not powers.any():
         return []
@@ -143,4 +153,4 @@ def _explained(name: str, powers: Array, moved: Array) -> list[Suspect]:
     miss = float(np.abs(moved - many * powers).max())
     if abs(many) < np.log(LEAST) or miss > max(np.log(OFF), SHARE * np.abs(moved).max()):
         return []
-    return [Suspect(name, float(np.exp(many)), miss, int(np.sum(np.abs(powers) > 0.5)))]
+    return [Suspect(channels, float(np.exp(many)), miss, int(np.sum(np.abs(powers) > 0.5)))]

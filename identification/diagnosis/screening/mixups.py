@@ -7,9 +7,9 @@ only told if undoing it removes nearly all of the misfit.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator, Mapping
-from dataclasses import dataclass, replace
-from itertools import combinations
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import replace
+from itertools import combinations, product
 
 import numpy as np
 from joblib import Parallel, delayed
@@ -17,12 +17,25 @@ from joblib import Parallel, delayed
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import Element
 from bondgraph.graph.parameter import Parameter
-from bondgraph.graph.sensors import Da, Df, Dq, Sensor
+from bondgraph.signals.files.time_base import TIME
 from bondgraph.signals.recording import Split
 from bondgraph.signals.units import parse_unit
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import BondsightError
-from identification.diagnosis.screening.forgotten_unit import Suspect, plainly, suspects
+from identification.diagnosis.screening.forgotten_unit import Suspect, sharing_a_unit, suspects
+from identification.diagnosis.screening.undoing import (
+    FACTORS,
+    SENSORS,
+    Mixup,
+    as_read,
+    exchanges_of,
+    in_unit,
+    moving_commands,
+    scale_of,
+    undone,
+    with_unit,
+)
+from identification.diagnosis.screening.usual_units import conversions
 from identification.diagnosis.search.base import declared_fit
 from identification.diagnosis.search.nominal import nominal_fit
 from identification.estimation.levenberg_marquardt import FitStatus
@@ -31,15 +44,14 @@ from identification.estimation.threads import calm
 from identification.study.problem import Data, Problem
 from identification.study.residual import evaluate, start_point
 
-Fitter = Callable[[BondGraph, Data], Fit]
-Commands = Mapping[str, Array]
-
 GROSS = 0.2
 """Error over the spread of a reading from which a mistake in the recording is looked for."""
 NOISE = 1.5
 """Mean square over the floor that may be noise alone."""
 FALL, LEAST = 0.05, 0.2
 """Undoing the mistake leaves this part of the misfit above the floor, and this part of all ..."""
+RARE = 0.02
+"""The first of these parts for what hardly anybody does."""
 LEFT = 0.2
 """... at most, and this error over the spread of any reading."""
 ALIKE = 3.0
@@ -48,10 +60,14 @@ FEW = 1500
 """Samples on which the mistakes are tried; the best is judged on all."""
 SHORT, A_FEW = 24, 8
 """Samples of a short stretch at least, and steps of the fit to many of them."""
+FIRST_TRIED = 10.0
+"""Misfit of short stretches over the least one's up to which a mistake is fitted before others."""
 FEWER = 600
 """Samples cut into short stretches."""
 ENOUGH = 10.0
 """Misfit over the floor of short stretches that a mistake undone may have in any case."""
+FAR_OFF = 5.0
+"""Factor from which units that are no power of ten are looked for."""
 FAR = 2.0
 """Ratio of measured to declared size from which other units are tried: declared values are off."""
 MOVED = 30.0
@@ -62,79 +78,10 @@ FIRST, TOGETHER = "check the unit", "all values are fitted"
 """How sentences on units begin."""
 DEAF = 0.1
 """Correlation with the model below which a sensor shows nothing of it."""
-NEAR = 3.0
-"""Factor within which a size that is no conversion is fitted."""
 SPREAD, CLOSE = 2.0, 1.2
 """Ratio of the largest to the smallest factor that are one, and how near it is to a conversion."""
-FACTORS = (1e2, 1e3, 1e6, 1e9, 180.0 / np.pi, 30.0 / np.pi, 9.80665, 1e3 / 25.4, 1e5, 6e4)
-"""What a forgotten conversion multiplies by: percent, milli, micro, nano, degrees, turns a minute,
-kilogram-force, inches, bar, litres a minute."""
-KNOWN = frozenset(f**s for f in FACTORS for s in (1, -1))
 ANGLES, LENGTHS = FACTORS[4:6], FACTORS[6:8]
 """Those of what has no length in its unit, and of what has one (g for m/s^2 among them)."""
-
-
-@dataclass(frozen=True)
-class Mixup:
-    """A mistake in a recording that explains the misfit.
-
-    Attributes
-    ----------
-    kind : {"sign", "exchange", "scale", "quantity", "dead"}
-    channels : tuple of str
-        One channel; two for an exchange.
-    factor : float
-        How many times too large the channel is, for a scale.
-    sensor : str
-        What reads such a channel (``Da``), for a quantity.
-    before, after : float
-        Held-out mean square over the floor as recorded, and with the mistake undone.
-    beside : float
-        How far the factor lies beside the size that declared values give, logarithmic.
-    """
-
-    kind: str
-    channels: tuple[str, ...]
-    factor: float = 1.0
-    sensor: str = ""
-    before: float = float("nan")
-    after: float = float("nan")
-    beside: float = 0.0
-
-    @property
-    def claim(self) -> str:
-        """The mistake in a few words."""
-        first = self.channels[0]
-        if self.kind == "exchange":
-            return f"{first} and {self.channels[1]} look exchanged"
-        if self.kind == "sign":
-            return f"{first} looks recorded with the wrong sign"
-        if self.kind == "dead":
-            return f"{first} does not follow the model at all: a dead or a foreign sensor"
-        if self.kind == "quantity":
-            return f"{first} looks like {QUANTITIES[self.sensor]} (read by {self.sensor})"
-        many, size = max(self.factor, 1 / self.factor), "large" if self.factor > 1 else "small"
-        # what is no conversion is known as well as the declared values only
-        digits, why = (3, "its unit?") if self.factor in KNOWN else (2, "its unit, or counts?")
-        return f"{first} looks about {plainly(many, digits)} times too {size} ({why})"
-
-    @property
-    def sentence(self) -> str:
-        """The mistake with its evidence."""
-        return f"{self.claim}: {self.undoing}"
-
-    @property
-    def undoing(self) -> str:
-        """What is gained where it is undone."""
-        how = "without it" if self.kind == "dead" else "with that undone"
-        return (
-            f"{how} the held-out misfit falls from {self.before:.3g} to {self.after:.3g} times "
-            "the floor"
-        )
-
-
-QUANTITIES = {"Dq": "a displacement", "Df": "a velocity or a flow", "Da": "an acceleration"}
-SENSORS: dict[str, type[Sensor]] = {"Dq": Dq, "Df": Df, "Da": Da}
 
 
 def relative_errors(fit: Fit, part: str = "test") -> dict[str, float]:
@@ -284,80 +231,7 @@ def forgotten(sensor: str, factor: float) -> Mixup | None:
     return None
 
 
-def undone(data: Data, mixup: Mixup) -> Data:
-    """Return the recording with the mistake undone."""
-    if mixup.kind == "exchange":
-        return _exchanged(data, *mixup.channels)
-    (name,) = mixup.channels
-    if mixup.kind == "quantity":
-        return data
-    factor = -1.0 if mixup.kind == "sign" else 1.0 / mixup.factor
-    if name in data.commands:
-        return _commanded(data, lambda u: {**u, name: factor * u[name]} if name in u else u)
-    c = data.names.index(name)
-    if mixup.kind == "dead":
-        # a floor this high takes the reading out of the fit
-        return replace(data, floor=_with(data.floor, c, 1e6 * float(np.ptp(data.readings[:, c]))))
-    readings = data.readings.copy()
-    readings[:, c] *= factor
-    return replace(
-        data, readings=readings, floor=_with(data.floor, c, abs(factor) * float(data.floor[c]))
-    )
-
-
-def as_read(graph: BondGraph, mixup: Mixup) -> BondGraph:
-    """Return the model with the sensor that reads what a channel seems to hold.
-
-    Of a factor that is no conversion only the size is known: it is fitted.
-    """
-    if mixup.kind == "scale" and mixup.factor not in KNOWN:
-        return _scaled(graph, mixup.channels[0])
-    if mixup.kind != "quantity":
-        return graph
-    (name,) = mixup.channels
-    # without its unit: what it reads is another quantity now
-    kept = {f: getattr(graph[name], f) for f in Sensor.channel}
-    return graph.replace(name, SENSORS[mixup.sensor](name, **kept))
-
-
-def _scaled(graph: BondGraph, sensor: str) -> BondGraph:
-    if getattr(graph[sensor], "gain", None) is not None:
-        return graph
-    made = graph.with_element(sensor, gain=(name := _scale_of(sensor)))
-    return made.with_parameters([Parameter(name, 1.0, spread=NEAR)])
-
-
-def _scale_of(sensor: str) -> str:
-    return f"scale_{sensor}"
-
-
-def _commanded(data: Data, changed: Callable[[Commands], Commands]) -> Data:
-    """Return the recording with other commands, at the samples and between them."""
-    finer = tuple((steps, changed(u)) for steps, u in data.finer)
-    return replace(data, commands=dict(changed(data.commands)), finer=finer)
-
-
-def _with(values: Array, place: int, value: float) -> Array:
-    found = np.array(values, float)
-    found[place] = value
-    return found
-
-
-def _exchanged(data: Data, one: str, other: str) -> Data:
-    if one in data.commands:
-        return _commanded(data, lambda u: {**u, one: u[other], other: u[one]} if one in u else u)
-    order = list(range(len(data.names)))
-    a, b = data.names.index(one), data.names.index(other)
-    order[a], order[b] = b, a
-    other_of = {one: other, other: one}
-    known = frozenset(other_of.get(n, n) for n in data.floor_known)
-    floor = np.asarray(data.floor)[order]
-    return replace(data, readings=data.readings[:, order], floor=floor, floor_known=known)
-
-
-def mixups(
-    graph: BondGraph, nominal: Fit, fitter: Fitter | None = None, jobs: int = 1
-) -> tuple[Mixup, ...]:
+def mixups(graph: BondGraph, nominal: Fit, jobs: int = 1) -> tuple[Mixup, ...]:
     """Return the mistakes in the recording that explain the misfit of `nominal`, the best first.
 
     Several are returned where these data cannot tell them apart (the sign of the only sensor, or
@@ -370,38 +244,56 @@ def mixups(
         The model as declared.
     nominal : Fit
         Its fit to the recording.
-    fitter : callable, optional
-        Fits a graph to data; the nominal fit of the diagnosis unless given.
     jobs : int
         Processes that share the fits.
     """
     if not (gross(nominal) or _held(graph, nominal)):
         return ()
-    data, fitted = nominal.problem.data, fitter or _fitted
-    brief, share = _brief(data), Parallel(n_jobs=jobs)
-    possible = list(_candidates(graph, nominal))
+    data = nominal.problem.data
+    short, share = brief(data), Parallel(n_jobs=jobs)
+    sizes = list(_sizes(graph, nominal))
+    possible = list(_candidates(graph, nominal, sizes))
     apart, *each = share(
         [
-            delayed(_in_windows)(graph, brief),
-            *(delayed(_in_windows)(as_read(graph, m), undone(brief, m)) for m in possible),
+            delayed(in_windows)(graph, short),
+            *(delayed(in_windows)(as_read(graph, m), undone(short, m)) for m in possible),
         ]
     )
     # what fits short stretches worse, each with a state of its own, is no mistake undone
     most = ALIKE * max(apart, ENOUGH)
-    likely = [m for m, cost in zip(possible, each, strict=True) if not cost > most]
-    before, *costs = share(
-        [
-            delayed(_cost)(fitted, graph, brief),
-            *(delayed(_cost)(fitted, as_read(graph, m), undone(brief, m), m) for m in likely),
-        ]
-    )
-    tried = list(zip(likely, costs, strict=True))
-    best = min((cost for _, cost in tried), default=np.inf)
+    costs = {m: cost for m, cost in zip(possible, each, strict=True) if not cost > most}
+    rare = list(_rare_candidates(graph, data, sizes)) if gross(nominal) else []
+    each = share([delayed(in_windows)(graph, undone(short, m)) for m in rare])
+    # of what hardly anybody does a fair part of the misfit of the stretches must be gone as well
+    most = max(ENOUGH, LEAST * apart)
+    costs |= {m: cost for m, cost in zip(rare, each, strict=True) if cost <= most}
+    before = _cost(graph, short)
+    for likely in _in_turn(costs):
+        each = share([delayed(_cost)(graph, short, m) for m in likely])
+        if found := _sure(graph, nominal, before, dict(zip(likely, each, strict=True))):
+            return tuple(with_unit(data, m) for m in found)
+    return ()
+
+
+def _in_turn(costs: Mapping[Mixup, float]) -> Iterator[list[Mixup]]:
+    """Yield those that fit short stretches best, then the others, which take long."""
+    alive = [c for m, c in costs.items() if m.kind != "dead" and np.isfinite(c)]
+    best = FIRST_TRIED * max(1.0, min(alive, default=0.0))
+    first = [m for m, c in costs.items() if c <= best]
+    others = [m for m in costs if m not in first]
+    yield from (group for group in (first, others) if group)
+
+
+def _sure(
+    graph: BondGraph, nominal: Fit, before: float, tried: Mapping[Mixup, float]
+) -> tuple[Mixup, ...]:
+    """Return those that explain all samples as well, the best first."""
+    best = min(tried.values(), default=np.inf)
     if not _explains(before, best):
         return ()
     found = []
-    for m, cost in sorted(tried, key=lambda t: t[1]):
-        if cost < ALIKE * best and (sure := _judged(fitted, graph, nominal, m)) is not None:
+    for m, cost in sorted(tried.items(), key=lambda t: t[1]):
+        if cost < ALIKE * best and (sure := _judged(graph, nominal, m)) is not None:
             found.append(sure)
     if not found:
         return ()
@@ -410,15 +302,17 @@ def mixups(
         (m for m in found if m.after <= ALIKE * least),
         key=lambda m: (m.after > CLOSE * least, m.beside, m.after),
     )
-    known = {m.channels for m in alike if m.kind == "scale" and m.factor in KNOWN}
-    return tuple(
-        m for m in alike
-        if m.kind != "scale" or m.factor in KNOWN or m.channels not in known
-    )  # fmt: skip
+    known = {m.channels for m in alike if m.kind == "scale" and m.is_conversion}
+    kept = [m for m in alike if m.kind != "scale" or m.is_conversion or m.channels not in known]
+    # exchanged with or without their units: it is one mistake
+    first: dict[str, Mixup] = {}
+    for m in kept:
+        first.setdefault(m.claim, m)
+    return tuple(first.values())
 
 
 @calm()
-def _in_windows(graph: BondGraph, data: Data) -> float:
+def in_windows(graph: BondGraph, data: Data) -> float:
     """Misfit of short stretches, each with a state of its own; NaN where it cannot be told."""
     first = slice(0, min(FEWER, data.n))
     split = Split(first, slice(first.stop, first.stop), "the very first samples")
@@ -434,15 +328,15 @@ def _explains(before: float, after: float) -> bool:
     return after < LEAST * before and after < 1.0 + FALL * before
 
 
-def _candidates(graph: BondGraph, nominal: Fit) -> Iterator[Mixup]:
+def _candidates(graph: BondGraph, nominal: Fit, sizes: Sequence[Array]) -> Iterator[Mixup]:
     data = nominal.problem.data
-    # a signal from outside that no source makes has no unit and no usual sign to be mistaken
-    commands = [n for n, u in data.commands.items() if np.ptp(u) > 0 and n in graph.elements]
+    commands = moving_commands(graph, data)
     for group in (commands, list(data.names)):
         yield from (Mixup("sign", (n,)) for n in group)
         # of other quantities too: it is the columns that are exchanged, or their names
-        yield from (Mixup("exchange", pair) for pair in combinations(group, 2))
-    yield from _scales(graph, nominal, commands)
+        for pair in combinations(group, 2):
+            yield from exchanges_of(data, pair)
+    yield from _scales(graph, data, commands, sizes)
     for name in data.names:
         if (kind := graph[name].kind) in SENSORS:
             yield from (Mixup("quantity", (name,), sensor=k) for k in SENSORS if k != kind)
@@ -451,18 +345,48 @@ def _candidates(graph: BondGraph, nominal: Fit) -> Iterator[Mixup]:
         yield from (Mixup("dead", (n,)) for n in data.names if errors[n] > 1 - DEAF)
 
 
-def _scales(graph: BondGraph, nominal: Fit, commands: list[str]) -> Iterator[Mixup]:
+def _rare_candidates(graph: BondGraph, data: Data, sizes: Sequence[Array]) -> Iterator[Mixup]:
+    """Yield commands in columns of readings, other units of the time and of like readings."""
+    for pair in product(() if data.finer else moving_commands(graph, data), data.names):
+        yield from exchanges_of(data, pair)
+    yield from (in_unit(data, (TIME,), f) for f in conversions(data.read_in.get(TIME, "")))
+    found: dict[Mixup, None] = {}
+    for ratio in sizes:
+        size = dict(zip(data.names, ratio, strict=True))
+        for group in sharing_a_unit(data):
+            own = [float(size[n]) for n in group]
+            if max(own) < ALIKE * min(own):
+                many = float(np.exp(np.mean(np.log(own))))
+                found |= dict.fromkeys(_usual(data, group, many))
+    yield from found
+
+
+def _usual(data: Data, channels: tuple[str, ...], size: float) -> Iterator[Mixup]:
+    """Yield usual units that numbers so many times too large may be in."""
+    for factor in conversions(data.read_in.get(channels[0], "")):
+        if abs(np.log(factor)) > np.log(FAR_OFF) and abs(np.log(size / factor)) < np.log(FAR):
+            yield in_unit(data, channels, factor)
+
+
+def _scales(
+    graph: BondGraph, data: Data, commands: list[str], every: Sequence[Array]
+) -> Iterator[Mixup]:
     """Forgotten conversions, from the sizes of the readings against the declared model's."""
     found: dict[tuple[str, float], Mixup] = {}
-    for ratio in _sizes(graph, nominal):
+    for ratio in every:
         together = float(np.exp(np.mean(np.log(ratio))))
-        sizes = {n: float(r) for n, r in zip(nominal.problem.data.names, ratio, strict=True)}
+        sizes = {n: float(r) for n, r in zip(data.names, ratio, strict=True)}
         for n, size in (sizes | dict.fromkeys(commands, 1.0 / together)).items():
             near = _conversions(size, graph[n])
             if n in sizes and not 1 / MOVED < size < MOVED:
                 near.append(size)  # counts of an encoder are no conversion
             found |= {
                 (n, f): Mixup("scale", (n,), f, beside=abs(float(np.log(size / f)))) for f in near
+            }
+            found |= {
+                (n, m.factor): replace(m, beside=abs(float(np.log(size / m.factor))))
+                for m in _usual(data, (n,), size)
+                if (n, m.factor) not in found
             }
     yield from found.values()
 
@@ -499,7 +423,7 @@ def _conversions(ratio: float, channel: Element | None = None) -> list[float]:
     return [f for f in near if abs(np.log(ratio / f)) < np.log(6.0)]
 
 
-def _brief(data: Data) -> Data:
+def brief(data: Data) -> Data:
     """Return the moving part of the first recording, at most `FEW` samples, all of them scored."""
     begin = data.split.rest.stop if data.split.rest is not None else 0
     ends = [e for e in (*data.breaks, data.n) if e > begin]
@@ -517,15 +441,20 @@ def _brief(data: Data) -> Data:
     )
 
 
-def _fitted(graph: BondGraph, data: Data) -> Fit:
-    return nominal_fit(graph, data, data.hold)[1]
+def fit_undone(graph: BondGraph, data: Data, mixup: Mixup | None = None) -> Fit:
+    """Fit the model with a mistake undone; how another command moves between samples is open."""
+    if mixup is None:
+        return nominal_fit(graph, data, data.hold)[1]
+    made = undone(data, mixup)
+    hold = None if mixup.drives_otherwise(data) else made.hold
+    return nominal_fit(as_read(graph, mixup), made, hold)[1]
 
 
 @calm()
-def _cost(fitter: Fitter, graph: BondGraph, data: Data, mixup: Mixup | None = None) -> float:
+def _cost(graph: BondGraph, data: Data, mixup: Mixup | None = None) -> float:
     """Misfit after a fit; infinite where it cannot be made, or a dead sensor does follow."""
     try:
-        found = fitter(graph, data)
+        found = fit_undone(graph, data, mixup)
     except (BondsightError, np.linalg.LinAlgError, ValueError):
         return np.inf
     if found.status is FitStatus.BROKEN or not np.isfinite(found.simulated).all():
@@ -541,10 +470,11 @@ def _follows(fit: Fit, sensor: str) -> bool:
     return bool(np.ptp(x) == 0 or abs(np.corrcoef(x, y)[0, 1]) > DEAF)
 
 
-def _judged(fitter: Fitter, graph: BondGraph, nominal: Fit, mixup: Mixup) -> Mixup | None:
+def _judged(graph: BondGraph, nominal: Fit, mixup: Mixup) -> Mixup | None:
     """Fit all training samples with the mistake undone; None if that explains nothing after all."""
+    data = nominal.problem.data
     try:
-        found = fitter(as_read(graph, mixup), undone(nominal.problem.data, mixup))
+        found = fit_undone(graph, data, mixup)
     except (BondsightError, np.linalg.LinAlgError, ValueError):
         return None
     before, after = nominal.chi2("test"), found.chi2("test")
@@ -555,5 +485,8 @@ def _judged(fitter: Fitter, graph: BondGraph, nominal: Fit, mixup: Mixup) -> Mix
     ]
     if found.status is FitStatus.BROKEN or not _explains(before, after) or max(errors) > LEFT:
         return None
-    factor = mixup.factor * found.values.get(_scale_of(mixup.channels[0]), 1.0)
+    # what hardly anybody does must explain nearly all, with values that no bound holds
+    if mixup.is_rare(data) and (after > max(ALIKE, RARE * before) or _held(graph, found)):
+        return None
+    factor = mixup.factor * found.values.get(scale_of(mixup.channels[0]), 1.0)
     return replace(mixup, factor=factor, before=before, after=after)

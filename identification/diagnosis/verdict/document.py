@@ -20,6 +20,7 @@ from identification.diagnosis.evidence.answer import Decision
 from identification.diagnosis.evidence.hypotheses import Thresholds
 from identification.diagnosis.evidence.kinds_told import open_kinds
 from identification.diagnosis.evidence.nearest import Nearest
+from identification.diagnosis.explanation.doubts import suspected
 from identification.diagnosis.explanation.law_formula import in_symbols, meaning_of
 from identification.diagnosis.explanation.rivals import standings
 from identification.diagnosis.localisation.element_kind import element_kind
@@ -100,8 +101,10 @@ def verdict(d: Diagnosis) -> dict[str, Any]:
 
 def _where_any(d: Diagnosis) -> dict[str, Any]:
     """Return what most verdicts do not have: mistakes of the recording, limits of the user's."""
-    suspects = {"suspects": [m.claim for m in d.mistakes]} if d.mistakes else {}
-    return suspects | ({} if d.limits == Thresholds() else {"limits": asdict(d.limits)})
+    found = suspected(d)
+    return ({"suspects": list(found)} if found else {}) | (
+        {} if d.limits == Thresholds() else {"limits": asdict(d.limits)}
+    )
 
 
 def parts_of(recording: Recording) -> list[dict[str, Any]]:

@@ -16,11 +16,10 @@ from identification.diagnosis.catalogue import by_name
 from identification.diagnosis.diagnose import Diagnosis
 from identification.diagnosis.evidence.answer import Decision
 from identification.diagnosis.evidence.kinds_told import EXACT, open_kinds
-from identification.diagnosis.explanation.notes import taken_over
+from identification.diagnosis.explanation.doubts import doubts
 from identification.diagnosis.localisation.element_kind import element_kind
 from identification.diagnosis.localisation.recording.region import multiple
 from identification.diagnosis.localisation.regions import summary
-from identification.diagnosis.screening.mixups import in_doubt, of_units
 from identification.diagnosis.search.candidates import Candidate
 from identification.diagnosis.verdict.document import (
     SORTS,
@@ -66,11 +65,7 @@ def sentence(d: Diagnosis) -> str:
     said = _answered(d)
     if d.mistakes or d.nominal is None:
         return said
-    last = d.repaired or d.nominal
-    named = [s.chosen for s in d.findings if s.chosen is not None]
-    doubts = in_doubt(last, d.graph.parameters, taken_over(last, named))
-    told = doubts if d.kind == "parameters_only" else of_units(doubts)
-    return "; but ".join((said.removesuffix("."), *told)) + "."
+    return "; but ".join((said.removesuffix("."), *doubts(d))) + "."
 
 
 def _answered(d: Diagnosis) -> str:
@@ -252,7 +247,7 @@ def retold(v: Data) -> str:
     """
     v = _clean(v)
     # of a recording that looks wrong itself nothing was found
-    findings = [] if v.get("suspects") else v["findings"]
+    findings = [] if _not_searched(v) else v["findings"]
     parts = [
         _paragraph("What was found", [_answer(v), *(_meaning(f) for f in findings)]),
         _paragraph("Where", [_place(f) for f in findings]),
@@ -290,12 +285,21 @@ def _paragraph(title: str, sentences: Iterable[str]) -> str:
 
 
 def _answer(v: Data) -> str:
-    if v.get("suspects"):
+    if _not_searched(v):
         return (
             f"{v['recording']['name'] or 'the recording'} rather than "
             f"{v['model'] or 'the model'} looks wrong: {' or '.join(v['suspects'])}. No physics "
             "was looked for."
         )
+    return "; but ".join((_found(v).removesuffix("."), *v.get("suspects", ()))) + "."
+
+
+def _not_searched(v: Data) -> bool:
+    """Whether the recording looks so wrong that no physics was looked for."""
+    return bool(v.get("suspects")) and not v.get("parameters")
+
+
+def _found(v: Data) -> str:
     named = [f"{_effect(f)} at {f['location']['element']}" for f in v["findings"]]
     count = {1: "one effect", 2: "two effects", 3: "three effects"}.get(len(named))
     return _ANSWERS[v["verdict"]].format(
@@ -402,8 +406,11 @@ def coming_near(found: Iterable[Data]) -> str:
 
 
 def _silence(v: Data) -> list[str]:
-    if v.get("suspects"):
-        return ["With that undone the model explains nearly all that it had missed."]
+    if _not_searched(v):
+        return [
+            "With that undone the model explains nearly all that it had missed, or its values come "
+            "back to those declared."
+        ]
     if v["verdict"] == "insufficient_data":
         return ["No statement is made: nothing was fitted, or nothing could be."]
     return [

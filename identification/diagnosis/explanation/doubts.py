@@ -1,0 +1,94 @@
+"""What makes an answer doubtful: a recording, or values, that look wrong."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from bondgraph.graph.bond_graph import BondGraph
+from identification.diagnosis.explanation.notes import taken_over
+from identification.diagnosis.screening.mixups import far_off, gross, in_doubt, of_units
+from identification.diagnosis.screening.undoing import Mixup
+from identification.estimation.single_record import Fit
+from identification.report.words import listed
+
+if TYPE_CHECKING:
+    from identification.diagnosis.diagnose import Diagnosis
+
+BEYOND = 1e3
+"""Ratio of a fitted to a declared value that no missing physics bends it by."""
+KNOWN_WITHIN = 10.0
+"""Upper over lower end of an interval beyond which a value is not known, wherever it is."""
+
+
+def at_once(
+    graph: BondGraph, nominal: Fit, dead: Sequence[Mixup], doubted: Sequence[Mixup]
+) -> tuple[str, ...]:
+    """Return what looks wrong with channels and values before anything is searched."""
+    doubts_on_values = in_doubt(nominal, graph.parameters)
+    return (*(m.sentence for m in dead), *doubts_on_values, *(m.sentence for m in doubted))
+
+
+def suspected(d: Diagnosis) -> tuple[str, ...]:
+    """Return in a few words each what looks wrong with the recording or with declared values."""
+    if d.mistakes or d.doubted:
+        return tuple(m.claim for m in d.mistakes or d.doubted)
+    return absurd(d)
+
+
+def doubts(d: Diagnosis) -> tuple[str, ...]:
+    """Return what the sentence of an answer is followed by, beginning with ``but``."""
+    last = d.repaired or d.nominal
+    if d.mistakes or last is None:
+        return ()
+    found = in_doubt(last, d.graph.parameters, _taken_over(d))
+    units = of_units(found)
+    told = found if d.kind == "parameters_only" else units or absurd(d)
+    so = " or ".join(f"{m.claim} ({m.remedy})" for m in d.doubted)
+    return ("; so ".join((*told[-1:], so)),) if so else told
+
+
+def absurd(d: Diagnosis) -> tuple[str, ...]:
+    """Return one sentence on well known values that no data sheet is wrong by.
+
+    Physics that is missing bends values as well: beside more than noise they must be beyond all
+    reason, and beside a gross misfit they tell nothing.
+    """
+    last = d.repaired or d.nominal
+    if last is None or gross(last):
+        return ()
+    noise = d.kind == "parameters_only" or (d.left is not None and d.left.is_noise(d.limits.noise))
+    taken = _taken_over(d)
+    declared = {n: p for n, p in d.graph.parameters.items() if n not in taken}
+    ends = {e.name: e.ci95 for e in last.estimates}
+    far = {
+        n: ratio
+        for n, ratio in far_off(last, declared).items()
+        if _known(*ends[n]) and (noise or ratio > BEYOND)
+    }
+    if not far:
+        return ()
+    many, of, these = listed(map(_many, far.values())), "its", "of this value"
+    if len(far) > 1:
+        of, these = "their", "of these values"
+    ends_at = "ends" if len(far) == 1 else "end"
+    value = "value" if len(far) == 1 else "values"
+    return (
+        f"{listed(far)} {ends_at} {many} times {of} declared {value}: a unit, of a channel or "
+        f"{these}?",
+    )
+
+
+def _known(low: float, high: float) -> bool:
+    return low * high > 0.0 and max(low / high, high / low) < KNOWN_WITHIN
+
+
+def _many(ratio: float) -> str:
+    rounded = float(f"{ratio:.2g}")
+    return f"{rounded:,.0f}" if rounded >= 100.0 else f"{rounded:g}"
+
+
+def _taken_over(d: Diagnosis) -> frozenset[str]:
+    last = d.repaired or d.nominal
+    named = [s.chosen for s in d.findings if s.chosen is not None]
+    return taken_over(last, named) if last is not None else frozenset()
