@@ -25,7 +25,7 @@ from bondgraph.signals.files.time_base import TIME, Even, make_even
 from bondgraph.signals.interop import dataset_arrays, to_html, to_pandas, to_xarray, write_csv
 from bondgraph.signals.recording_file import is_saved, open_fields, save_recording, sha256_of
 from bondgraph.signals.split import Split, default_split
-from bondgraph.signals.units import parse_unit
+from bondgraph.signals.units import parse_unit, read_unit
 from bondgraph.signals.wrapping import unwrapped
 from bondgraph.support.arrays import FloatArray
 from bondgraph.support.errors import UnusableInput, unknown_name
@@ -353,7 +353,8 @@ class Recording:
         """Unit of the numbers of each channel, and of `time`, as they were read."""
         stated = self.meta.get("read_in")
         known = dict(stated) if isinstance(stated, Mapping) else {}
-        return {n: known.get(n, u) for n, u in {**self.units, TIME: "s"}.items()}
+        said = {n: u for n, u in known.items() if isinstance(u, str) and read_unit(u) is not None}
+        return {n: said.get(n, u) for n, u in {**self.units, TIME: "s"}.items()}
 
     def channel(self, name: str) -> Channel:
         """Return one channel; `UnknownName` with the nearest names if there is none."""
@@ -557,7 +558,7 @@ class Recording:
         called = str(kept.pop("name"))
         read = cls.from_arrays(called, table, map=map, fs=fs)
         notes = (*kept.pop("notes", ()), *read.notes)
-        return replace(read, meta={"notes": notes}, **kept)
+        return replace(read, meta={**read.meta, "notes": notes}, **kept)
 
     def __repr__(self) -> str:
         """Return name, size, rate and channels in one line."""

@@ -52,7 +52,7 @@ from identification.diagnosis.screening.observation import scene
 from identification.diagnosis.screening.port_history import FittedModel
 from identification.diagnosis.screening.score_test import Screened
 from identification.diagnosis.screening.undoing import Mixup, what_to_do
-from identification.diagnosis.screening.values_back import told_by_values
+from identification.diagnosis.screening.values_back import gives_way, told_by_values
 from identification.diagnosis.search.asked import Asked, Given, asked_of
 from identification.diagnosis.search.base import declared_fit, thinned
 from identification.diagnosis.search.candidates import Candidate, DiagnosisOptions
@@ -353,7 +353,7 @@ def _diagnosed(
     try:
         say("looking for channels that are mixed up", 0.06)
         back = () if known else told_by_values(result.graph, nominal)
-        if back and nominal.chi2("test") > NOISE:
+        if back and min(m.after for m in back) <= NOISE < nominal.chi2("test"):
             return _mistaken(result, back)
         mistakes = () if back else mixups(result.graph, nominal, jobs=options.jobs)
         if any(m.kind != "dead" for m in mistakes):
@@ -381,14 +381,16 @@ def _diagnosed(
     if not stopped:
         finer, stopped = on_finer_stretches(result, material, options, say, made.decisions)
         if finer is not None:
-            return replace(finer, doubted=result.doubted)
+            mend = (what_to_do(back),) if back else ()
+            told = replace(finer, doubted=back, advice=(*mend, *finer.advice))
+            return _mistaken(told, back) if gives_way(finer.kind, back) else told
     decisions, stopped = completed(made.decisions, template, options, result.limits, say, stopped)
     declared, nominal = judged_on(declared, unseen), judged_on(nominal, unseen)
     decisions = tuple(judged(d, unseen, data.n) for d in decisions)
     kind = kind_of(made.decisions, declared, nominal)
     last = last_named(decisions, kind) or nominal
     result = replace(result, data=nominal.problem.data, declared=declared, nominal=nominal)
-    if (mistakes and kind != "missing_physics") or (back and kind != "parameters_only"):
+    if (mistakes and kind != "missing_physics") or gives_way(kind, back):
         # a reading that follows nothing may still follow a law; only then it is not dead
         return _mistaken(result, back or mistakes)
     result = replace(

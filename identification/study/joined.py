@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from bondgraph.signals.recording import Recording, Split
-from bondgraph.signals.units import parse_unit
+from bondgraph.signals.units import read_unit
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import UnusableInput
 
@@ -230,7 +230,9 @@ def _read_alike(recordings: Sequence[Recording]) -> dict[str, str]:
     first = recordings[0]
     return {
         n: u for n, u in first.read_in.items()
-        if not parse_unit(u).is_si and all(r.read_in.get(n) == u for r in recordings)
+        if (known := read_unit(u)) is not None
+        and not known.is_si
+        and all(r.read_in.get(n) == u for r in recordings)
     }  # fmt: skip
 
 

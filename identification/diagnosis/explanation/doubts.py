@@ -16,7 +16,8 @@ if TYPE_CHECKING:
     from identification.diagnosis.diagnose import Diagnosis
 
 BEYOND = 1e3
-"""Ratio of a fitted to a declared value that no missing physics bends it by."""
+"""Ratio of a fitted to a declared value that no missing physics bends it by (to nearly nothing it
+does)."""
 KNOWN_WITHIN = 10.0
 """Upper over lower end of an interval beyond which a value is not known, wherever it is."""
 

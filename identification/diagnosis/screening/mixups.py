@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
-from itertools import combinations, product
+from itertools import combinations
 
 import numpy as np
 from joblib import Parallel, delayed
@@ -28,6 +28,7 @@ from identification.diagnosis.screening.undoing import (
     SENSORS,
     Mixup,
     as_read,
+    driven_and_read,
     exchanges_of,
     in_unit,
     moving_commands,
@@ -347,7 +348,7 @@ def _candidates(graph: BondGraph, nominal: Fit, sizes: Sequence[Array]) -> Itera
 
 def _rare_candidates(graph: BondGraph, data: Data, sizes: Sequence[Array]) -> Iterator[Mixup]:
     """Yield commands in columns of readings, other units of the time and of like readings."""
-    for pair in product(() if data.finer else moving_commands(graph, data), data.names):
+    for pair in driven_and_read(data, moving_commands(graph, data)):
         yield from exchanges_of(data, pair)
     yield from (in_unit(data, (TIME,), f) for f in conversions(data.read_in.get(TIME, "")))
     found: dict[Mixup, None] = {}

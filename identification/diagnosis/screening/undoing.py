@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import reduce
 from itertools import combinations, product
@@ -18,6 +18,7 @@ from bondgraph.signals.units import read_unit
 from bondgraph.support.arrays import Array
 from identification.diagnosis.screening.forgotten_unit import plainly
 from identification.diagnosis.screening.usual_units import named
+from identification.report.numbers import times_noise
 from identification.report.words import listed
 from identification.study.noise_floor import noise_floor
 from identification.study.problem import Data
@@ -118,8 +119,9 @@ class Mixup:
             return f"with that undone {self.values}"
         how = "without it" if self.kind == "dead" else "with that undone"
         return (
-            f"{how} the held-out misfit falls from {self.before:.3g} to {self.after:.3g} times "
-            "the floor"
+            f"{how} what is left of all readings together falls from "
+            f"{times_noise(self.before):.3g} to {times_noise(self.after):.3g} times the noise on "
+            "held-out samples"
         )
 
     @property
@@ -127,7 +129,7 @@ class Mixup:
         """What to write in the file or the command; empty where that is plain."""
         if self.kind == "exchange":
             one, other = self.channels
-            return f"take the column of {other} as {one} and that of {one} as {other}"
+            return f"exchange the headers of {one} and {other} in the file, each with its unit"
         if not self.unit:
             return ""
         if self.channels == (TIME,):
@@ -162,9 +164,14 @@ def exchanges(graph: BondGraph, data: Data) -> Iterator[Mixup]:
     """Yield all pairs of channels that may be exchanged."""
     driving = moving_commands(graph, data)
     pairs = (*combinations(driving, 2), *combinations(data.names, 2))
-    mixed = () if data.finer else product(driving, data.names)
-    for pair in (*pairs, *mixed):
+    for pair in (*pairs, *driven_and_read(data, driving)):
         yield from exchanges_of(data, pair)
+
+
+def driven_and_read(data: Data, driving: Collection[str]) -> Iterator[tuple[str, str]]:
+    """Yield pairs of a command and a reading; none where commands are known between samples."""
+    if all(steps == 1 for steps, _ in data.finer):
+        yield from product(driving, data.names)
 
 
 def exchanges_of(data: Data, pair: tuple[str, str]) -> Iterator[Mixup]:
@@ -271,11 +278,15 @@ def _exchanged(data: Data, one: str, other: str, factor: float) -> Data:
         c = data.names.index(other)
         seen, driven = back * data.commands[one], factor * data.readings[:, c]
         alone = Recording(data.name, data.time, {other: seen}, {other: "1"})
-        floor = noise_floor(alone, replace(data.split, rest=None), (other,))[other]
+        split = replace(data.split, rest=None)
+        floor = noise_floor(alone, split, (other,), breaks=data.breaks)[other]
         jumps = np.abs(np.diff(driven)).max(initial=0.0) > JUMP * np.ptp(driven)
         made = _read(data, c, seen, floor)
         hold = "hold" if jumps else data.hold
-        return replace(made, commands={**data.commands, one: driven}, hold=hold)
+        return replace(
+            made, commands={**data.commands, one: driven}, hold=hold,
+            floor_known=data.floor_known - {other},
+        )  # fmt: skip
     a, b = data.names.index(one), data.names.index(other)
     first, second = data.readings[:, a], data.readings[:, b]
     made_a = _read(data, a, factor * second, factor * float(data.floor[b]))

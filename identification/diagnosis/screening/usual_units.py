@@ -22,18 +22,22 @@ SAME = 0.01
 
 @lru_cache(maxsize=256)
 def alike(unit: str) -> tuple[Unit, ...]:
-    """Return the usual units of what a unit measures; angles are told from pure numbers."""
+    """Return the usual units of what a unit measures.
+
+    Angles are told from pure numbers, and energies from torques, which have their dimensions.
+    """
     known = read_unit(unit)
     if known is None:
         return ()
-    angle = _angle(known)
+    quantity = _quantity(known)
     return tuple(
-        u for u in map(parse_unit, USUAL) if u.dims == known.dims and _angle(u) == angle
+        u for u in map(parse_unit, USUAL) if u.dims == known.dims and _quantity(u) == quantity
     )  # fmt: skip
 
 
-def _angle(unit: Unit) -> bool:
-    return any(symbol == "rad" for symbol, _ in unit.factors)
+def _quantity(unit: Unit) -> str:
+    symbols = {symbol for symbol, _ in unit.factors}
+    return "angle" if "rad" in symbols else "energy" if "J" in symbols else ""
 
 
 def conversions(unit: str) -> tuple[float, ...]:

@@ -7,7 +7,7 @@ with no more misfit than before, is likelier than so many wrong ones.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import replace
 from functools import partial
 
@@ -39,6 +39,8 @@ BACK = 2.5
 """Factor within which all values are back."""
 NO_WORSE = 1.2
 """Largest error over that without the mistake undone."""
+CLOSELY = 1.5
+"""The same within which what the search makes of the rest gives way."""
 BESIDE = 2.0
 """Factor within which the values tell a unit."""
 
@@ -67,6 +69,16 @@ def told_by_values(graph: BondGraph, nominal: Fit) -> tuple[Mixup, ...]:
     return tuple(sorted(found, key=lambda m: m.beside))
 
 
+def gives_way(kind: str, back: Collection[Mixup]) -> bool:
+    """Whether a mistake is told instead of what a search beside it came to.
+
+    Values that are back closely leave no doubt; a guess of several values may lie near some unit,
+    and what is missing then is missing all the same.
+    """
+    closely = min((m.beside for m in back), default=np.inf) < np.log(CLOSELY)
+    return kind != "parameters_only" and closely
+
+
 def _tried(graph: BondGraph, nominal: Fit, mixup: Mixup) -> Mixup | None:
     """Return the mistake with what the values say of it; None if they do not come back."""
     try:
@@ -78,7 +90,10 @@ def _tried(graph: BondGraph, nominal: Fit, mixup: Mixup) -> Mixup | None:
         return None
     if _worst(fit) > NO_WORSE * _worst(nominal):
         return None
-    return replace(mixup, beside=left, values=_told(nominal, fit, graph.parameters))
+    return replace(
+        mixup, beside=left, values=_told(nominal, fit, graph.parameters),
+        before=nominal.chi2("test"), after=fit.chi2("test"),
+    )  # fmt: skip
 
 
 def _other_units(graph: BondGraph, nominal: Fit) -> Iterator[Mixup]:

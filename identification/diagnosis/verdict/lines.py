@@ -31,6 +31,8 @@ def error_lines(d: Diagnosis) -> list[str]:
         level = d.left.over_noise.get(n) if d.left is not None else None
         noise = f"noise {d.data.floor[c]:.3g} {unit}"
         left = noise if level is None else f"what is left is {level:.3g} times the {noise}"
+        if d.left is not None and n in d.left.grows:
+            left = f"what is left is {level:.3g} times its noise, which grows with the reading"
         lines.append(f"{text}; {left}")
     return [*lines, f"  (in percent: {ERROR})"]
 

@@ -111,12 +111,12 @@ def _answered(d: Diagnosis) -> str:
 
 
 def _mistaken(d: Diagnosis) -> str:
-    """Say what looks wrong with the recording, and that no physics was looked for."""
+    """Say what looks wrong with the recording, and that no physics is told."""
     first, name = d.mistakes[0], d.recording.name
     claims = " or ".join(m.claim for m in d.mistakes)
     return (
-        f"{name} rather than {d.model} looks wrong: {claims}; {first.undoing}. No physics was "
-        "looked for."
+        f"{name} rather than {d.model} looks wrong: {claims}; {first.undoing}. No physics is "
+        "told before that is mended."
     )
 
 
@@ -289,13 +289,13 @@ def _answer(v: Data) -> str:
         return (
             f"{v['recording']['name'] or 'the recording'} rather than "
             f"{v['model'] or 'the model'} looks wrong: {' or '.join(v['suspects'])}. No physics "
-            "was looked for."
+            "is told before that is mended."
         )
     return "; but ".join((_found(v).removesuffix("."), *v.get("suspects", ()))) + "."
 
 
 def _not_searched(v: Data) -> bool:
-    """Whether the recording looks so wrong that no physics was looked for."""
+    """Whether the recording looks so wrong that no physics is told."""
     return bool(v.get("suspects")) and not v.get("parameters")
 
 
@@ -432,7 +432,7 @@ def _gains(v: Data) -> list[str]:
         if floor:
             text += f"; the noise of the recording is {floor:.3g}"
             rest = v.get("remaining", {}).get(n, {}).get("over_noise") or 0.0
-            text += f"; what is left is {rest:.3g} times that" if rest else ""
+            text += f"; what is left is {rest:.3g} times the noise there" if rest else ""
             at_floor = best < AT_FLOOR * floor and rest < AT_FLOOR
             text += ", so nothing is left to gain" if at_floor else ""
         lines.append(text + " (rms, SI units).")

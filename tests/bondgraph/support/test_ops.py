@@ -14,7 +14,7 @@ import sympy
 import bondgraph.support.ops
 from bondgraph.support.ops import CASADI, NUMPY, SYMPY
 
-UNARY = ["absolute", "sign", "tanh", "exp", "log", "sqrt", "floor"]
+UNARY = ["absolute", "sign", "tanh", "exp", "expm1", "log", "sqrt", "floor"]
 BINARY = ["maximum", "minimum"]
 
 

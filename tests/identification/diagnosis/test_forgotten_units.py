@@ -118,7 +118,7 @@ def test_alone_it_is_told_where_a_parameter_is_bounded(
     assert not any("exchanged" in m.claim or "sign" in m.claim for m in d.mistakes)
     first, said = in_words(d).splitlines()[0], retold(v := verdict(d))
     assert first.startswith("turns rather than rotor looks wrong: ")
-    assert first.endswith("No physics was looked for.")
+    assert first.endswith("No physics is told before that is mended.")
     assert v["suspects"] == [m.claim for m in d.mistakes]
     assert v["parameters"] == []
     assert parse_verdict(json.dumps(v)) == v

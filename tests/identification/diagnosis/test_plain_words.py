@@ -106,8 +106,10 @@ def with_residuals(made: Fit, left: np.ndarray) -> Fit:
 
 def test_residuals_with_a_memory_are_told_beside_the_answer(found: Diagnosis) -> None:
     assert found.repaired is not None
-    white = np.random.default_rng(2).standard_normal(found.repaired.problem.data.n)
+    data = found.repaired.problem.data
+    white = data.floor[0] * np.random.default_rng(2).standard_normal(data.n)
     slow = lfilter([0.8], [1.0, -0.6], white)
+    assert colour_notes(with_residuals(found.repaired, 10.0 * slow)) == ()  # that is no noise
     assert coloured(with_residuals(found.repaired, white)) == {}
     assert colour_notes(with_residuals(found.repaired, white)) == ()
     share = coloured(with_residuals(found.repaired, slow))["x"]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
@@ -12,10 +13,14 @@ import pytest
 
 from bondgraph import GY, BondGraph, C, De, Df, Dq, I, One, R, Se, Sf, Zero
 from bondgraph.graph.sensors import Sensor
+from bondgraph.laws import Coulomb
 from bondgraph.signals.recording import Recording
 from bondgraph.signals.units import parse_unit
 from bondgraph.support.arrays import Array
 from identification.diagnosis.diagnose import Diagnosis, diagnose
+from identification.diagnosis.screening.undoing import Mixup
+from identification.diagnosis.screening.usual_units import named
+from identification.diagnosis.screening.values_back import gives_way
 from identification.diagnosis.search.candidates import DiagnosisOptions
 from identification.diagnosis.verdict.document import verdict
 from identification.diagnosis.verdict.reading import parse_verdict
@@ -176,7 +181,7 @@ def test_exchanged_columns_are_told_whatever_their_units(
     d = answer(written(tmp_path, model, numbers, {}, {a: b, b: a}), model, spread)
     assert d.kind == "unknown_physics"
     assert verdict(d)["suspects"][0] == f"{a} and {b} look exchanged"
-    assert f"take the column of {b} as {a} and that of {a} as {b}" in d.advice[0]
+    assert f"exchange the headers of {a} and {b} in the file" in d.advice[0]
 
 
 @pytest.mark.parametrize("model", [slower("motor"), "tanks"])
@@ -226,3 +231,58 @@ def test_a_recording_keeps_the_units_it_was_read_in(tmp_path: Path) -> None:
 
 def recorded_in_si() -> Recording:
     return Recording.from_arrays("si", {"t[s]": [0.0, 1.0], "x[m]": [0.0, 1.0]})
+
+
+def test_arrays_of_xarray_keep_them_too() -> None:
+    xr = pytest.importorskip("xarray")
+    t = xr.Variable("t", np.linspace(0.0, 90.0, 10), {"units": "ms"})
+    table = xr.Dataset({"w": ("t", np.linspace(0.0, 1.0, 10), {"units": "rpm"})}, {"t": t})
+    assert Recording.from_xarray(table).read_in == {"w": "rpm", "time": "ms"}
+
+
+def test_a_unit_of_somebody_elses_that_is_none_counts_for_nothing() -> None:
+    r = recorded_in_si()
+    odd = replace(r, meta={"read_in": {"x": 5, "time": "no unit"}})
+    assert odd.read_in == r.read_in
+
+
+def test_energies_are_no_torques() -> None:
+    assert named("J", 1e3) == ""
+    assert named("N*m", 1e3) == "mN*m"
+    assert named("N*m", 1.0 / 3600.0) == ""
+
+
+def test_a_search_gives_way_to_values_that_are_back_closely() -> None:
+    """A guess of several values may lie near some unit: then both are told."""
+    close, guessed = (Mixup("scale", ("F",), 1e-3, beside=float(np.log(b))) for b in (1.2, 1.7))
+    assert gives_way("missing_physics", (guessed, close))
+    assert not gives_way("missing_physics", (guessed,))
+    assert not gives_way("unknown_physics", (guessed,))
+    assert not gives_way("parameters_only", (close,))
+    assert not gives_way("missing_physics", ())
+
+
+def test_what_is_missing_is_told_beside_guessed_values_near_a_unit() -> None:
+    """Values guessed five to eight times too large look like pounds-force."""
+    t = np.arange(3000) * 0.01
+    rng = np.random.default_rng(3)
+    force = np.repeat(rng.uniform(-6.0, 6.0, 100), 30)
+    rubbing = mass().with_element("d", law=Coulomb(1.0, unit="N"))
+    x = simulate(rubbing, t, {"F": force}, hold="hold")["x"]
+    x += 0.002 * np.std(x) * rng.standard_normal(t.size)
+    guessed = mass()
+    for name, value in (("m", 6.2), ("d", 15.0)):
+        guessed = guessed.with_element(name, value=value)
+    guessed = guessed.with_element("k", stiffness=3000.0)
+    file = Recording.from_arrays("frame", {"t[s]": t, "F[N]": force, "x[m]": x})
+    d = diagnose(guessed, file, options=OPTIONS)
+    assert [m.channels for m in d.doubted] == [("F",)]
+    assert d.kind == "missing_physics"
+    assert {s.chosen.element for s in d.findings if s.chosen is not None} == {"d"}
+
+
+def test_several_files_with_a_command_in_a_readings_column(tmp_path: Path) -> None:
+    one = Recording.read(written(tmp_path, "motor", {}, {}, {"u": "i", "i": "u"}))
+    half = one.n // 2
+    d = diagnose(motor(spread=KNOWN), [one.slice(0, half), one.slice(half)], options=OPTIONS)
+    assert verdict(d)["suspects"][0] == "u and i look exchanged"
