@@ -264,16 +264,12 @@ def test_a_search_gives_way_to_values_that_are_back_closely() -> None:
 
 def test_what_is_missing_is_told_beside_guessed_values_near_a_unit() -> None:
     """Values guessed five to eight times too large look like pounds-force."""
-    t = np.arange(3000) * 0.01
-    rng = np.random.default_rng(3)
-    force = np.repeat(rng.uniform(-6.0, 6.0, 100), 30)
+    t, rng = 4e-3 * np.arange(1000), np.random.default_rng(3)
+    force = 10.0 * np.repeat(rng.uniform(-1.0, 1.0, 40), 25)
     rubbing = mass().with_element("d", law=Coulomb(1.0, unit="N"))
     x = simulate(rubbing, t, {"F": force}, hold="hold")["x"]
-    x += 0.002 * np.std(x) * rng.standard_normal(t.size)
-    guessed = mass()
-    for name, value in (("m", 6.2), ("d", 15.0)):
-        guessed = guessed.with_element(name, value=value)
-    guessed = guessed.with_element("k", stiffness=3000.0)
+    x = x + 2e-3 * np.std(x) * rng.standard_normal(t.size)
+    guessed = mass().with_values({"m": 1.0 / 0.16, "d": 3.0 / 0.2, "k": 400.0 / 0.13})
     file = Recording.from_arrays("frame", {"t[s]": t, "F[N]": force, "x[m]": x})
     d = diagnose(guessed, file, options=OPTIONS)
     assert [m.channels for m in d.doubted] == [("F",)]
