@@ -51,6 +51,11 @@ def load_model(text: str, *, loaded: bool = False) -> BondGraph:
             "a .py file with model(), or a name of bondsight models"
         )
     else:
+        beside = next((text + end for end in (".py", ".json") if os.path.exists(text + end)), "")
+        if beside:
+            raise UnusableInput(
+                f"no model {text!r} in the catalogue, but there is a file {beside}: give that"
+            )
         error = unknown_name("model", text, "the catalogue", MODELS)
         raise UnusableInput(
             f"{error}; bondsight models lists them; or give package.module:factory, a .json "

@@ -47,6 +47,11 @@ def readings_drawn(
 
     colours = (BEFORE, AFTER)[-len(fits) :]
     held_out = (*stretches(split.test), *stretches(split.looked_at))
+    # a model is not asked what it does before it is scored: its state there may be any
+    scored = np.ones(time.size, bool)
+    for part in stretches(split.rest or ()):
+        scored[part] = False
+    fits = [(n, np.where(scored[:, None], y, np.nan), floor) for n, y, floor in fits]
     with mpl.rc_context({**PLOT, "figure.facecolor": "white"}):
         figure = Figure(figsize=(11.0, 2.6 * len(units)), layout="constrained")
         axes = np.asarray(figure.subplots(len(units), 2, squeeze=False, sharex=True))
@@ -63,7 +68,8 @@ def readings_drawn(
             left.set_ylabel(f"{name}, {units[name] or 'SI'}")
             right.set_ylabel(f"left over,\ntimes {(measures or {}).get(name, 'the noise')}")
         one_legend(figure, axes[:1, 0])
-        axes[0, 1].set_title("shaded: held out", loc="right")
+        unscored = "" if scored.all() else "; no model is drawn in a rest, which is not scored"
+        axes[0, 1].set_title(f"shaded: held out{unscored}", loc="right")
         for ax in axes[-1]:
             ax.set_xlabel("time, s")
     return Panels.of(axes)

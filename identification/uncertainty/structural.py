@@ -87,7 +87,8 @@ class StructuralIdentifiability:
     def __str__(self) -> str:
         """One line a statement."""
         how = "exactly" if self.exact else f"gap of {self.gap:.0e} in the singular values"
-        lines = [f"{self.name}: {self.rank} of {len(self.free)} numbers can be determined ({how})"]
+        what = "numbers" if not self.missing else "numbers, or combinations of them,"
+        lines = [f"{self.name}: {self.rank} of {len(self.free)} {what} can be determined ({how})"]
         if self.determined:
             lines.append(f"  determined: {', '.join(self.determined)}")
         lines += [f"  {'dead' if b.dead else 'tied'}: {b}" for b in self.blocks]

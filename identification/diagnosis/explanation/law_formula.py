@@ -46,6 +46,9 @@ def in_symbols(trial: Candidate) -> str:
 class _Text(StrPrinter):  # type: ignore[misc]
     """Lines of text, with strokes for sizes."""
 
+    def _print_Float(self, expr: sp.Float) -> str:
+        return f"{float(expr):.4g}"
+
     def _print_Abs(self, expr: sp.Abs) -> str:
         return f"|{self._print(expr.args[0])}|"
 

@@ -165,8 +165,9 @@ def _noise_notes(
     if estimated:
         whose = f" of {listed(estimated)}" if len(estimated) < len(floor) else ""
         notes.append(
-            f"the noise{whose} could only be estimated (no repetition and no rest in the "
-            "recording): slow noise may lie above it; state what you know with --noise SENSOR=VALUE"
+            f"the noise{whose} could only be estimated (nothing repeats, and no stretch rests long "
+            "and quietly enough to tell it): slow noise may lie above it; state what you know with "
+            "--noise SENSOR=VALUE"
         )
     return tuple(notes)
 

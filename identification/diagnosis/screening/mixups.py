@@ -55,6 +55,11 @@ RARE = 0.02
 """The first of these parts for what hardly anybody does."""
 LEFT = 0.2
 """... at most, and this error over the spread of any reading."""
+BESIDE_FALL, BESIDE_LEFT, BESIDE_APART = 0.1, 0.35, 0.35
+"""The first and the last where physics is missing as well, and the part of the misfit of short
+stretches, each with a state of its own, that has to be left then."""
+BESIDE = ("sign", "exchange", "scale")
+"""What is told beside physics that is missing as well."""
 ALIKE = 3.0
 """Mistakes whose misfit lies within this factor of the best one's cannot be told apart."""
 FEW = 1500
@@ -271,7 +276,9 @@ def mixups(graph: BondGraph, nominal: Fit, jobs: int = 1) -> tuple[Mixup, ...]:
     before = _cost(graph, short)
     for likely in _in_turn(costs):
         each = share([delayed(_cost)(graph, short, m) for m in likely])
-        if found := _sure(graph, nominal, before, dict(zip(likely, each, strict=True))):
+        beside = {m for m in likely if m.kind in BESIDE and costs[m] <= BESIDE_APART * apart}
+        tried = dict(zip(likely, each, strict=True))
+        if found := _sure(graph, nominal, before, tried, beside):
             return tuple(with_unit(data, m) for m in found)
     return ()
 
@@ -286,15 +293,22 @@ def _in_turn(costs: Mapping[Mixup, float]) -> Iterator[list[Mixup]]:
 
 
 def _sure(
-    graph: BondGraph, nominal: Fit, before: float, tried: Mapping[Mixup, float]
+    graph: BondGraph,
+    nominal: Fit,
+    before: float,
+    tried: Mapping[Mixup, float],
+    beside: Collection[Mixup],
 ) -> tuple[Mixup, ...]:
-    """Return those that explain all samples as well, the best first."""
+    """Return those that explain all samples as well, the best first.
+
+    Those of `beside` need not explain all: physics may be missing as well.
+    """
     best = min(tried.values(), default=np.inf)
-    if not _explains(before, best):
+    if not any(_explains(before, cost, m in beside) for m, cost in tried.items()):
         return ()
     found = []
     for m, cost in sorted(tried.items(), key=lambda t: t[1]):
-        if cost < ALIKE * best and (sure := _judged(graph, nominal, m)) is not None:
+        if cost < ALIKE * best and (sure := _judged(graph, nominal, m, m in beside)) is not None:
             found.append(sure)
     if not found:
         return ()
@@ -325,8 +339,9 @@ def in_windows(graph: BondGraph, data: Data) -> float:
         return float("nan")
 
 
-def _explains(before: float, after: float) -> bool:
-    return after < LEAST * before and after < 1.0 + FALL * before
+def _explains(before: float, after: float, beside: bool = False) -> bool:
+    fall = BESIDE_FALL if beside else FALL
+    return after < LEAST * before and after < 1.0 + fall * before
 
 
 def _candidates(graph: BondGraph, nominal: Fit, sizes: Sequence[Array]) -> Iterator[Mixup]:
@@ -471,8 +486,9 @@ def _follows(fit: Fit, sensor: str) -> bool:
     return bool(np.ptp(x) == 0 or abs(np.corrcoef(x, y)[0, 1]) > DEAF)
 
 
-def _judged(graph: BondGraph, nominal: Fit, mixup: Mixup) -> Mixup | None:
+def _judged(graph: BondGraph, nominal: Fit, mixup: Mixup, beside: bool) -> Mixup | None:
     """Fit all training samples with the mistake undone; None if that explains nothing after all."""
+    most = BESIDE_LEFT if beside else LEFT
     data = nominal.problem.data
     try:
         found = fit_undone(graph, data, mixup)
@@ -484,7 +500,8 @@ def _judged(graph: BondGraph, nominal: Fit, mixup: Mixup) -> Mixup | None:
         for n, e in relative_errors(found).items()
         if not (mixup.kind == "dead" and n == mixup.channels[0])
     ]
-    if found.status is FitStatus.BROKEN or not _explains(before, after) or max(errors) > LEFT:
+    explains = _explains(before, after, beside) and max(errors) <= most
+    if found.status is FitStatus.BROKEN or not explains:
         return None
     # what hardly anybody does must explain nearly all, with values that no bound holds
     if mixup.is_rare(data) and (after > max(ALIKE, RARE * before) or _held(graph, found)):

@@ -11,12 +11,13 @@ import pandas as pd
 import pytest
 from matplotlib.axes import Axes
 
-from bondgraph.signals.recording import Recording
+from bondgraph.signals.recording import Recording, Split
 from bondgraph.signals.split import stretches
 from bondgraph.support.errors import UnusableInput
 from identification.diagnosis.diagnose import Diagnosis, diagnose
 from identification.diagnosis.search.asked import asked_of
 from identification.estimation.estimate import estimate
+from identification.report.readings import readings_drawn
 from identification.study.study import Study
 from tests.identification.diagnosis import rubbing_spring
 from tests.identification.diagnosis.rubbing_spring import T, U
@@ -124,3 +125,13 @@ def test_studies_fits_and_runs_show_themselves(frame: pd.DataFrame) -> None:
     np.testing.assert_array_equal(ax.lines[0].get_ydata(), run["x"])
     assert ax.get_ylabel() == "x, m"
     assert "<td>x</td>" in run._repr_html_()
+
+
+def test_no_model_is_drawn_in_a_rest_that_is_not_scored() -> None:
+    time, y = np.arange(10.0), np.ones((10, 1))
+    split = Split(slice(4, 8), slice(8, 10), "by hand", slice(0, 4))
+    ((left, _),) = readings_drawn(time, y, {"x": "m"}, split, [("as it is", y, np.ones(1))])
+    measured, model = (line.get_ydata() for line in left.get_lines())
+    assert np.isfinite(measured).all()
+    assert np.isnan(model[:4]).all()
+    assert np.isfinite(model[4:]).all()

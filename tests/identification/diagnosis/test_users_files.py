@@ -282,3 +282,29 @@ def test_several_files_with_a_command_in_a_readings_column(tmp_path: Path) -> No
     half = one.n // 2
     d = diagnose(motor(spread=KNOWN), [one.slice(0, half), one.slice(half)], options=OPTIONS)
     assert verdict(d)["suspects"][0] == "u and i look exchanged"
+
+
+@pytest.mark.parametrize(
+    ("mistake", "friction"),
+    [("sign", 9e-2), pytest.param("exchange", 5e-2, marks=pytest.mark.long)],
+)
+def test_a_mistake_is_told_beside_physics_that_is_missing(mistake: str, friction: float) -> None:
+    """A motor whose friction the model leaves out: the mistake explains most, not all."""
+    t = np.arange(1200) * 2e-3
+    rng = np.random.default_rng(5)
+    u = np.repeat(rng.uniform(-12.0, 12.0, 20), 60)
+    rubbing = motor().with_element("b", law=Coulomb(friction, unit="N*m"))
+    made = simulate(rubbing, t, {"u": u}, hold="hold")
+    read = {n: made[n] + 5e-3 * np.std(made[n]) * rng.standard_normal(t.size) for n in ("i", "w")}
+    if mistake == "sign":
+        read["w"] = -read["w"]
+    else:
+        read = {"i": read["w"], "w": read["i"]}
+    file = Recording.from_arrays(
+        "drive", {"t[s]": t, "u[V]": u, "i[A]": read["i"], "w[rad/s]": read["w"]}
+    )
+    d = diagnose(motor(), file, options=OPTIONS)
+    (told,) = verdict(d)["suspects"]
+    assert told == (
+        "w looks recorded with the wrong sign" if mistake == "sign" else "i and w look exchanged"
+    )

@@ -183,7 +183,7 @@ def test_bad_questions_are_answered_in_one_line() -> None:
 
 def test_words() -> None:
     text = str(identifiability(stack_lumped()))
-    assert "3 of 5 numbers can be determined (exactly)" in text
+    assert "3 of 5 numbers, or combinations of them, can be determined (exactly)" in text
     assert "C: no output depends on it" in text
     assert "nothing is left open" in str(helpful_sensors(stack_bond_graph())[0])
 
