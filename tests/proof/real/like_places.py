@@ -1,6 +1,8 @@
-"""How much one kind explains at all like places together, such as the springs of three axes.
+"""How much one kind explains at all like places together, and all kinds at all places at once.
 
-Elements are alike if their names differ in digits alone: ``k_1``, ``k_2``, ``k_3``.
+Elements are alike if their names differ in digits alone: ``k_1``, ``k_2``, ``k_3``. What all forms
+of all kinds leave together, along the histories of the model as it is, no place and no kind
+explains.
 
 Run: ``python -m tests.proof.real.like_places CASE``
 """
@@ -10,13 +12,16 @@ from __future__ import annotations
 import re
 import sys
 from collections import defaultdict
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator, Mapping
 
 import numpy as np
 
+from bondgraph.support.arrays import Array
 from identification.diagnosis.catalogue import CATALOGUE
+from identification.diagnosis.catalogue.effect import Signature
 from identification.diagnosis.diagnose import Diagnosis, diagnose
 from identification.diagnosis.evidence.kind_score import (
+    Bench,
     alone,
     answers_at,
     asked_places,
@@ -50,17 +55,33 @@ def explained_together(found: Diagnosis) -> dict[tuple[tuple[str, ...], str], fl
     seen, bench = scene(fit), bench_of(fit, fit, plain)
     ranked = screen(seen, probes(fit, plain), CATALOGUE)
     elements, least = bench.problem.graph.elements, alone(bench)
-    parts = {}
-    for group in like_places(asked_places(bench, seen)):
-        by_kind = defaultdict[str, list[np.ndarray]](list)
-        for name in group:
-            for kind, _, x in answers_at(bench, name, forms_at(seen, ranked, elements[name])):
-                by_kind[kind].append(x)
-        for kind, columns in by_kind.items():
-            x = np.hstack(columns)
-            made, _ = scored_beside(bench, np.zeros((0, x.shape[1])), x)
-            parts[group, kind] = (least.square - made.square) / (least.square - 1.0)
+    columns = {
+        name: dict(_of_kinds(bench, name, forms_at(seen, ranked, elements[name])))
+        for name in asked_places(bench, seen)
+    }
+
+    def part(forms: Iterable[Array]) -> float:
+        x = np.hstack(list(forms))
+        made, _ = scored_beside(bench, np.zeros((0, x.shape[1])), x)
+        return float((least.square - made.square) / (least.square - 1.0))
+
+    everything = (x for known in columns.values() for x in known.values())
+    parts: dict[tuple[tuple[str, ...], str], float] = {}
+    parts[(ALL,), "all kinds"] = part(everything)
+    for group in like_places(columns):
+        for kind in dict.fromkeys(k for name in group for k in columns[name]):
+            parts[group, kind] = part(columns[n][kind] for n in group if kind in columns[n])
     return parts
+
+
+ALL = "all places at once"
+
+
+def _of_kinds(
+    bench: Bench, name: str, forms: Mapping[str, Signature]
+) -> Iterator[tuple[str, Array]]:
+    for kind, _, x in answers_at(bench, name, forms):
+        yield kind, x
 
 
 def main(arguments: list[str]) -> None:
