@@ -53,6 +53,8 @@ FALL, LEAST = 0.05, 0.2
 """Undoing the mistake leaves this part of the misfit above the floor, and this part of all ..."""
 RARE = 0.02
 """The first of these parts for what hardly anybody does."""
+CLEAR = 25.0
+"""Mean square over the floor from which like readings are tried the other way round."""
 LEFT = 0.2
 """... at most, and this error over the spread of any reading."""
 BESIDE_FALL, BESIDE_LEFT, BESIDE_APART = 0.1, 0.35, 0.35
@@ -254,7 +256,7 @@ def mixups(graph: BondGraph, nominal: Fit, jobs: int = 1) -> tuple[Mixup, ...]:
         Processes that share the fits.
     """
     if not (gross(nominal) or _held(graph, nominal)):
-        return ()
+        return _like_exchanged(graph, nominal)
     data = nominal.problem.data
     short, share = brief(data), Parallel(n_jobs=jobs)
     sizes = list(_sizes(graph, nominal))
@@ -281,6 +283,39 @@ def mixups(graph: BondGraph, nominal: Fit, jobs: int = 1) -> tuple[Mixup, ...]:
         if found := _sure(graph, nominal, before, tried, beside):
             return tuple(with_unit(data, m) for m in found)
     return ()
+
+
+def _like_exchanged(graph: BondGraph, nominal: Fit) -> tuple[Mixup, ...]:
+    """Return like readings that are exchanged: they differ by little, so that nothing is gross.
+
+    Undone, nearly all of the misfit is gone, and no value lies farther from what is declared.
+    """
+    data, before = nominal.problem.data, nominal.chi2("test")
+    if before < CLEAR:
+        return ()
+    least, found = max(away(nominal, graph.parameters).values(), default=0.0), []
+    for group in sharing_a_unit(data):
+        for pair in combinations(group, 2):
+            m = Mixup("exchange", pair)
+            try:
+                fit = fit_undone(graph, data, m)
+            except (BondsightError, np.linalg.LinAlgError, ValueError):
+                continue
+            after, far = fit.chi2("test"), away(fit, graph.parameters)
+            nearer = max(far.values(), default=0.0) <= least
+            if _explains(before, after, beside=True) and nearer and not gross(fit):
+                found.append(replace(m, before=before, after=after))
+    return tuple(sorted(found, key=lambda m: m.after)[:1])
+
+
+def away(fit: Fit, declared: Mapping[str, Parameter]) -> dict[str, float]:
+    """Return how far fitted values are from those declared, logarithmic; infinite beyond zero."""
+    found = {}
+    for e in fit.estimates:
+        if e.name in declared and (start := declared[e.name].value):
+            ratio = e.value / start
+            found[e.name] = abs(float(np.log(ratio))) if ratio > 0 else np.inf
+    return found
 
 
 def _in_turn(costs: Mapping[Mixup, float]) -> Iterator[list[Mixup]]:

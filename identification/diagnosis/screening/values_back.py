@@ -21,6 +21,7 @@ from identification.diagnosis.screening.mixups import (
     ALIKE,
     ENOUGH,
     MOVED,
+    away,
     brief,
     fit_undone,
     gross,
@@ -58,12 +59,12 @@ def told_by_values(graph: BondGraph, nominal: Fit) -> tuple[Mixup, ...]:
     nominal : Fit
         Its fit to the recording.
     """
-    away = _away(nominal, graph.parameters)
-    if sum(a > np.log(LEAST) for a in away.values()) < SEVERAL:
+    off = away(nominal, graph.parameters)
+    if sum(a > np.log(LEAST) for a in off.values()) < SEVERAL:
         return ()
     tried = partial(_tried, graph, nominal)
     found = [t for m in _other_units(graph, nominal) if (t := tried(m)) is not None]
-    absurd = sum(a > np.log(MOVED) for a in away.values())
+    absurd = sum(a > np.log(MOVED) for a in off.values())
     if not found and absurd >= SEVERAL:
         found = [t for m in _exchanged(graph, nominal) if (t := tried(m)) is not None]
     return tuple(sorted(found, key=lambda m: m.beside))
@@ -85,7 +86,7 @@ def _tried(graph: BondGraph, nominal: Fit, mixup: Mixup) -> Mixup | None:
         fit = fit_undone(graph, nominal.problem.data, mixup)
     except (BondsightError, np.linalg.LinAlgError, ValueError):
         return None
-    left = max(_away(fit, graph.parameters).values())
+    left = max(away(fit, graph.parameters).values())
     if fit.status is FitStatus.BROKEN or left > np.log(BACK) or gross(fit):
         return None
     if _worst(fit) > NO_WORSE * _worst(nominal):
@@ -116,23 +117,13 @@ def _exchanged(graph: BondGraph, nominal: Fit) -> Iterator[Mixup]:
             yield m
 
 
-def _away(fit: Fit, declared: Mapping[str, Parameter]) -> dict[str, float]:
-    """Return how far fitted values are from those declared, logarithmic; infinite beyond zero."""
-    found = {}
-    for e in fit.estimates:
-        if e.name in declared and (start := declared[e.name].value):
-            ratio = e.value / start
-            found[e.name] = abs(float(np.log(ratio))) if ratio > 0 else np.inf
-    return found
-
-
 def _worst(fit: Fit) -> float:
     errors = [e for e in relative_errors(fit).values() if np.isfinite(e)]
     return max(errors, default=np.inf)
 
 
 def _told(before: Fit, after: Fit, declared: Mapping[str, Parameter]) -> str:
-    far = [n for n, a in _away(before, declared).items() if a > np.log(STAY)]
+    far = [n for n, a in away(before, declared).items() if a > np.log(STAY)]
     pairs = ", ".join(
         f"{n} {_times(after, n, declared):.3g} (now {_times(before, n, declared):.3g})" for n in far
     )

@@ -308,3 +308,32 @@ def test_a_mistake_is_told_beside_physics_that_is_missing(mistake: str, friction
     assert told == (
         "w looks recorded with the wrong sign" if mistake == "sign" else "i and w look exchanged"
     )
+
+
+def coupled(off: float = 1.0) -> BondGraph:
+    """Two inertias on a stiff shaft, the speeds of both read: they differ by little."""
+    with BondGraph("coupled") as g:
+        first, twist, second = One("first"), Zero("twist"), One("second")
+        Se("M", unit="N*m") >> first >> I("J_1", 1.5e-4 * off, unit="kg*m2")
+        first >> twist >> second >> I("J_2", 1.2e-3 / off, unit="kg*m2")
+        between = One("between")
+        twist >> between >> C("k", stiffness=6.0 * off, unit="N*m/rad")
+        between >> R("d", 4e-3, unit="N*m*s/rad")
+        second >> R("b", 4e-4 * off, unit="N*m*s/rad")
+        first >> Df("w_1", unit="rad/s")
+        second >> Df("w_2", unit="rad/s")
+    return g
+
+
+def test_like_readings_are_told_though_they_differ_by_little() -> None:
+    t, rng = np.arange(1200) * 2e-3, np.random.default_rng(2)
+    torque = np.repeat(rng.uniform(-0.02, 0.06, 24), 50)
+    made = simulate(coupled(1.05), t, {"M": torque}, hold="hold")
+    read = {n: made[n] + 5e-3 * np.std(made[n]) * rng.standard_normal(t.size) for n in made.outputs}
+    given = {"t[s]": t, "M[N*m]": torque}
+    right = Recording.from_arrays("shaft", {**given, **{f"{n}[rad/s]": read[n] for n in read}})
+    other = {"w_1[rad/s]": read["w_2"], "w_2[rad/s]": read["w_1"]}
+    exchanged = Recording.from_arrays("shaft", {**given, **other})
+    assert "suspects" not in verdict(diagnose(coupled(), right, options=OPTIONS))
+    told = verdict(diagnose(coupled(), exchanged, options=OPTIONS))
+    assert told["suspects"] == ["w_1 and w_2 look exchanged"]
