@@ -53,8 +53,6 @@ FALL, LEAST = 0.05, 0.2
 """Undoing the mistake leaves this part of the misfit above the floor, and this part of all ..."""
 RARE = 0.02
 """The first of these parts for what hardly anybody does."""
-CLEAR = 25.0
-"""Mean square over the floor from which like readings are tried the other way round."""
 LEFT = 0.2
 """... at most, and this error over the spread of any reading."""
 BESIDE_FALL, BESIDE_LEFT, BESIDE_APART = 0.1, 0.35, 0.35
@@ -243,8 +241,8 @@ def mixups(graph: BondGraph, nominal: Fit, jobs: int = 1) -> tuple[Mixup, ...]:
     """Return the mistakes in the recording that explain the misfit of `nominal`, the best first.
 
     Several are returned where these data cannot tell them apart (the sign of the only sensor, or
-    of the only command). Nothing is looked for where the misfit is not `gross` and no
-    parameter is held by a bound that was declared.
+    of the only command). Where the misfit is not `gross` and no parameter is held by a bound that
+    was declared, only like readings are tried the other way round.
 
     Parameters
     ----------
@@ -291,7 +289,7 @@ def _like_exchanged(graph: BondGraph, nominal: Fit) -> tuple[Mixup, ...]:
     Undone, nearly all of the misfit is gone, and no value lies farther from what is declared.
     """
     data, before = nominal.problem.data, nominal.chi2("test")
-    if before < CLEAR:
+    if LEAST * before < 1.0:  # undone it cannot be gone but for noise
         return ()
     least, found = max(away(nominal, graph.parameters).values(), default=0.0), []
     for group in sharing_a_unit(data):

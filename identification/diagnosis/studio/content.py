@@ -92,12 +92,18 @@ def _experiment(d: Diagnosis, e: Experiment, *, drawn: bool) -> dict[str, Any]:
 
 
 def _left(c: Curve, column: int, data: Data) -> Array:
-    """Residual over the noise on the samples of the record; a thinned fit is drawn out."""
+    """Residual over the noise on the samples of the record; a thinned fit is drawn out.
+
+    In a rest that is not scored a model's state may be any: nothing is known there.
+    """
     own = c.fit.problem.data
     y = c.fit.simulated[:, column]
     if own.n != data.n:
         y = np.interp(data.time, own.time, y)
-    return np.asarray((data.readings[:, column] - y) / data.floor[column])
+    left = np.asarray((data.readings[:, column] - y) / data.floor[column])
+    for part in stretches(data.split.rest or ()):
+        left[part] = np.nan
+    return left
 
 
 def _parts(data: Data) -> list[dict[str, Any]]:

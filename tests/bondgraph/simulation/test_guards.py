@@ -43,7 +43,9 @@ from tests.bondgraph.simulation.hybrid import Location, simulated
 from tests.bondgraph.simulation.switched import (
     THERMOSTAT,
     assert_same_events,
+    blocks_or_conducts,
     diode,
+    diode_circuit,
     oven,
     rectifier,
     told,
@@ -376,29 +378,8 @@ value = st.floats(0.1, 10.0)
 def test_a_diode_blocks_or_conducts_in_any_circuit(
     source: float, load: float, store: float, turn: float, coil: bool, seed: int, held: bool
 ) -> None:
-    with BondGraph("circuit") as g:
-        d, node = X1("D", on=False), Zero("node")
-        Se("V", unit="V") >> d >> R("R_s", source, unit="ohm")
-        if coil:
-            d >> I("L", store, unit="H")
-        else:
-            node >> C("C_1", store, unit="F")
-        d >> node >> R("load", load, unit="ohm")
-        node >> De("u", unit="V")
-        d >> Df("i", unit="A")
-    t = np.linspace(0.0, 10.0, 201)
-    v = np.sin(turn * t) + np.random.default_rng(seed).normal(0.0, 0.3, t.size)
-    hold = "hold" if held else "linear"
-    run = simulate_modes(g, t, (), {"V": v}, events=[diode("D")], hold=hold)
-    on = np.zeros(t.size, bool)
-    for e in run.events:
-        on[t >= e.time - 1e-12] = e.on
-    assert run["i"].min() >= -1e-9
-    assert np.abs(run["i"][~on]).max(initial=0.0) <= 1e-9
-    before = np.r_[v[0], v[:-1]] if held else v  # a sample shows what was held before
-    across = np.minimum(before, v) - run["u"]
-    assert across[~on].max(initial=0.0) <= 1e-9
-    assert [e.on for e in run.events] == [k % 2 == 0 for k in range(len(run.events))]
+    g = diode_circuit(source, load, store, coil=coil)
+    blocks_or_conducts(g, turn, seed, held=held)
 
 
 def test_a_level_is_reached_where_the_search_looks_to_within_rounding() -> None:

@@ -213,6 +213,18 @@ def test_names_of_a_user_stay_text(found: Diagnosis) -> None:
     assert json.loads(embedded(bad)) == bad
 
 
+def test_nothing_is_known_of_a_model_in_a_rest(found: Diagnosis) -> None:
+    assert found.data is not None
+    split = replace(found.data.split, rest=slice(0, 40))
+    rested = replace(found, data=replace(found.data, split=split))
+    (reading,) = content(rested)["readings"]
+    for left in reading["left"]:
+        known = np.isfinite(numbers(left))
+        assert not known[:40].any()
+        assert known[40:].all()
+    assert np.isfinite(numbers(reading["measured"])).all()
+
+
 def test_nothing_in_the_page_points_out_of_it(found: Diagnosis, tmp_path: Path) -> None:
     made = write_report(found, tmp_path).read_text("utf-8")
     assert "default-src 'none'" in made

@@ -36,6 +36,7 @@ class Plot {
     for (const l of this.lines) if (l.on !== false) add(l.x, l.y);
     if (this.points) add(this.points.x, this.points.y);
     if (this.cells) add(this.cells.x, this.cells.y);
+    if (this.span) [e[0], e[1]] = this.span;  // of plots that are walked together
     if (!(e[1] > e[0])) { e[0] -= 1; e[1] = e[0] + 2; }
     if (!(e[3] > e[2])) { e[2] -= 1; e[3] = e[2] + 2; }
     const my = 0.06 * (e[3] - e[2]), mx = this.o.fit ? 0 : 0.04 * (e[1] - e[0]);

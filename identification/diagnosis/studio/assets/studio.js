@@ -95,6 +95,7 @@ function showReading(k) {
   }));
   const band = Math.max(0, ...r.correlations.map(c => c.band));
   plots.whiteness.levels = [{y: 0}, {y: band}, {y: -band}];
+  for (const n of ['recording', 'strip', 'left']) plots[n].span = [time[0], time[time.length - 1]];
   for (const n of ['recording', 'strip', 'left', 'spectrum', 'whiteness']) plots[n].reset();
   bands();
   const words = r.levels.map((v, i) => `${data.labels[i]}: ${v === null ? 'unknown' : `${short(v)} times the noise`}`).join('; ');
