@@ -15,7 +15,7 @@ from tests.proof.published.mirror_lines import (
     Lines,
     Spectra,
 )
-from tests.proof.published.mirror_model import MirrorModel
+from tests.proof.published.mirror_model import MirrorModel, of_drive
 from tests.proof.published.mirror_terms import RATE
 from tests.proof.published.models.plays_and_powers import PlaysAndPowers
 from tests.proof.published.models.steering_mirror import MirrorValues, steering_mirror
@@ -27,11 +27,14 @@ def values_of(model: MirrorModel, p: FloatArray, drive: float) -> MirrorValues:
     A mode counts in units of its static displacement; with forces counted in volts its stiffness
     is that of `Parts`, its mass the stiffness over the squared frequency.
     """
-    a, terms = model.layout.split(p), model.terms
-    damping = np.diag(2.0 * a.zeta * (1.0 + drive * a.slackening) * a.stiffness / a.omega)
+    a, terms, on = model.layout.split(p), model.terms, of_drive(drive)
+    damping = np.diag(2.0 * a.zeta * (1.0 + a.slackening @ on) * a.stiffness / a.omega)
     damping += a.dampers @ a.dampers.T / OMEGA
-    for (i, j), c in zip(model.layout.pairs, a.coupling, strict=True):
+    stiffness = np.diag(a.stiffness * (1.0 - a.softening @ on))
+    losses, lost = a.coupling + a.dragging @ on, a.bending @ on
+    for (i, j), c, b in zip(model.layout.pairs, losses, lost, strict=True):
         damping[i, j] = damping[j, i] = c / OMEGA
+        stiffness[i, j] = stiffness[j, i] = -b
     n, v = terms.voltage_count, len(terms.of_voltage)
     drives, rates, springs = [], [], []
     for w in a.memory:
@@ -54,7 +57,7 @@ def values_of(model: MirrorModel, p: FloatArray, drive: float) -> MirrorValues:
         powers = (-float(second), -float(third))
         springs.append(PlaysAndPowers(float(gain), terms.of_motion, _numbers(-plays), powers))
     return MirrorValues(
-        a.stiffness / a.omega**2, a.stiffness * (1.0 - drive * a.softening), damping, a.theta,
+        a.stiffness / a.omega**2, stiffness, damping, a.theta,
         a.phi / MICRO, a.static / MICRO, tuple(drives), tuple(rates), tuple(springs),
     )  # fmt: skip
 

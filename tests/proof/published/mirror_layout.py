@@ -34,10 +34,13 @@ class Parts(NamedTuple):
         Reading of a sensor, um, for a unit of a mode.
     stiffness : ndarray, shape (M,)
         Of a mode: force and displacement of an actuator share the shape ``stiffness psi``.
-    softening : ndarray, shape (M,)
-        Relative loss of modal stiffness for a unit of `MirrorModel.drive`.
-    slackening : ndarray, shape (M,)
-        Relative rise of modal damping for a unit of `MirrorModel.drive`.
+    softening : ndarray, shape (M, 2)
+        Relative loss of modal stiffness for a unit of `MirrorModel.drive`, and of its square.
+    slackening : ndarray, shape (M, 2)
+        Relative rise of modal damping for a unit of `MirrorModel.drive`, and of its square.
+    bending, dragging : ndarray, shape (P, 2)
+        Stiffness lost and damping, over `OMEGA`, gained between two modes for a unit of
+        `MirrorModel.drive`, and of its square: they turn the mode shapes.
     static : ndarray, shape (3, 3)
         Reading by modes far above the band, um/V, sensor by actuator.
     late_in, late_out : ndarray, shape (3,)
@@ -57,6 +60,8 @@ class Parts(NamedTuple):
     stiffness: FloatArray
     softening: FloatArray
     slackening: FloatArray
+    bending: FloatArray
+    dragging: FloatArray
     static: FloatArray
     late_in: FloatArray
     late_out: FloatArray
@@ -96,7 +101,8 @@ class Layout:
         m, found, start = self.modes, {}, 0
         shapes: dict[str, tuple[int, ...]] = {
             "log_omega": (m,), "log_zeta": (m,), "psi": (m, 3), "phi": (m, 3),
-            "log_stiffness": (m,), "softening": (m,), "slackening": (m,), "static": (3, 3),
+            "log_stiffness": (m,), "softening": (m, 2), "slackening": (m, 2),
+            "bending": (len(self.pairs), 2), "dragging": (len(self.pairs), 2), "static": (3, 3),
             "late_in": (3,), "late_out": (3,), "coupling": (len(self.pairs),),
             "dampers": (m, self.dampers),
             "memory": (3, self.terms),
@@ -121,7 +127,8 @@ class Layout:
         v = {n: p[k] for n, k in self.at.items()}
         return Parts(
             OMEGA * np.exp(v["log_omega"]), np.exp(v["log_zeta"]), v["psi"], v["phi"],
-            np.exp(v["log_stiffness"]), v["softening"], v["slackening"], v["static"],
+            np.exp(v["log_stiffness"]), v["softening"], v["slackening"],
+            v["bending"], v["dragging"], v["static"],
             DELAY * v["late_in"], DELAY * v["late_out"], v["coupling"],
             v["dampers"], v["memory"],
         )  # fmt: skip
@@ -133,9 +140,10 @@ class Layout:
         """
         made, keep = np.zeros(other.size), min(self.modes, other.modes)
         for name in self.at:
-            if name == "coupling":
-                known = dict(zip(self.pairs, p[self.at[name]], strict=True))
-                made[other.at[name]] = [known.get(pair, 0.0) for pair in other.pairs]
+            if name in ("coupling", "bending", "dragging"):
+                for pair, place in zip(self.pairs, self.at[name], strict=True):
+                    if pair in other.pairs:
+                        made[other.at[name][other.pairs.index(pair)]] = p[place]
             elif name in (
                 "log_omega",
                 "log_zeta",

@@ -1,6 +1,7 @@
 """Settled response of the steering mirror to a periodic command, and its derivatives.
 
-Modes ``K_m (s^2/w^2 + 2 z s/w + 1 - softening a) q_m + damping between modes = theta_m (u + h)``;
+Modes ``K_m (s^2/w^2 + 2 z s/w + 1) q_m + damping between modes = theta_m (u + h)``; stiffness and
+damping, of modes and between them, follow the drive level;
 the actuators move by ``x = theta' q``, the sensors read ``phi' q`` and a static part. The voltage
 ``h`` that memory adds at an actuator is a law of the voltage plus one of `x` (see
 `mirror_terms`); the loop through `x` is closed by iteration on the lines.
@@ -98,11 +99,14 @@ class MirrorModel:
         ratio = self.lines.s / a.omega[:, None]
         z = np.zeros((self.lines.count, m, m), complex)
         k = np.arange(m)
-        loss = 2.0 * a.zeta * (1.0 + drive * a.slackening)
-        z[:, k, k] = (1.0 + loss[:, None] * ratio + ratio**2).T - drive * a.softening
-        for (i, j), c in zip(self.layout.pairs, a.coupling, strict=True):
-            z[:, i, j] += c / a.stiffness[i] * self.lines.s / OMEGA
-            z[:, j, i] += c / a.stiffness[j] * self.lines.s / OMEGA
+        on = of_drive(drive)
+        loss = 2.0 * a.zeta * (1.0 + a.slackening @ on)
+        z[:, k, k] = (1.0 + loss[:, None] * ratio + ratio**2).T - a.softening @ on
+        losses, lost = a.coupling + a.dragging @ on, a.bending @ on
+        for (i, j), c, b in zip(self.layout.pairs, losses, lost, strict=True):
+            mutual = c * self.lines.s / OMEGA - b
+            z[:, i, j] += mutual / a.stiffness[i]
+            z[:, j, i] += mutual / a.stiffness[j]
         if self.layout.dampers:
             shared = a.dampers @ a.dampers.T / a.stiffness[:, None]
             z += shared * (self.lines.s / OMEGA)[:, None, None]
@@ -192,27 +196,30 @@ class MirrorModel:
         out = np.concatenate((a.phi, a.theta), 1)
         force = np.einsum("mo,kmb->obk", out, modes.inverse)  # outputs from modal forces
         q = _apply(modes.shape, now.v)
-        ratio = modes.ratio
+        ratio, on = modes.ratio, of_drive(drive)
         made = np.zeros((lay.size, 6, self.lines.count), complex)
         for m in range(lay.modes):
             f, k = force[:, m], a.stiffness[m]
             own = 2.0 * a.zeta[m] * ratio[m] * q[m]
-            loss = (1.0 + drive * a.slackening[m]) * own
-            made[at["slackening"][m]] = -f * drive * own
+            loss = (1.0 + a.slackening[m] @ on) * own
+            made[at["slackening"][m]] = -on[:, None, None] * (f * own)
             made[at["log_omega"][m]] = f * (2.0 * ratio[m] ** 2 * q[m] + loss)
             made[at["log_zeta"][m]] = -f * loss
-            made[at["softening"][m]] = f * drive * q[m]
+            made[at["softening"][m]] = on[:, None, None] * (f * q[m])
             made[at["log_stiffness"][m], 3:] = a.theta[m][:, None] * q[m]
             for i in range(3):
                 made[at["psi"][m, i]] = f * now.v[i]
                 made[at["psi"][m, i], 3 + i] += k * q[m]
                 made[at["phi"][m, i], i] = q[m]
-        for (i, j), c, place in zip(lay.pairs, a.coupling, at["coupling"], strict=True):
-            first = -force[:, i] * (q[j] * self.lines.s / OMEGA / a.stiffness[i])
-            second = -force[:, j] * (q[i] * self.lines.s / OMEGA / a.stiffness[j])
-            made[place] = first + second
-            made[at["log_stiffness"][i]] -= c * first
-            made[at["log_stiffness"][j]] -= c * second
+        losses, lost = a.coupling + a.dragging @ on, a.bending @ on
+        for place, (i, j) in enumerate(lay.pairs):
+            first, second = force[:, i] * q[j] / a.stiffness[i], force[:, j] * q[i] / a.stiffness[j]
+            mutual = losses[place] * self.lines.s / OMEGA - lost[place]
+            made[at["coupling"][place]] = -(first + second) * self.lines.s / OMEGA
+            made[at["dragging"][place]] = on[:, None, None] * made[at["coupling"][place]]
+            made[at["bending"][place]] = on[:, None, None] * (first + second)
+            made[at["log_stiffness"][i]] += mutual * first
+            made[at["log_stiffness"][j]] += mutual * second
         if lay.dampers:
             rate = self.lines.s / OMEGA
             pulled = a.dampers.T @ q  # motion of each damper, (Q, K)
@@ -226,6 +233,11 @@ class MirrorModel:
             for i in range(3):
                 made[at["static"][o, i], o] = now.v[i]
         return made
+
+
+def of_drive(drive: float) -> FloatArray:
+    """What the two parts of softening and slackening count at a drive level."""
+    return np.array((drive, drive**2))
 
 
 def _apply(matrix: ComplexArray, vector: ComplexArray) -> ComplexArray:

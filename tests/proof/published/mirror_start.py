@@ -139,26 +139,31 @@ def _put_mode(
 
 
 def add_mode(
-    layout: Layout, p: FloatArray, left: ComplexArray, lines: Lines
+    layout: Layout, p: FloatArray, left: ComplexArray, weight: FloatArray, lines: Lines
 ) -> tuple[Layout, FloatArray]:
-    """Add the mode that explains most of what is left of the response.
+    """Add the mode that explains most of what is left of the response, as a fit weighs it.
 
     Parameters
     ----------
     left : ndarray, shape (K, 3, 3), um/V
         Response less that of the model, dead time taken out.
+    weight : ndarray, shape (3, K)
+        Of the squares of each sensor.
     """
-    right = np.concatenate((left.real, left.imag)).reshape(2 * lines.count, 9)
+    root = np.concatenate((np.sqrt(weight), np.sqrt(weight)), 1)[:, :, None]
+    right = root * np.concatenate((left.real, left.imag)).transpose(1, 0, 2)
     flat = np.concatenate((np.ones(lines.count), np.zeros(lines.count)))
     top = float(np.abs(lines.s[-1]))
     best: tuple[float, float, float, FloatArray] | None = None
-    for omega in np.append(np.arange(1.0 / 6.0, 1.0, 1.0 / 150.0), (1.03, 1.08, 1.17)) * top:
+    for omega in np.append(np.arange(1.0 / 6.0, 1.0, 1.0 / 300.0), (1.03, 1.08, 1.17)) * top:
         for zeta in (0.01, 0.03, 0.1):
             z = 1.0 / ((lines.s / omega) ** 2 + 2.0 * zeta * lines.s / omega + 1.0)
-            basis = np.column_stack((np.concatenate((z.real, z.imag)), flat))
-            found, rest, _, _ = np.linalg.lstsq(basis, right, rcond=None)
-            if best is None or rest.sum() < best[0]:
-                best = (float(rest.sum()), float(omega), zeta, found[0].reshape(3, 3))
+            basis = root * np.column_stack((np.concatenate((z.real, z.imag)), flat))
+            turned = basis.transpose(0, 2, 1)
+            found = np.linalg.solve(turned @ basis, turned @ right)  # sensor by sensor
+            explained = float((turned @ right * found).sum())
+            if best is None or explained > best[0]:
+                best = (explained, float(omega), zeta, found[:, 0])
     assert best is not None
     wider = Layout(layout.modes + 1, layout.pairs, layout.terms)
     made = layout.moved(p, wider)

@@ -5,6 +5,7 @@ Sizes: M modes, 3 actuators, 3 sensors.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -29,9 +30,9 @@ class MirrorValues:
 
     Parameters
     ----------
-    mass, stiffness : ndarray, shape (M,)
-    damping : ndarray, shape (M, M)
-        Symmetric: dampers between modes as well.
+    mass : ndarray, shape (M,)
+    stiffness, damping : ndarray, shape (M, M)
+        Symmetric: springs and dampers between modes as well.
     actuators : ndarray, shape (M, 3)
         Modal force for a volt, and displacement of the actuator for a unit of the mode.
     sensors : ndarray, shape (M, 3)
@@ -63,40 +64,30 @@ def steering_mirror(values: MirrorValues) -> BondGraph:
 
     Each actuator is a voltage that passes a law with memory, in series with a spring that has a
     law with memory too; the sum pushes every mode through a transformer, and the same transformer
-    gives the actuator its motion (reciprocity). Modes have mass, stiffness, and dampers between
-    them: each damper acts along an eigenvector of the scaled damping matrix.
+    gives the actuator its motion (reciprocity). Modes have masses, and springs and dampers between
+    them: each acts along an eigenvector of the scaled matrix.
     Sensors add the modes through transformers of their own, as they do not sit on the actuators;
     nothing loads them.
 
     Raises
     ------
     UnusableInput
-        If the damping matrix is not symmetric, or not positive: the structure would feed itself.
+        If a matrix is not symmetric, or not positive: the structure would feed itself.
     """
-    if not np.allclose(values.damping, values.damping.T):
-        raise UnusableInput(
-            "steering mirror: the damping matrix is not symmetric, so no dampers make it; give "
-            "the mean of the matrix and its transpose"
-        )
-    own = np.sqrt(np.abs(np.diag(values.damping)))
-    resistances, directions = np.linalg.eigh(values.damping / np.outer(own, own))
-    if resistances[0] < 0.0:
-        raise UnusableInput(
-            f"steering mirror: {dampers_that_feed(values)} of the dampers between modes would "
-            "create power; fit passive dampers instead of free damping between pairs"
-        )
-    shares = own[:, None] * directions
+    springs, dampers = _along(values.stiffness, "spring"), _along(values.damping, "damper")
     modes = range(values.mass.size)
     with BondGraph("steering_mirror") as g:
         body = [One(f"mode_{m + 1}") for m in modes]
         for m in modes:
             body[m] >> I(f"m_{m + 1}", float(values.mass[m]), unit="kg")
-            body[m] >> C(f"k_{m + 1}", stiffness=float(values.stiffness[m]), unit="N/m")
+            sizes, shares = springs
+            spring = Zero(f"stretch_{m + 1}")
+            spring >> C(f"k_{m + 1}", stiffness=float(sizes[m]), unit="N/m")
+            _share(g, body, f"t_{m + 1}", shares[:, m], spring)
+            sizes, shares = dampers
             damper = Zero(f"slip_{m + 1}")
-            damper >> R(f"d_{m + 1}", float(resistances[m]), unit="N*s/m")
-            for j in modes:
-                if shares[j, m]:
-                    body[j] >> _shape(g, f"s_{m + 1}_{j + 1}", shares[j, m]) >> damper
+            damper >> R(f"d_{m + 1}", float(sizes[m]), unit="N*s/m")
+            _share(g, body, f"s_{m + 1}", shares[:, m], damper)
         far = [One(f"far_{i + 1}") for i in range(3)]
         for i, node in enumerate(far):
             node >> C(f"k_far_{i + 1}", stiffness=1.0, unit="N/m")
@@ -124,9 +115,33 @@ def steering_mirror(values: MirrorValues) -> BondGraph:
     return g
 
 
-def dampers_that_feed(values: MirrorValues) -> int:
-    """Return how many dampers are negative: 0 if the structure is passive."""
-    return int((np.linalg.eigvalsh(values.damping) < 0.0).sum())
+def elements_that_feed(matrix: FloatArray) -> int:
+    """Return how many springs or dampers of a matrix are negative: 0 if they are passive."""
+    return int((np.linalg.eigvalsh(matrix) < 0.0).sum())
+
+
+def _along(matrix: FloatArray, kind: str) -> tuple[FloatArray, FloatArray]:
+    """Return springs or dampers that make a matrix, and the share of each mode in each, (M, M)."""
+    if not np.allclose(matrix, matrix.T):
+        raise UnusableInput(
+            f"steering mirror: the matrix of the {kind}s is not symmetric, so no {kind}s make it; "
+            "give the mean of the matrix and its transpose"
+        )
+    own = np.sqrt(np.abs(np.diag(matrix)))
+    sizes, directions = np.linalg.eigh(matrix / np.outer(own, own))
+    if sizes[0] < 0.0:
+        raise UnusableInput(
+            f"steering mirror: {elements_that_feed(matrix)} of the {kind}s between modes would "
+            f"create power; fit passive {kind}s instead of free ones between pairs"
+        )
+    return sizes, own[:, None] * directions
+
+
+def _share(g: BondGraph, body: Sequence[One], name: str, shares: FloatArray, element: Zero) -> None:
+    """Join modes to an element that acts along a direction of theirs."""
+    for j, share in enumerate(shares):
+        if share:
+            body[j] >> _shape(g, f"{name}_{j + 1}", share) >> element
 
 
 def _shape(g: BondGraph, name: str, value: float) -> TF:

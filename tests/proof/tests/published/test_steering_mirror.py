@@ -22,7 +22,7 @@ from tests.proof.published.mirror_model import MirrorModel
 from tests.proof.published.mirror_start import vector_fit
 from tests.proof.published.mirror_terms import Terms
 from tests.proof.published.models.plays_and_powers import PlaysAndPowers
-from tests.proof.published.models.steering_mirror import dampers_that_feed, steering_mirror
+from tests.proof.published.models.steering_mirror import elements_that_feed, steering_mirror
 from tests.proof.published.steering_mirror import (
     LINEAR,
     Sizes,
@@ -46,10 +46,11 @@ def values(strength: float = 1.0) -> np.ndarray:
     p[at["log_zeta"]] = np.log(0.06)
     p[at["psi"]], p[at["phi"]] = rng.uniform(-1, 1, (2, 3, 3))
     p[at["log_stiffness"]] = np.log([0.3, 0.4, 0.2])
-    p[at["softening"]], p[at["slackening"]] = 0.03, 0.1
+    p[at["softening"]], p[at["slackening"]] = (0.03, 0.01), (0.1, -0.04)
+    p[at["bending"]] = (0.01, -0.004)
     p[at["static"]] = rng.uniform(-0.2, 0.2, (3, 3))
     p[at["late_in"]], p[at["late_out"]] = 1.2, (0.1, 0.0, -0.1)
-    p[at["coupling"]] = 0.004
+    p[at["coupling"]], p[at["dragging"]] = 0.004, (0.001, -0.0005)
     p[at["dampers"]] = 0.05 * rng.uniform(-1, 1, (3, 2))
     p[at["memory"]] = strength * rng.uniform(0.005, 0.02, (3, TERMS.count))
     return p
@@ -104,15 +105,17 @@ def test_bond_graph_simulates_the_same_steady_state() -> None:
     assert np.all(error < 0.3 * total_rms(y - linear))
 
 
-def test_dampers_make_a_symmetric_matrix_only() -> None:
+def test_springs_and_dampers_make_symmetric_matrices_only() -> None:
     good = values_of(MODEL, values(), 0.0)
-    assert dampers_that_feed(good) == 0
+    assert elements_that_feed(good.damping) == elements_that_feed(good.stiffness) == 0
     active = replace(good, damping=good.damping * np.where(np.eye(3, dtype=bool), 1.0, 30.0))
-    assert dampers_that_feed(active) > 0
+    assert elements_that_feed(active.damping) > 0
     with pytest.raises(UnusableInput, match="create power"):
         steering_mirror(active)
     with pytest.raises(UnusableInput, match="not symmetric"):
         steering_mirror(replace(good, damping=np.triu(np.ones((3, 3)))))
+    with pytest.raises(UnusableInput, match="springs between modes"):
+        steering_mirror(replace(good, stiffness=good.stiffness - 2.0 * np.eye(3)))
 
 
 def test_law_is_the_sum_of_plays_and_powers() -> None:
