@@ -7,15 +7,14 @@ import numpy as np
 from identification.diagnosis.catalogue import CATALOGUE
 from identification.diagnosis.catalogue.words import spoken
 from identification.diagnosis.diagnose import Diagnosis
-from identification.diagnosis.localisation.blind_relations import BlindRelation
-from identification.diagnosis.localisation.places_without_name import located
+from identification.diagnosis.explanation.places_judged import judged_places
 from identification.diagnosis.localisation.recording import axes_of
 from identification.diagnosis.report.found import NAMED, found_of, places_of
 from identification.diagnosis.report.views import unit_of
 from identification.diagnosis.screening.score_test import Screened
 from identification.diagnosis.verdict.text import hints
 from identification.report import html
-from identification.report.numbers import interval, percent, short, times_noise
+from identification.report.numbers import interval, percent, short
 
 SCREENED = 15
 
@@ -50,36 +49,24 @@ def _relations(d: Diagnosis) -> list[str]:
     if not d.relations:
         return []
     words = (
-        "Each row is what the model says of the readings whatever the named elements do, fitted on "
-        "its own. If what is missing sits in them, that row stays at the noise (1), and every "
-        "other lies above it."
+        "Before any law is tried: in each row the elements on the left may do whatever they like, "
+        "and the rest of the model is fitted anew. If what is missing sits there and nowhere else, "
+        "no more than the noise (1) is left. Where more is left, no law at that place alone "
+        "explains the recording; between places that leave as little, the laws decide."
     )
-    readings = d.nominal.problem.data.names if d.nominal is not None else ()
-    place = located(d.relations, readings)
-    rows = [
-        [", ".join(r.ports), _number(r.train), _number(r.test), _so(r, place)] for r in d.relations
-    ]
-    kinds = ["named" if r.compatible or r.ports[0] in place else "" for r in d.relations]
-    heads = ("leaves out", "times the noise, train", "held out", "so")
+    found = judged_places(d)
+    rows = [[", ".join(p.elements), _number(p.train), _number(p.test), p.why] for p in found]
+    kinds = ["named" if p.likely else "" for p in found]
+    heads = ("place", "left with any law there, times the noise, train", "held out", "so")
     return [
-        html.heading("what can be said without each place"),
+        html.heading("which places can explain it"),
         html.paragraph(words),
         html.table(heads, rows, (1, 2), kinds),
     ]
 
 
-def _number(misfit: float) -> str:
-    return short(times_noise(misfit)) if np.isfinite(misfit) else ""
-
-
-def _so(r: BlindRelation, place: tuple[str, ...]) -> str:
-    if not r.decided:
-        return "not excluded: nothing is left that could tell"
-    if r.compatible:
-        return "the mismatch may sit here alone"
-    if r.ports[0] in place:
-        return f"here: all but {percent(r.left)} of the mismatch"
-    return "elsewhere too"
+def _number(left: float) -> str:
+    return short(left) if np.isfinite(left) else ""
 
 
 def _screening(d: Diagnosis) -> str:

@@ -404,8 +404,8 @@ def why_there(relations: Sequence[BlindRelation], where: Collection[str]) -> str
     here = min(r.train for r in decided if r.ports[0] in where)
     beside = [r.train for r in decided if r.ports[0] not in where]
     said = (
-        f"whatever its law, it sits at {', '.join(where)}: that leaves {times_noise(here):.3g} "
-        "times the noise in training, all readings together"
+        f"whatever its law, it sits at {'one of ' * (len(where) > 1)}{', '.join(where)}: that "
+        f"leaves {times_noise(here):.3g} times the noise in training, all readings together"
     )
     return f"{said}; any other place {times_noise(min(beside)):.3g} at least" if beside else said
 

@@ -22,6 +22,7 @@ from identification.diagnosis.evidence.kinds_told import open_kinds
 from identification.diagnosis.evidence.nearest import Nearest
 from identification.diagnosis.explanation.doubts import suspected
 from identification.diagnosis.explanation.law_formula import in_symbols, meaning_of
+from identification.diagnosis.explanation.places_judged import JudgedPlace, judged_places
 from identification.diagnosis.explanation.rivals import standings
 from identification.diagnosis.localisation.element_kind import element_kind
 from identification.diagnosis.localisation.places_without_name import places_of
@@ -100,11 +101,19 @@ def verdict(d: Diagnosis) -> dict[str, Any]:
 
 
 def _where_any(d: Diagnosis) -> dict[str, Any]:
-    """Return what most verdicts do not have: mistakes of the recording, limits of the user's."""
-    found = suspected(d)
-    return ({"suspects": list(found)} if found else {}) | (
-        {} if d.limits == Thresholds() else {"limits": asdict(d.limits)}
+    """Return what not every verdict has: mistakes of the recording, own limits, places."""
+    found, places = suspected(d), judged_places(d)
+    return (
+        ({"suspects": list(found)} if found else {})
+        | ({} if d.limits == Thresholds() else {"limits": asdict(d.limits)})
+        | ({"places": [_place(p) for p in places]} if places else {})
     )
+
+
+def _place(p: JudgedPlace) -> dict[str, Any]:
+    """Return a class of elements, what is left with any law there over the noise, and why."""
+    left = {"train": _rounded(p.train), "test": _rounded(p.test)}
+    return {"elements": list(p.elements), "over_noise": left, "why": p.why}
 
 
 def parts_of(recording: Recording) -> list[dict[str, Any]]:

@@ -145,6 +145,12 @@ class _Step:
 
 
 @dataclass(frozen=True, slots=True)
+class _Place:
+    elements: tuple[str, ...]
+    why: str
+
+
+@dataclass(frozen=True, slots=True)
 class _Verdict:
     verdict: Annotated[str, one_of(*KINDS)]
     model: str
@@ -161,6 +167,7 @@ class _Verdict:
     suspects: tuple[str, ...] = ()
     regions: tuple[str, ...] = ()
     steps: tuple[_Step, ...] = ()
+    places: tuple[_Place, ...] = ()
 
     def __post_init__(self) -> None:
         """Refuse findings where the verdict has none, and none where it has some."""

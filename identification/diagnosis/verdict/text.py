@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 import textwrap
 import unicodedata
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
 import numpy as np
@@ -250,7 +250,7 @@ def retold(v: Data) -> str:
     findings = [] if _not_searched(v) else v["findings"]
     parts = [
         _paragraph("What was found", [_answer(v), *(_meaning(f) for f in findings)]),
-        _paragraph("Where", [_place(f) for f in findings]),
+        _paragraph("Where", [*(_place(f) for f in findings), *(_elsewhere(v) if findings else ())]),
         _paragraph("What in the recording led there", traces(v) if findings else ()),
         _paragraph("What was tried, and how far behind it was", tried(v)),
         _paragraph("How sure", [_certainty(f) for f in findings] or _silence(v)),
@@ -352,6 +352,14 @@ def _place(f: Data) -> str:
             "one group."
         )
     return text
+
+
+def _elsewhere(v: Data) -> Iterator[str]:
+    """Yield what became of every class of places that the readings were asked about."""
+    found = [p for p in v.get("places", ()) if p["elements"]]
+    if found:
+        yield "What became of the places:"
+    yield from (f"- {listed(p['elements'])}: {p['why']}" for p in found)
 
 
 def _certainty(f: Data) -> str:

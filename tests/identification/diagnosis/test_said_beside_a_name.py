@@ -1,0 +1,59 @@
+"""What stands beside a name does not contradict it, and says what to do first."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from identification.diagnosis.diagnose import Diagnosis
+from identification.diagnosis.explanation.places_judged import judged_places
+from identification.diagnosis.localisation.blind_relations import BlindRelation
+from identification.diagnosis.report.checked import checked
+from identification.diagnosis.verdict import parse_verdict, retold, verdict
+from tests.identification.diagnosis import rubbing_spring
+
+SILENT = (np.nan, np.nan, np.nan, np.nan, 0.0, 40.0, 2)
+
+
+@pytest.fixture(scope="module")
+def found() -> Diagnosis:
+    """Coulomb friction at d, and relations as they are told: some places they leave open."""
+    told = (
+        BlindRelation(("d", "m"), 40.0, 1.01, 0.99, 0.3, 900.0, 40.0),
+        BlindRelation(("k",), 40.0, 1.02, 1.01, 0.5, 900.0, 40.0),
+        BlindRelation(("F",), 40.0, 9.0, 16.0, 300.0, 900.0, 40.0),
+        BlindRelation(("x",), *SILENT),
+    )
+    return replace(rubbing_spring.diagnosed(), relations=told)
+
+
+def test_where_one_place_is_named_every_other_one_says_why_it_is_not(found: Diagnosis) -> None:
+    (step,) = found.findings
+    assert step.answer == "exact"
+    told = {p.elements: p for p in judged_places(found)}
+    assert told["d", "m"].why.startswith("found here, coulomb friction (d)")
+    assert told["F",].why == "ruled out: whatever the law there, 3 times the noise is left"
+    # the readings leave it open: the laws there have lost on held-out samples
+    assert "times the noise; coulomb friction at d" in told["k",].why
+    assert [p.likely for p in told.values()] == [True, False, False, False]
+    for text in (checked(found), said(found)):
+        assert not any(
+            w in text for w in ("may sit here", "elsewhere too", "not excluded: nothing")
+        )
+        assert told["k",].why in text
+
+
+def test_without_a_name_places_stay_open(found: Diagnosis) -> None:
+    open_ = replace(found, kind="unknown_physics", steps=(replace(found.steps[0], kind="unknown"),))
+    told = {p.elements: p.why for p in judged_places(open_)}
+    assert told["k",] == "the mismatch may sit here alone"
+    assert told["F",] == "not here alone: whatever the law there, 3 times the noise is left"
+    assert told["x",] == "not excluded: nothing is left that could tell"
+
+
+def said(d: Diagnosis) -> str:
+    """What ``bondsight explain`` tells, on one line."""
+    return " ".join(retold(parse_verdict(json.dumps(verdict(d)))).split())
