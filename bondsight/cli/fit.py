@@ -74,6 +74,7 @@ def _fit(options: argparse.Namespace) -> int:
         write_values(found, values)
         kinds = _profiled(options, found, bar)
     judgement = judge(starts or found, kinds=kinds).with_findings(postflight(found))
+    write_values(found, values, judgement.material.tied)
     report = write_report(judgement, options.out / "fit.html", findings=before, command=command)
     if options.json:
         print(values.read_text(encoding="utf-8"), end="")

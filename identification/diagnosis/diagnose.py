@@ -38,7 +38,7 @@ from identification.diagnosis.explanation.characterisation import Character
 from identification.diagnosis.explanation.doubts import at_once
 from identification.diagnosis.explanation.latent_signal import Latent
 from identification.diagnosis.explanation.next_experiment import Experiment, experiments_of
-from identification.diagnosis.explanation.notes import notes_of
+from identification.diagnosis.explanation.notes import notes_of, tied_in
 from identification.diagnosis.localisation.blind_relations import BlindRelation
 from identification.diagnosis.localisation.places_without_name import places_of
 from identification.diagnosis.localisation.regions import Region, regions
@@ -74,6 +74,7 @@ from identification.estimation.single_record import Fit
 from identification.estimation.threads import calm
 from identification.study.problem import Data
 from identification.study.study import Study
+from identification.uncertainty.tied import Tied
 
 Progress = Callable[[str, float], None]
 
@@ -115,6 +116,8 @@ class Diagnosis:
         What looks wrong with the recording itself, the likeliest first; no physics was tried then.
     doubted : tuple of Mixup
         Mistakes that the fitted values make up for, to the noise.
+    tied : tuple of Tied
+        Parameters of the last fit that the recording tells only together, as a sum or a product.
 
     Examples
     --------
@@ -151,6 +154,7 @@ class Diagnosis:
     asked: Asked | None = None
     mistakes: tuple[Mixup, ...] = ()
     doubted: tuple[Mixup, ...] = ()
+    tied: tuple[Tied, ...] = ()
 
     @property
     def decision(self) -> Decision | None:
@@ -395,7 +399,7 @@ def _diagnosed(
         return _mistaken(result, back or mistakes)
     result = replace(
         result, kind=kind, steps=decisions, trials=decisions[0].trials,
-        experiments=experiments_of(decisions),
+        experiments=experiments_of(decisions), tied=tied_in(last),
         notes=asked.notes_of(last) + (STOPPED,) * stopped + notes_of(
             material, nominal, last, () if stopped else options.holds, known,
             all_named(decisions, kind),

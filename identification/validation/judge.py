@@ -83,6 +83,8 @@ class Judgement:
         for f in findings:
             kinds.setdefault(f.kind, []).append(f)
         kinds.pop("not converged", None)  # a fault of its own
+        if self.material.tied:  # said among the parameters
+            kinds.pop("flat direction", None)
         found = {
             kind: fault(f"{kind}: {'; '.join(f.what for f in every)}; {why}", every[0].do)
             for kind, every in kinds.items()

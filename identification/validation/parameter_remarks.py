@@ -8,13 +8,14 @@ import numpy as np
 
 from bondgraph.signals.units import same_dimension
 from identification.report.numbers import quantity
+from identification.report.words import listed
 from identification.validation.remark import Remark, fault, fine, note
 from identification.validation.validation_data import Number, ValidationData
 
 
 def parameter_remarks(m: ValidationData) -> list[Remark]:
     """Return remarks on bounds, undetermined values, nuisances at their limit and trade-offs."""
-    found = [*_values(m), *_pairs(m)]
+    found = [*_values(m), *_together(m), *_pairs(m)]
     if m.numbers and not found:
         found = [fine("every parameter is determined, none at a bound")]
     return found
@@ -27,7 +28,7 @@ def _values(m: ValidationData) -> Iterator[Remark]:
                 f"{n.name} = {quantity(n.value, n.unit)} lies at its bound",
                 f"widen the bound of {n.name} if physics allows, else fix it",
             )
-        elif _wide(n):
+        elif is_wide(n) and not n.only:
             yield fault(
                 f"the data do not determine {n.name}: its interval is as wide as its value",
                 f"fix {n.name}, give it a prior, or record what excites it",
@@ -41,7 +42,16 @@ def _values(m: ValidationData) -> Iterator[Remark]:
             )
 
 
-def _wide(n: Number) -> bool:
+def _together(m: ValidationData) -> Iterator[Remark]:
+    for t in m.tied:
+        yield fault(
+            f"the recording tells {t.words}; the fit picked one of the values that each may have",
+            f"use the combination, fix {listed(t.names[: t.missing])}, or add a sensor",
+        )
+
+
+def is_wide(n: Number) -> bool:
+    """Whether an interval is so wide that nothing is known of the value."""
     low, high = n.ci95
     return not np.isfinite([low, high]).all() or high - low > 2 * abs(n.value)
 
@@ -52,15 +62,15 @@ def _pairs(m: ValidationData) -> Iterator[Remark]:
         return
     for i, j in zip(*np.tril_indices(size, -1), strict=True):
         rho, a, b = float(m.correlation[i, j]), m.numbers[i], m.numbers[j]
-        if abs(rho) > 0.99:
+        if abs(rho) > 0.99 and not (a.only and b.only):
             yield note(
                 f"{b.name} and {a.name} trade off (correlation {rho:.4f}): the data determine "
-                f"{_together(a, b, rho)} far better than either",
+                f"{_combined(a, b, rho)} far better than either",
                 "fix one, or record something that moves them apart",
             )
 
 
-def _together(a: Number, b: Number, rho: float) -> str:
+def _combined(a: Number, b: Number, rho: float) -> str:
     if a.value > 0 and b.value > 0:
         return "their ratio" if rho > 0 else "their product"
     if not same_dimension(a.unit or "1", b.unit or "1"):

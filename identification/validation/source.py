@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from bondgraph.graph.sensors import Sensor
+from bondgraph.support.errors import BondsightError
 from identification.estimation.estimates import Estimate
 from identification.estimation.result import Estimation
 from identification.estimation.single_record import Fit
 from identification.study.problem import Problem
 from identification.study.residual import windows
+from identification.uncertainty.fitted import from_estimation as fit_view
+from identification.uncertainty.tied import Tied, remark_on, tied
+from identification.validation.parameter_remarks import is_wide
 from identification.validation.validation_data import (
     FREE_RUN,
     Number,
@@ -64,6 +68,8 @@ def from_estimation(found: Estimation, kinds: Mapping[str, str] | None = None) -
         nominal = float(declared[plain].value) if plain in declared else float("nan")
         kind = (kinds or {}).get(e.name, "")
         numbers.append(replace(number(e), nominal=nominal, kind=kind))
+    together = _tied(found, numbers)
+    numbers = [replace(n, only=remark_on(n.name, together)) for n in numbers]
     lower, upper = stack.bounds
     unknowns = int(np.sum(upper > lower)) + sum(map(_states, stack.problems))
     orders = sum(max(v.size - 1, 0) for w in found.setting.whitening for v in w)
@@ -72,8 +78,18 @@ def from_estimation(found: Estimation, kinds: Mapping[str, str] | None = None) -
     return ValidationData(
         study.graph.name, records, tuple(numbers), unknowns + orders, found.status.value,
         _run_words(found), (), tuple(number(e) for e in found.nuisances),
-        correlations(found.covariance)[np.ix_(at, at)], tuple(found.notes),
+        correlations(found.covariance)[np.ix_(at, at)], tuple(found.notes), together,
     )  # fmt: skip
+
+
+def _tied(found: Estimation, numbers: Sequence[Number]) -> tuple[Tied, ...]:
+    """Return what is told only together; not looked for where every number is well known."""
+    if not any(n.at_bound or is_wide(n) for n in numbers):
+        return ()
+    try:
+        return tied(fit_view(found))
+    except BondsightError:  # its method minimises another misfit, or the fit broke
+        return ()
 
 
 def _record(found: Estimation, r: int) -> ValidationRecord:

@@ -11,12 +11,13 @@ import numpy as np
 from identification.report import html
 from identification.report.numbers import interval, prefixed, quantity, short, told_by
 from identification.report.tables import aligned
+from identification.report.words import listed
 from identification.validation.held_out import Error
 
 if TYPE_CHECKING:
     from identification.validation.judge import Judgement
     from identification.validation.remark import Remark
-    from identification.validation.validation_data import Number
+    from identification.validation.validation_data import Number, ValidationData
 
 ERROR_HEADS = ("record", "reading", "part", "samples", "rms error", "95 %", "noise floor",
                "fit", "mean square / floor", "95 %")  # fmt: skip
@@ -49,7 +50,20 @@ def number_row(n: Number) -> list[str]:
     if n.at_bound and "bound" not in remark:
         remark = f"{remark}, at its bound" if remark else "at its bound"
     declared = quantity(n.nominal, n.unit) if np.isfinite(n.nominal) else "–"
-    return [n.name, value(n), ends(*n.ci95, n.unit, n.value), declared, remark]
+    if n.only:
+        remark = f"{remark}, {n.only}" if remark else n.only
+    known = "–" if n.only else ends(*n.ci95, n.unit, n.value)
+    return [n.name, quantity(n.value, n.unit) if n.only else value(n), known, declared, remark]
+
+
+def number_rows(m: ValidationData) -> list[list[str]]:
+    """Rows of all parameters, and of what is told of some only together."""
+    together = [
+        [k.text, quantity(k.value, k.unit), ends(*k.ci95, k.unit, k.value), "–",
+         f"of {listed(t.names)} only this"]
+        for t in m.tied for k in t.told
+    ]  # fmt: skip
+    return [*map(number_row, m.numbers), *together]
 
 
 def value(n: Number) -> str:
@@ -109,7 +123,7 @@ def text_judgement(j: Judgement) -> str:
     lines = [f"{m.model}: {in_a_word(j)}", f"simulated as {m.run}", ""]
     lines += aligned(ERROR_HEADS, error_rows(j))
     if m.numbers:
-        lines += ["", *aligned(NUMBER_HEADS, [number_row(n) for n in m.numbers])]
+        lines += ["", *aligned(NUMBER_HEADS, number_rows(m))]
     for title, found in groups(j):
         lines += ["", title, *(line for r in found for line in _remark(r))]
     if j.criteria is not None:
@@ -137,7 +151,7 @@ def html_judgement(j: Judgement) -> str:
         html.heading(f"{m.model}: {'nothing to object to' if j.acceptable else 'not yet good'}"),
         html.paragraph(f"Simulated as {m.run}."),
         html.table(ERROR_HEADS, error_rows(j), (3, 4, 5, 6, 7, 8, 9)),
-        html.table(NUMBER_HEADS, [number_row(n) for n in m.numbers], (1, 2, 3)),
+        html.table(NUMBER_HEADS, number_rows(m), (1, 2, 3)),
         *said,
         html.paragraph(criteria_text(j)),
     )

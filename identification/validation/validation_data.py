@@ -14,6 +14,7 @@ import numpy as np
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import UnusableInput
 from identification.statistics.autoregression import innovations
+from identification.uncertainty.tied import Tied
 
 FREE_RUN = "free run: one initial state for the record, then the inputs alone"
 
@@ -118,6 +119,8 @@ class Number:
         What was declared before the fit; NaN if nothing.
     kind : str
         What the data say about it, in a word; empty if nobody asked.
+    only : str
+        Stands instead of an interval where it is told only together with others.
     """
 
     name: str
@@ -127,6 +130,7 @@ class Number:
     at_bound: bool = False
     nominal: float = float("nan")
     kind: str = ""
+    only: str = ""
 
 
 @dataclass(frozen=True, eq=False)
@@ -152,6 +156,8 @@ class ValidationData:
         Of `numbers`; empty if unknown.
     notes : tuple of str
         What the fit itself wants known.
+    tied : tuple of Tied
+        Parameters that the recordings tell only together.
     """
 
     model: str
@@ -164,6 +170,7 @@ class ValidationData:
     nuisances: tuple[Number, ...] = ()
     correlation: Array = field(default_factory=lambda: np.zeros((0, 0)))
     notes: tuple[str, ...] = ()
+    tied: tuple[Tied, ...] = ()
 
     def __post_init__(self) -> None:
         """Refuse an empty judgement."""

@@ -22,6 +22,7 @@ from identification.study.problem import Data
 from identification.uncertainty.fitted import fitted
 from identification.uncertainty.postflight import practical_of
 from identification.uncertainty.practical import Practical
+from identification.uncertainty.tied import Tied, tied
 
 
 def notes_of(
@@ -89,6 +90,15 @@ def notes_on_size(last: Fit, named: Sequence[Candidate]) -> tuple[str, ...]:
         for t, why in made
         if why
     )
+
+
+def tied_in(last: Fit) -> tuple[Tied, ...]:
+    """Return the parameters of a fit that the recording tells only together."""
+    try:
+        with np.errstate(all="ignore"):
+            return tied(fitted(*alone(last)))
+    except (BondsightError, np.linalg.LinAlgError):
+        return ()
 
 
 def sure_of(t: Candidate) -> str:

@@ -15,6 +15,7 @@ from identification.diagnosis.screening.score_test import Screened
 from identification.diagnosis.verdict.text import hints
 from identification.report import html
 from identification.report.numbers import interval, percent, short
+from identification.report.words import stopped
 
 SCREENED = 15
 
@@ -133,9 +134,11 @@ def _range(d: Diagnosis) -> list[str]:
 def _undetermined(d: Diagnosis) -> list[str]:
     f = d.repaired or d.nominal
     assert f is not None
-    weak = [e.name for e in f.estimates if _weak(*e.ci95, e.value)]
+    tied = [n for t in d.tied for n in t.names]
+    weak = [e.name for e in f.estimates if _weak(*e.ci95, e.value) and e.name not in tied]
     bound = [e.name for e in f.estimates if e.at_bound]
     return [
+        *(stopped(f"the recording tells {t.words}") for t in d.tied),
         *([f"Hardly determined by these data: {', '.join(weak)}."] if weak else []),
         *([f"At the end of what they may be: {', '.join(bound)}."] if bound else []),
     ]

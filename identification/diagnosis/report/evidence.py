@@ -16,6 +16,8 @@ from identification.diagnosis.verdict.document import law_constants
 from identification.estimation.estimates import Estimate
 from identification.report import html
 from identification.report.numbers import interval, quantity, short, times_noise
+from identification.report.words import listed
+from identification.uncertainty.tied import remark_on
 
 INTERVALS = (
     "The intervals are the wider ones of two: those of white noise, and robust ones from how much "
@@ -104,8 +106,8 @@ def parameters(d: Diagnosis) -> str:
             e.name,
             *given,
             quantity(e.value, e.unit),
-            interval(*e.ci95, e.unit, e.value),
-            _remark(e),
+            "–" if (only := remark_on(e.name, d.tied)) else interval(*e.ci95, e.unit, e.value),
+            only or _remark(e),
         ]
 
     known = ([declared, nominal], ["fitted, nominal", "fitted, repaired"])
@@ -115,13 +117,20 @@ def parameters(d: Diagnosis) -> str:
         [p.name, *["–"] * len(columns), quantity(p.value, p.unit), "–", GIVEN]
         for p in chosen.values()
     ]
+    together = [
+        [k.text, *["–"] * len(columns), quantity(k.value, k.unit),
+         interval(*k.ci95, k.unit, k.value), f"of {listed(t.names)} only this"]
+        for t in d.tied for k in t.told
+    ]  # fmt: skip
     new = [bool(d.repaired) and e.name not in nominal for e in f.estimates]
     return html.section(
         "Parameters",
         html.table(
             ["parameter", "declared", *heads, "95 % interval", "remark"],
-            [row(e, *columns) for e in f.estimates] + constants, range(1, len(columns) + 3),
-            [*("named" if n else "" for n in new), *("quiet" for _ in constants)],
+            [row(e, *columns) for e in f.estimates] + together + constants,
+            range(1, len(columns) + 3),
+            [*("named" if n else "" for n in new), *("maybe" for _ in together),
+             *("quiet" for _ in constants)],
         ),
         html.heading("nuisances: offsets and small delays of the readings") if f.nuisances else "",
         html.table(

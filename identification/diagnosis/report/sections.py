@@ -21,7 +21,7 @@ from identification.diagnosis.report.views import unit_of
 from identification.diagnosis.search.candidates import Candidate
 from identification.diagnosis.verdict import effect_parameters, normalised_error, sentence
 from identification.diagnosis.verdict.document import ERROR, law_constants, parts_of
-from identification.diagnosis.verdict.lines import colour
+from identification.diagnosis.verdict.lines import colour, together_lines
 from identification.diagnosis.verdict.text import what_remains
 from identification.estimation.estimates import Estimate
 from identification.estimation.single_record import Fit
@@ -30,6 +30,7 @@ from identification.report.numbers import interval, percent, quantity
 from identification.report.style import BAD, GOOD, SOFT
 from identification.report.words import spaced, stopped
 from identification.study.problem import Data
+from identification.uncertainty.tied import remark_on
 
 BADGES = {
     "explained": ("nothing missing shows", GOOD),
@@ -64,7 +65,7 @@ def answer(d: Diagnosis) -> str:
 
 def beside(d: Diagnosis) -> str:
     """Say what is left where it is more than noise, or has a memory: it qualifies the answer."""
-    said = [s for s in (what_remains(d), *map(stopped, colour(d))) if s]
+    said = [s for s in (what_remains(d), *map(stopped, (*colour(d), *together_lines(d)))) if s]
     return html.box(html.bullets(said))
 
 
@@ -145,7 +146,7 @@ def law(d: Diagnosis) -> str:
         svg_text = svg_text.replace("law-", f"law{k}-") if k else svg_text
         own = effect_parameters(trial, d)
         more = f"and {len(own) - MANY} more (see the parameters)"
-        listed = [*(_told(e, fitted) for e in own[:MANY]), *([more] if len(own) > MANY else [])]
+        listed = [*(_told(e, fitted, d) for e in own[:MANY]), *([more] if len(own) > MANY else [])]
         parts += [
             html.heading(f"{spaced(trial.effect)} at {trial.element}"),
             html.figure(svg_text, caption, "tiles") if svg_text else html.paragraph(caption),
@@ -158,10 +159,11 @@ def law(d: Diagnosis) -> str:
     return html.section(title, *parts)
 
 
-def _told(e: Estimate, trial: Candidate) -> str:
+def _told(e: Estimate, trial: Candidate, d: Diagnosis) -> str:
     """Say a fitted number with its interval and what it is."""
     said = meaning_of(e.name, trial)
-    value = f"{e.name} = {quantity(e.value, e.unit)}, 95 %: {interval(*e.ci95, e.unit, e.value)}"
+    known = remark_on(e.name, d.tied) or f"95 %: {interval(*e.ci95, e.unit, e.value)}"
+    value = f"{e.name} = {quantity(e.value, e.unit)}, {known}"
     return f"{value}; {said}" if said else value
 
 

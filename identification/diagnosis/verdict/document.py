@@ -32,6 +32,7 @@ from identification.diagnosis.search.candidates import Candidate
 from identification.estimation.estimates import Estimate
 from identification.estimation.single_record import Fit
 from identification.report.numbers import times_noise
+from identification.uncertainty.tied import remark_on
 
 KINDS = (
     "explained", "parameters_only", "missing_physics", "unknown_physics", "insufficient_data"
@@ -91,7 +92,7 @@ def verdict(d: Diagnosis) -> dict[str, Any]:
         "regions": list(summary(d.regions)),
         "steps": [_step(step, d) for step in d.steps],
         # those that were bent to a wrong recording mean nothing
-        "parameters": [_estimate(e) for e in last.estimates] if last and not d.mistakes else [],
+        "parameters": [_estimate(e, d) for e in last.estimates] if last and not d.mistakes else [],
         "nuisances": [_nuisance(e) for e in last.nuisances] if last else [],
         "advice": list(d.advice),
         "notes": list(d.notes),
@@ -107,6 +108,7 @@ def _where_any(d: Diagnosis) -> dict[str, Any]:
         ({"suspects": list(found)} if found else {})
         | ({} if d.limits == Thresholds() else {"limits": asdict(d.limits)})
         | ({"places": [_place(p) for p in places]} if places else {})
+        | ({"together": [t.document for t in d.tied]} if d.tied else {})
     )
 
 
@@ -158,7 +160,7 @@ def _named(step: Decision, d: Diagnosis) -> dict[str, Any]:
         "confidence": round(step.confidence, 3),
         "probability": round(step.confidence, 3),
         "parameters": [
-            _estimate(e) | {"meaning": meaning_of(e.name, repaired)}
+            _estimate(e, d) | {"meaning": meaning_of(e.name, repaired)}
             for e in effect_parameters(chosen, d)
         ],
         "constants": [
@@ -357,9 +359,12 @@ def law_constants(trial: Candidate, d: Diagnosis) -> list[Parameter]:
     return [graph.parameters.get(p.name, p) for p in own]
 
 
-def _estimate(e: Estimate) -> dict[str, Any]:
-    ends = [_number(v) for v in e.ci95]
-    return {"name": e.name, "value": _number(e.value), "unit": e.unit, "ci95": ends}
+def _estimate(e: Estimate, d: Diagnosis) -> dict[str, Any]:
+    """Return a number with its interval; without one where it is told only together with others."""
+    only = remark_on(e.name, d.tied)
+    ends = [None if only else _number(v) for v in e.ci95]
+    made = {"name": e.name, "value": _number(e.value), "unit": e.unit, "ci95": ends}
+    return made | ({"remark": only} if only else {})
 
 
 def _nuisance(e: Estimate) -> dict[str, Any]:

@@ -13,6 +13,7 @@ from identification.diagnosis.verdict.document import (
     law_constants,
     normalised_error,
 )
+from identification.uncertainty.tied import remark_on
 
 
 def error_lines(d: Diagnosis) -> list[str]:
@@ -52,13 +53,19 @@ def parameter_lines(d: Diagnosis) -> list[str]:
             lines.append(f"  law: {law}")
         for e in effect_parameters(step.chosen, d):
             unit, said = f" {e.unit}" if e.unit != "1" else "", meaning_of(e.name, trial)
-            value = f"{e.value:.4g}{unit}  [{e.ci95[0]:.4g}, {e.ci95[1]:.4g}]"
+            ends = remark_on(e.name, d.tied) or f"{e.ci95[0]:.4g}, {e.ci95[1]:.4g}"
+            value = f"{e.value:.4g}{unit}  [{ends}]"
             lines.append(f"  {e.name} = {value}" + (f"  {said}" if said else ""))
         for p in law_constants(step.chosen, d):
             unit, said = f" {p.unit}" if p.unit != "1" else "", meaning_of(p.name, trial)
             what = f"{said}; of the law, not fitted" if said else "of the law, not fitted"
             lines.append(f"  {p.name} = {p.value:.4g}{unit}  ({what})")
     return lines
+
+
+def together_lines(d: Diagnosis) -> list[str]:
+    """Parameters that are told only together: a value of one of them alone means nothing."""
+    return [f"the recording tells {t.words}" for t in d.tied]
 
 
 def reason_lines(d: Diagnosis) -> list[str]:

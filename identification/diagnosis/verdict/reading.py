@@ -50,6 +50,7 @@ class _Estimate:
     value: float | None
     ci95: tuple[float | None, float | None]
     meaning: str = ""
+    remark: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -151,6 +152,21 @@ class _Place:
 
 
 @dataclass(frozen=True, slots=True)
+class _Told:
+    text: str
+    value: float | None
+    unit: str
+    ci95: tuple[float | None, float | None]
+
+
+@dataclass(frozen=True, slots=True)
+class _Together:
+    names: tuple[str, ...]
+    words: str
+    told: tuple[_Told, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
 class _Verdict:
     verdict: Annotated[str, one_of(*KINDS)]
     model: str
@@ -168,6 +184,7 @@ class _Verdict:
     regions: tuple[str, ...] = ()
     steps: tuple[_Step, ...] = ()
     places: tuple[_Place, ...] = ()
+    together: tuple[_Together, ...] = ()
 
     def __post_init__(self) -> None:
         """Refuse findings where the verdict has none, and none where it has some."""

@@ -33,6 +33,7 @@ from identification.diagnosis.verdict.lines import (
     error_lines,
     parameter_lines,
     reason_lines,
+    together_lines,
 )
 from identification.diagnosis.verdict.retraced import traces, tried
 from identification.report.words import listed, spaced, stopped
@@ -224,7 +225,7 @@ def in_words(d: Diagnosis) -> str:
     lines = [s for s in (answer, what_remains(d), *map(stopped, colour(d))) if s] + [""]
     lines += [f"note: {s}" for s in d.notes if s not in answer and s not in colour(d)]
     lines += error_lines(d)
-    lines += parameter_lines(d)
+    lines += [*parameter_lines(d), *together_lines(d)]
     if d.kind in ("missing_physics", "unknown_physics"):
         lines += [f"seen: {s}" for s in summary(d.regions)[:3]]
     lines += reason_lines(d)
@@ -522,6 +523,7 @@ def _basis(v: Data) -> list[str]:
         if chosen:
             more = f"; {len(chosen) - MOST} more in the file" if len(chosen) > MOST else ""
             lines.append(f"Of its law, not fitted: {'; '.join(chosen[:MOST])}{more}.")
+    lines += [f"The recording tells {t['words']}." for t in v.get("together", ())]
     beyond = [n["name"] for n in v["nuisances"] if not n["within_bounds"]]
     if beyond:
         lines.append(f"At the end of what a nuisance may be: {listed(beyond)}. Look at it.")
@@ -539,7 +541,9 @@ def _value(p: Data) -> str:
         return f"{p['name']} not determined"
     low, high = p["ci95"]
     unit = f" {p['unit']}" if p["unit"] not in ("", "1") else ""
-    known = "" if low is None or high is None else f" (95 %: {low:.6g} to {high:.6g})"
+    known = f" ({p['remark']})" if p.get("remark") else ""
+    if low is not None and high is not None:
+        known = f" (95 %: {low:.6g} to {high:.6g})"
     said = f", {p['meaning']}" if p.get("meaning") else ""
     return f"{p['name']} = {p['value']:.4g}{unit}{known}{said}"
 

@@ -16,7 +16,7 @@ MOST = 40
 
 def parameter_figure(j: Judgement) -> Picture:
     """Draw each value and its 95 % interval over the declared value (over itself if none)."""
-    numbers = [n for n in j.material.numbers if reference(n) != 0][:MOST]
+    numbers = [n for n in j.material.numbers if reference(n) != 0 and not n.only][:MOST]
     if not numbers:
         return Picture("", "")
     with drawing("parameters", 0.75 + 0.26 * len(numbers)) as canvas:

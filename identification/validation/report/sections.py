@@ -32,7 +32,7 @@ from identification.validation.tables import (
     error_rows,
     groups,
     in_a_word,
-    number_row,
+    number_rows,
 )
 
 
@@ -113,7 +113,7 @@ def parameters(j: Judgement) -> str:
     m = j.material
     if not m.numbers:
         return ""
-    kinds = ["maybe" if n.at_bound else "" for n in m.numbers]
+    kinds = ["maybe" if n.at_bound else "" for n in m.numbers] + [""] * len(m.tied)
     nuisances = [
         [n.name, quantity(n.value, n.unit), ends(*n.ci95, n.unit, n.value),
          "at its bound" if n.at_bound else ""]
@@ -122,7 +122,7 @@ def parameters(j: Judgement) -> str:
     heads = ("nuisance", "value", "95 % interval", "remark")
     return html.section(
         "Parameters",
-        html.table(NUMBER_HEADS, [number_row(n) for n in m.numbers], (1, 2, 3), kinds),
+        html.table(NUMBER_HEADS, number_rows(m), (1, 2, 3), kinds),
         _drawn(parameter_figure(j)),
         html.heading("Nuisances of the measuring chain") if nuisances else "",
         html.table(heads, nuisances, (1, 2)),

@@ -1,0 +1,152 @@
+"""Parameters that a recording tells only together: as their sum, their product or the like."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from bondgraph.signals.units import read_unit
+from bondgraph.support.errors import BondsightError
+from identification.report.numbers import interval, quantity
+from identification.report.words import listed
+from identification.uncertainty.combinations import Combination, FlatBlock, monomial
+from identification.uncertainty.fitted import FitView
+from identification.uncertainty.information import Information
+from identification.uncertainty.postflight import practical_of
+
+
+@dataclass(frozen=True, slots=True)
+class Told:
+    """A combination that is determined, with its 95 % interval, SI.
+
+    Attributes
+    ----------
+    text : str
+        Such as ``b_m + b_f``.
+    """
+
+    text: str
+    value: float
+    unit: str
+    ci95: tuple[float, float]
+
+    @property
+    def document(self) -> dict[str, Any]:
+        """Plain data; null for what is not finite."""
+        value, *ends = (float(v) if np.isfinite(v) else None for v in (self.value, *self.ci95))
+        return {"text": self.text, "value": value, "unit": self.unit, "ci95": ends}
+
+    def __str__(self) -> str:
+        """Name, number and interval."""
+        ends = interval(*self.ci95, self.unit, self.value)
+        return f"{self.text} = {quantity(self.value, self.unit)}, 95 %: {ends}"
+
+
+@dataclass(frozen=True, slots=True)
+class Tied:
+    """Parameters that no sample tells one by one, and what is told instead.
+
+    Attributes
+    ----------
+    names : tuple of str
+    form : str
+        What is told, in words, such as ``their sum``.
+    told : tuple of Told
+        Empty where no short combination was found.
+    missing : int
+        How many of them must be fixed to determine the others.
+    """
+
+    names: tuple[str, ...]
+    form: str
+    told: tuple[Told, ...]
+    missing: int = 1
+
+    @property
+    def only(self) -> str:
+        """What is determined, in symbols; empty where that is not short."""
+        return ", ".join(t.text for t in self.told)
+
+    @property
+    def remark(self) -> str:
+        """What stands beside each of the parameters instead of an interval."""
+        return f"only {self.only} is determined" if self.told else "not determined by itself"
+
+    @property
+    def document(self) -> dict[str, Any]:
+        """Plain data, as a verdict and the values of a fit have it."""
+        told = [t.document for t in self.told]
+        return {"names": list(self.names), "words": self.words, "told": told}
+
+    @property
+    def words(self) -> str:
+        """One sentence without its beginning: the recording tells ..."""
+        if not self.told:
+            return f"{listed(self.names)} only in combinations that are no short sum or product"
+        return f"{listed(self.names)} only as {self.form}: {'; '.join(map(str, self.told))}"
+
+
+def tied(view: FitView) -> tuple[Tied, ...]:
+    """Return the parameters of a fit that are told only together; empty where it cannot be said.
+
+    Bounds count for nothing: where one stops a parameter, the others only seem to be determined.
+    """
+    loose = tuple(replace(u, lower=-np.inf, upper=np.inf) for u in view.parameters)
+    try:
+        with np.errstate(all="ignore"):
+            known = practical_of(replace(view, parameters=loose))
+    except (BondsightError, np.linalg.LinAlgError):
+        return ()
+    blocks = (b for b in known.flat if len(b.names) > 1)
+    return tuple(
+        Tied(b.names, _form(b), tuple(_told(c, known.information) for c in b.determined), b.missing)
+        for b in blocks
+    )
+
+
+def remark_on(name: str, found: Sequence[Tied]) -> str:
+    """Return what stands beside a parameter instead of its interval; empty where it has one."""
+    return next((t.remark for t in found if name in t.names), "")
+
+
+_FORMS = {
+    ("sum", 1): "their sum", ("sum", -1): "their difference",
+    ("product", 1): "their product", ("product", -1): "their ratio",
+    ("sum of reciprocals", 1): "the sum of their reciprocals",
+    ("sum of reciprocals", -1): "the difference of their reciprocals",
+}  # fmt: skip
+
+
+def _form(b: FlatBlock) -> str:
+    """Say what is told where all parameters take part in one plain combination."""
+    if len(b.determined) != 1 or set(b.determined[0].names) != set(b.names):
+        return "combinations"
+    c = b.determined[0]
+    signs = {1} if set(c.weights) == {1} else {-1} if sorted(c.weights) == [-1, 1] else set()
+    return next((_FORMS[c.form, s] for s in signs), "a combination")
+
+
+def _told(c: Combination, info: Information) -> Told:
+    s = info.sensitivities
+    values = dict(zip(s.names, s.values.tolist(), strict=True))
+    gradient = c.gradient(values, dict(zip(s.names, s.slopes.tolist(), strict=True)))
+    reach = 1.96 * info.error_of(np.array([gradient.get(n, 0.0) for n in s.names]))
+    v = c.value(values)
+    ends = (v - reach, v + reach)
+    if c.form == "product":
+        low, high = sorted(v * np.exp(e) for e in np.clip((-reach, reach), -700.0, 700.0))
+        ends = (float(low), float(high))
+    return Told(str(c), v, _unit(c, dict(zip(s.names, s.units, strict=True))), ends)
+
+
+def _unit(c: Combination, units: dict[str, str]) -> str:
+    """Return the SI unit of a combination; empty where one of the units is not known."""
+    own = [units[n] or "1" for n in c.names]
+    if c.form == "sum":
+        return own[0]
+    weights = c.weights if c.form == "product" else (-1,)
+    made = read_unit(monomial([f"({u})" for u in own[: len(weights)]], weights))
+    return made.si if made is not None else ""
