@@ -35,7 +35,7 @@ from identification.diagnosis.evidence.judged import judged_on
 from identification.diagnosis.evidence.remaining import Remaining, remaining
 from identification.diagnosis.explanation import presentation
 from identification.diagnosis.explanation.characterisation import Character
-from identification.diagnosis.explanation.doubts import at_once
+from identification.diagnosis.explanation.doubts import at_once, file_first
 from identification.diagnosis.explanation.latent_signal import Latent
 from identification.diagnosis.explanation.next_experiment import Experiment, experiments_of
 from identification.diagnosis.explanation.notes import notes_of, tied_in
@@ -385,24 +385,26 @@ def _diagnosed(
     if not stopped:
         finer, stopped = on_finer_stretches(result, material, options, say, made.decisions)
         if finer is not None:
-            mend = (what_to_do(back),) if back else ()
-            told = replace(finer, doubted=back, advice=(*mend, *finer.advice))
+            told = replace(finer, doubted=back)
+            to_record = (a for a in finer.advice if a not in file_first(finer))
+            told = replace(told, advice=(*file_first(told), *to_record))
             return _mistaken(told, back) if gives_way(finer.kind, back) else told
     decisions, stopped = completed(made.decisions, template, options, result.limits, say, stopped)
     declared, nominal = judged_on(declared, unseen), judged_on(nominal, unseen)
     decisions = tuple(judged(d, unseen, data.n) for d in decisions)
     kind = kind_of(made.decisions, declared, nominal)
     last = last_named(decisions, kind) or nominal
+    together = tied_in(last)
     result = replace(result, data=nominal.problem.data, declared=declared, nominal=nominal)
     if (mistakes and kind != "missing_physics") or gives_way(kind, back):
         # a reading that follows nothing may still follow a law; only then it is not dead
         return _mistaken(result, back or mistakes)
     result = replace(
         result, kind=kind, steps=decisions, trials=decisions[0].trials,
-        experiments=experiments_of(decisions), tied=tied_in(last),
+        experiments=experiments_of(decisions), tied=together,
         notes=asked.notes_of(last) + (STOPPED,) * stopped + notes_of(
             material, nominal, last, () if stopped else options.holds, known,
-            all_named(decisions, kind),
+            all_named(decisions, kind), together,
         ),
     )  # fmt: skip
     result = _with_rest(result, whole)

@@ -16,6 +16,7 @@ from identification.uncertainty.combinations import Combination, FlatBlock, mono
 from identification.uncertainty.fitted import FitView
 from identification.uncertainty.information import Information
 from identification.uncertainty.postflight import practical_of
+from identification.uncertainty.practical import Limits
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,11 +94,12 @@ def tied(view: FitView) -> tuple[Tied, ...]:
     """Return the parameters of a fit that are told only together; empty where it cannot be said.
 
     Bounds count for nothing: where one stops a parameter, the others only seem to be determined.
+    Nor does how little a part of a sum that ended small moves the readings.
     """
     loose = tuple(replace(u, lower=-np.inf, upper=np.inf) for u in view.parameters)
     try:
         with np.errstate(all="ignore"):
-            known = practical_of(replace(view, parameters=loose))
+            known = practical_of(replace(view, parameters=loose), Limits(dead=0.0))
     except (BondsightError, np.linalg.LinAlgError):
         return ()
     blocks = (b for b in known.flat if len(b.names) > 1)

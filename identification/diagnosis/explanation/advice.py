@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,9 +9,8 @@ import numpy as np
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import I, Source
 from bondgraph.support.arrays import Array
+from identification.diagnosis.explanation.doubts import file_first
 from identification.diagnosis.localisation.structural_classes import splitting_signals
-from identification.diagnosis.screening.mixups import forgotten
-from identification.diagnosis.screening.undoing import what_to_do
 
 if TYPE_CHECKING:
     from identification.diagnosis.diagnose import Diagnosis
@@ -20,8 +18,7 @@ if TYPE_CHECKING:
 
 def advice(d: Diagnosis, frequencies: Array) -> tuple[str, ...]:
     """Return what to record next, computed from the structure, after what to mend."""
-    mend = (what_to_do(d.doubted),) if d.doubted else ()
-    return (*mend, *_to_record(d, frequencies))
+    return (*file_first(d), *_to_record(d, frequencies))
 
 
 def _to_record(d: Diagnosis, frequencies: Array) -> tuple[str, ...]:
@@ -34,7 +31,7 @@ def _to_record(d: Diagnosis, frequencies: Array) -> tuple[str, ...]:
                 "rest after it",
             )
         return ()
-    chosen, lines = d.decision.chosen, list(_forgotten(d))
+    chosen, lines = d.decision.chosen, list[str]()
     same = list(dict.fromkeys(t.element for t in d.decision.same_place))
     for signal, junction, split in splitting_signals(
         d.scene.fitted, chosen.element, same, frequencies
@@ -59,16 +56,6 @@ def _to_record(d: Diagnosis, frequencies: Array) -> tuple[str, ...]:
             "all recordings together"
         )
     return tuple(lines)
-
-
-def _forgotten(d: Diagnosis) -> Iterator[str]:
-    """Yield what a wrong factor of a reading looks like: a sign or a unit."""
-    for chosen in (s.chosen for s in d.findings):
-        if chosen is not None and chosen.effect == "sensor_gain":
-            names = (f"a_1_{chosen.element}", f"error_{chosen.element}")  # of no gain, of a gain
-            factor = 1.0 + sum(chosen.fit.values.get(n, 0.0) for n in names)
-            if (mistake := forgotten(chosen.element, factor)) is not None:
-                yield f"{mistake.claim}: correct the recording and diagnose again"
 
 
 def _beyond_training(d: Diagnosis) -> str:

@@ -2,13 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
 from bondgraph.graph.bond_graph import BondGraph
 from identification.diagnosis.explanation.notes import taken_over
-from identification.diagnosis.screening.mixups import far_off, gross, in_doubt, of_units
-from identification.diagnosis.screening.undoing import Mixup
+from identification.diagnosis.screening.forgotten_unit import suspects
+from identification.diagnosis.screening.mixups import (
+    far_off,
+    forgotten,
+    gross,
+    in_doubt,
+    of_units,
+)
+from identification.diagnosis.screening.undoing import Mixup, what_to_do, with_unit
+from identification.diagnosis.screening.values_back import in_usual_unit
 from identification.estimation.single_record import Fit
 from identification.report.words import listed
 
@@ -34,7 +42,9 @@ def suspected(d: Diagnosis) -> tuple[str, ...]:
     """Return in a few words each what looks wrong with the recording or with declared values."""
     if d.mistakes or d.doubted:
         return tuple(m.claim for m in d.mistakes or d.doubted)
-    return absurd(d)
+    found, last = absurd(d), d.repaired or d.nominal
+    likely = _likely(d, last) if found and last is not None else ()
+    return tuple(m.claim for m in likely) or found
 
 
 def doubts(d: Diagnosis) -> tuple[str, ...]:
@@ -42,11 +52,61 @@ def doubts(d: Diagnosis) -> tuple[str, ...]:
     last = d.repaired or d.nominal
     if d.mistakes or last is None:
         return ()
-    found = in_doubt(last, d.graph.parameters, _taken_over(d))
+    found = in_doubt(last, d.graph.parameters, _not_known(d))
     units = of_units(found)
     told = found if d.kind == "parameters_only" else units or absurd(d)
     so = " or ".join(f"{m.claim} ({m.remedy})" for m in d.doubted)
     return ("; so ".join((*told[-1:], so)),) if so else told
+
+
+AFTER = "the values told here are those of the file as it was read: use them only after that"
+"""How what is to be mended ends where a model was found beside it."""
+
+
+def file_first(d: Diagnosis) -> tuple[str, ...]:
+    """Return what to mend in the file before any value is used; empty where nothing is in doubt."""
+    last = d.repaired or d.nominal
+    if d.mistakes or last is None:
+        return (what_to_do(d.mistakes),) if d.mistakes else ()
+    if d.doubted:
+        return (f"{what_to_do(d.doubted)}; {AFTER}",)
+    if gains := tuple(_forgotten(d)):
+        return gains
+    if not doubts(d):
+        return ()
+    if likely := _likely(d, last):
+        told = "; or ".join(f"{m.claim}: {m.remedy}" for m in likely)
+        return (f"{told}; where the file is right, declare other values; {AFTER}",)
+    data = last.problem.data
+    channels = listed((*data.commands, *data.names))
+    return (
+        f"look at the header of the file, whether each unit of {channels} is that of its numbers "
+        f"(x[mm], not x[m], for millimetres), and at the declared values; {AFTER}",
+    )
+
+
+def _likely(d: Diagnosis, last: Fit) -> tuple[Mixup, ...]:
+    """Return the channels whose unit the values make up for, with the usual unit next to it."""
+    if gross(last):
+        return ()
+    loose = _not_known(d)
+    declared = {n: p for n, p in d.graph.parameters.items() if n not in loose}
+    data = last.problem.data
+    return tuple(
+        in_usual_unit(data, s) or Mixup("scale", s.channels, s.factor)
+        for s in suspects(last, declared)
+    )
+
+
+def _forgotten(d: Diagnosis) -> Iterator[str]:
+    """Yield what a wrong factor of a reading looks like: a sign or a unit."""
+    for chosen in (s.chosen for s in d.findings):
+        if chosen is not None and chosen.effect == "sensor_gain":
+            names = (f"a_1_{chosen.element}", f"error_{chosen.element}")  # of no gain, of a gain
+            factor = 1.0 + sum(chosen.fit.values.get(n, 0.0) for n in names)
+            if (mistake := forgotten(chosen.element, factor)) is not None:
+                known = with_unit(chosen.fit.problem.data, mistake)
+                yield f"{known.claim}: correct the recording ({known.remedy}) and diagnose again"
 
 
 def absurd(d: Diagnosis) -> tuple[str, ...]:
@@ -87,6 +147,11 @@ def _known(low: float, high: float) -> bool:
 def _many(ratio: float) -> str:
     rounded = float(f"{ratio:.2g}")
     return f"{rounded:,.0f}" if rounded >= 100.0 else f"{rounded:g}"
+
+
+def _not_known(d: Diagnosis) -> frozenset[str]:
+    """Return the parameters whose own values tell nothing of a unit."""
+    return _taken_over(d) | {n for t in d.tied for n in t.names}
 
 
 def _taken_over(d: Diagnosis) -> frozenset[str]:

@@ -32,6 +32,7 @@ def notes_of(
     holds: Sequence[str],
     known: Sequence[Decision],
     named: Sequence[Candidate] = (),
+    together: Sequence[Tied] = (),
 ) -> tuple[str, ...]:
     """Return the recording's own notes, and what was chosen or is doubtful.
 
@@ -46,11 +47,14 @@ def notes_of(
         Effects that were named on another division.
     named : sequence of Candidate
         All effects that were named; `last` holds them.
+    together : sequence of Tied
+        Parameters that are told only together: their values tell nothing of a unit.
     """
     data, declared = nominal.problem.data, nominal.problem.graph.parameters
     floor = dict(zip(data.names, map(float, data.floor), strict=True))
+    loose = taken_over(last, named) | {n for t in together for n in t.names}
     return (
-        *in_doubt(last, declared, taken_over(last, named)), *colour_notes(last),
+        *in_doubt(last, declared, loose), *colour_notes(last),
         *material.recording.notes, *notes_on_size(last, named),
         *_chosen(last, holds),
         *_noise_notes(material.read, floor, material.given, _estimated(data)),

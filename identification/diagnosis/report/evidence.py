@@ -10,6 +10,7 @@ from identification.diagnosis.catalogue.words import spoken
 from identification.diagnosis.diagnose import Diagnosis
 from identification.diagnosis.evidence.answer import Decision
 from identification.diagnosis.explanation.colour import COLOURED
+from identification.diagnosis.explanation.doubts import file_first
 from identification.diagnosis.explanation.rivals import Standing, nominal_misfit, standings, title
 from identification.diagnosis.report.found import found_of
 from identification.diagnosis.verdict.document import law_constants
@@ -156,6 +157,15 @@ def _remark(e: Estimate) -> str:
 
 
 def advice(d: Diagnosis) -> str:
-    """Say what to record next; experiments with the separation that they promise."""
-    lines = map(spoken, (*d.advice, *(x.sentence for x in d.experiments)))
-    return html.section("What to record next", html.box(html.bullets(dict.fromkeys(lines))))
+    """Say what to mend in the file first, and what to record next.
+
+    Experiments are told with the separation that they promise.
+    """
+    mend = file_first(d)
+    record = (*(a for a in d.advice if a not in mend), *(x.sentence for x in d.experiments))
+    title = "What to mend in the file" if d.mistakes else "What to mend in the file first"
+    return "".join(
+        html.section(title, html.box(html.bullets(dict.fromkeys(map(spoken, lines)))))
+        for title, lines in ((title, mend), ("What to record next", record))
+        if lines
+    )

@@ -11,6 +11,7 @@ from bondgraph.graph.parameter import Parameter
 from bondgraph.support.errors import BondsightError
 from identification.diagnosis.catalogue import by_name
 from identification.diagnosis.diagnose import Diagnosis
+from identification.diagnosis.explanation.doubts import file_first
 from identification.diagnosis.explanation.law_formula import LONGEST, in_symbols, meaning_of
 from identification.diagnosis.explanation.notes import sure_of
 from identification.diagnosis.report import changed
@@ -65,8 +66,12 @@ def answer(d: Diagnosis) -> str:
 
 def beside(d: Diagnosis) -> str:
     """Say what is left where it is more than noise, or has a memory: it qualifies the answer."""
-    said = [s for s in (what_remains(d), *map(stopped, (*colour(d), *together_lines(d)))) if s]
-    return html.box(html.bullets(said))
+    said = (what_remains(d), *map(stopped, (*colour(d), *together_lines(d))))
+    mend = not d.mistakes and file_first(d)
+    first = (
+        "The values on this page are those of the file as it was read: mend it first.",
+    ) * bool(mend)
+    return html.box(html.bullets(s for s in (*first, *said) if s))
 
 
 def raw(d: Diagnosis) -> str:

@@ -126,14 +126,21 @@ class Mixup:
 
     @property
     def remedy(self) -> str:
-        """What to write in the file or the command; empty where that is plain."""
+        """What to write in the file or the command."""
+        first, *others = self.channels
         if self.kind == "exchange":
-            one, other = self.channels
-            return f"exchange the headers of {one} and {other} in the file, each with its unit"
-        if not self.unit:
-            return ""
+            return (
+                f"exchange the headers of {first} and {others[0]} in the file, each with its unit"
+            )
+        if self.kind == "sign":
+            return f"multiply {first} by -1 in the file"
+        if self.kind in ("dead", "quantity"):
+            return f"name the right column by --map {first}=COLUMN"
+        unit = self.unit or "UNIT"
         if self.channels == (TIME,):
-            return f"write t[{self.unit}] as the header of the time, or correct --fs"
+            return f"write t[{unit}] as the header of the time, or correct --fs"
+        if not self.unit:
+            return f"write the unit it was recorded in as {first}[UNIT] in the header"
         heads = " and ".join(f"{n}[{self.unit}]" for n in self.channels)
         return (
             f"write {heads} in the header, or --map {self.channels[0]}=COLUMN[{self.unit}] where "

@@ -16,7 +16,7 @@ import numpy as np
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.parameter import Parameter
 from bondgraph.support.errors import BondsightError
-from identification.diagnosis.screening.forgotten_unit import LEAST, STAY, suspects
+from identification.diagnosis.screening.forgotten_unit import LEAST, STAY, Suspect, suspects
 from identification.diagnosis.screening.mixups import (
     ALIKE,
     ENOUGH,
@@ -33,6 +33,7 @@ from identification.diagnosis.screening.usual_units import conversions
 from identification.estimation.levenberg_marquardt import FitStatus
 from identification.estimation.single_record import Fit
 from identification.estimation.threads import calm
+from identification.study.problem import Data
 
 SEVERAL = 2
 """Values that are far off at least: a single one may be declared wrongly."""
@@ -99,13 +100,18 @@ def _tried(graph: BondGraph, nominal: Fit, mixup: Mixup) -> Mixup | None:
 
 def _other_units(graph: BondGraph, nominal: Fit) -> Iterator[Mixup]:
     """Yield usual units that would carry the values where they are."""
-    data = nominal.problem.data
     for s in suspects(nominal, graph.parameters):
-        near = conversions(data.read_in.get(s.channels[0], ""))
-        near = tuple(f for f in near if abs(np.log(f / s.factor)) < np.log(BESIDE))
-        if near:
-            best = min(near, key=lambda f: abs(float(np.log(f / s.factor))))
-            yield in_unit(data, s.channels, best)
+        if (made := in_usual_unit(nominal.problem.data, s)) is not None:
+            yield made
+
+
+def in_usual_unit(data: Data, s: Suspect) -> Mixup | None:
+    """Return a channel as if it were in the usual unit next to its factor; None without one."""
+    near = conversions(data.read_in.get(s.channels[0], ""))
+    near = tuple(f for f in near if abs(np.log(f / s.factor)) < np.log(BESIDE))
+    if not near:
+        return None
+    return in_unit(data, s.channels, min(near, key=lambda f: abs(float(np.log(f / s.factor)))))
 
 
 def _exchanged(graph: BondGraph, nominal: Fit) -> Iterator[Mixup]:

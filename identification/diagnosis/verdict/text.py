@@ -36,7 +36,7 @@ from identification.diagnosis.verdict.lines import (
     together_lines,
 )
 from identification.diagnosis.verdict.retraced import traces, tried
-from identification.report.words import listed, spaced, stopped
+from identification.report.words import ended, listed, spaced, stopped
 
 Data = Mapping[str, Any]
 WIDTH = 96
@@ -66,7 +66,7 @@ def sentence(d: Diagnosis) -> str:
     said = _answered(d)
     if d.mistakes or d.nominal is None:
         return said
-    return "; but ".join((said.removesuffix("."), *doubts(d))) + "."
+    return ended("; but ".join((said.removesuffix("."), *doubts(d))))
 
 
 def _answered(d: Diagnosis) -> str:
@@ -292,7 +292,7 @@ def _answer(v: Data) -> str:
             f"{v['model'] or 'the model'} looks wrong: {' or '.join(v['suspects'])}. No physics "
             "is told before that is mended."
         )
-    return "; but ".join((_found(v).removesuffix("."), *v.get("suspects", ()))) + "."
+    return ended("; but ".join((_found(v).removesuffix("."), *v.get("suspects", ()))))
 
 
 def _not_searched(v: Data) -> bool:
@@ -549,6 +549,8 @@ def _value(p: Data) -> str:
 
 
 def _nothing_to_do(v: Data) -> str:
+    if v.get("suspects"):  # of a file that was written before its advice said so
+        return "Mend the file first, then diagnose it again: the values follow after that."
     # that a repair leaves more than noise stands among the advice: whoever diagnosed has judged it
     return {
         "explained": "Use the model as it is, within the range that was recorded.",

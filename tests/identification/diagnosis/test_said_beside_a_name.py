@@ -9,9 +9,12 @@ import numpy as np
 import pytest
 
 from identification.diagnosis.diagnose import Diagnosis
+from identification.diagnosis.explanation.advice import advice
+from identification.diagnosis.explanation.doubts import AFTER, file_first
 from identification.diagnosis.explanation.places_judged import judged_places
 from identification.diagnosis.localisation.blind_relations import BlindRelation
 from identification.diagnosis.report.checked import checked
+from identification.diagnosis.studio import page
 from identification.diagnosis.verdict import parse_verdict, retold, verdict
 from tests.identification.diagnosis import rubbing_spring
 
@@ -52,6 +55,33 @@ def test_without_a_name_places_stay_open(found: Diagnosis) -> None:
     assert told["k",] == "the mismatch may sit here alone"
     assert told["F",] == "not here alone: whatever the law there, 3 times the noise is left"
     assert told["x",] == "not excluded: nothing is left that could tell"
+
+
+@pytest.fixture(scope="module")
+def in_millimetres(found: Diagnosis) -> Diagnosis:
+    """The same, its values declared as they would be if x were in millimetres, read as metres."""
+    known = {n: 1e3 * found.graph.parameters[n].value for n in ("m", "d", "k")}
+    doubtful = replace(found, graph=found.graph.with_values(known))
+    return replace(doubtful, advice=advice(doubtful, np.array([1.0])))
+
+
+def test_a_file_in_doubt_is_mended_before_a_value_is_used(in_millimetres: Diagnosis) -> None:
+    first = in_millimetres.advice[0]
+    assert "x looks about 1000 times too large (its unit?), as mm read as m: write x[mm]" in first
+    assert first.endswith(AFTER)
+    text, shown = said(in_millimetres), page(in_millimetres)
+    _, _, then = text.partition("What to do next")
+    assert "write x[mm] in the header" in then
+    assert "Use the repaired model" not in text
+    assert shown.index("What to mend in the file first") < shown.index("The law that was found")
+    assert "What to record next" not in shown
+    assert "those of the file as it was read: mend it first" in shown
+
+
+def test_a_file_without_doubt_is_not_to_be_mended(found: Diagnosis) -> None:
+    assert file_first(found) == ()
+    assert "Use the repaired model" in said(found)
+    assert "mend" not in page(found)
 
 
 def said(d: Diagnosis) -> str:
