@@ -105,7 +105,7 @@ def limits(d: Diagnosis) -> str:
     """Say what these data cannot tell, and how the answer came about."""
     if d.nominal is None:
         return ""
-    lines = [*_range(d), *_undetermined(d), *_unsaid(d)]
+    lines = _range(d) if d.mistakes else [*_range(d), *_undetermined(d), *_unsaid(d)]
     return html.section(
         "What this does not say", html.bullets(lines), html.heading("notes"), html.bullets(d.notes)
     )

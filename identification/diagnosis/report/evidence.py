@@ -47,6 +47,8 @@ def rivals(d: Diagnosis) -> str:
             parts += _rival_tables(found, nominal_misfit(d, step))
     if not parts:
         return ""
+    if d.mistakes:
+        return html.section("Why the file is doubted", *parts)
     explained = (
         "What an effect leaves is the root mean square of the residuals of all readings together "
         "over their noise, on the held-out samples that choices look at, so 1 is noise; the bar is "
@@ -94,8 +96,11 @@ def _rival_tables(found: Sequence[Standing], nominal: float) -> list[str]:
 
 
 def parameters(d: Diagnosis) -> str:
-    """Fitted parameters and nuisances with their intervals."""
-    if d.nominal is None:
+    """Fitted parameters and nuisances with their intervals.
+
+    Those that were bent to a wrong recording mean nothing.
+    """
+    if d.nominal is None or d.mistakes:
         return ""
     f = d.repaired or d.nominal
     declared = {n: p.value for n, p in d.graph.parameters.items()}
@@ -164,8 +169,10 @@ def advice(d: Diagnosis) -> str:
     mend = file_first(d)
     record = (*(a for a in d.advice if a not in mend), *(x.sentence for x in d.experiments))
     title = "What to mend in the file" if d.mistakes else "What to mend in the file first"
-    return "".join(
-        html.section(title, html.box(html.bullets(dict.fromkeys(map(spoken, lines)))))
-        for title, lines in ((title, mend), ("What to record next", record))
-        if lines
+    boxes = ((title, mend), ("What to record next", record))
+    return html.trusted(
+        "".join(
+            html.section(title, html.box(html.bullets(dict.fromkeys(map(spoken, lines)))))
+            for title, lines in boxes
+        )
     )

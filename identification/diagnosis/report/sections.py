@@ -40,13 +40,19 @@ BADGES = {
     "unknown_physics": ("unknown physics", "#6d28d9"),
     "insufficient_data": ("insufficient data", SOFT),
 }
+DOUBTED = {
+    "exchange": "columns look exchanged", "sign": "a sign looks wrong",
+    "scale": "a unit looks wrong", "quantity": "another quantity was read",
+    "dead": "a sensor looks dead",
+}  # fmt: skip
+"""What stands instead where the file is mixed up: of the physics nothing is known."""
 MANY = 8
 LEGIBLE = 0.6
 
 
 def answer(d: Diagnosis) -> str:
     """Badge, sentence, and what was diagnosed."""
-    badge = BADGES.get(d.kind, (d.kind, SOFT))
+    badge = _doubted(d) or BADGES.get(d.kind, (d.kind, SOFT))
     named = d.findings if d.kind == "missing_physics" else ()
     r = d.recording
     rate = quantity(1 / r.dt, "Hz", 3) if r.n > 1 else ""
@@ -62,6 +68,14 @@ def answer(d: Diagnosis) -> str:
         ("seed", str(d.seed)),
     ]
     return html.head("Diagnosis report", badge, sentence(d), pairs)
+
+
+def _doubted(d: Diagnosis) -> tuple[str, str] | None:
+    """Return the badge of a file that looks mixed up."""
+    kinds = {m.kind for m in d.mistakes}
+    if not kinds:
+        return None
+    return (DOUBTED[kinds.pop()] if len(kinds) == 1 else "the file looks mixed up", "#b45309")
 
 
 def beside(d: Diagnosis) -> str:

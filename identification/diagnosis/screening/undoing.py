@@ -129,8 +129,11 @@ class Mixup:
         """What to write in the file or the command."""
         first, *others = self.channels
         if self.kind == "exchange":
+            other = others[0]
             return (
-                f"exchange the headers of {first} and {others[0]} in the file, each with its unit"
+                f"exchange the headers of {first} and {other} in the file, each with its unit, or, "
+                f"where they have none, write --map {first}=COLUMN[UNIT] and --map "
+                f"{other}=COLUMN[UNIT] with the column of the other"
             )
         if self.kind == "sign":
             return f"multiply {first} by -1 in the file"

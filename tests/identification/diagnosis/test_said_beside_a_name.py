@@ -8,12 +8,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from identification.diagnosis.diagnose import Diagnosis
+from identification.diagnosis.diagnose import Diagnosis, _mistaken
 from identification.diagnosis.explanation.advice import advice
 from identification.diagnosis.explanation.doubts import AFTER, file_first
 from identification.diagnosis.explanation.places_judged import judged_places
 from identification.diagnosis.localisation.blind_relations import BlindRelation
 from identification.diagnosis.report.checked import checked
+from identification.diagnosis.screening.undoing import Mixup
 from identification.diagnosis.studio import page
 from identification.diagnosis.verdict import parse_verdict, retold, verdict
 from tests.identification.diagnosis import rubbing_spring
@@ -82,6 +83,36 @@ def test_a_file_without_doubt_is_not_to_be_mended(found: Diagnosis) -> None:
     assert file_first(found) == ()
     assert "Use the repaired model" in said(found)
     assert "mend" not in page(found)
+
+
+@pytest.mark.parametrize(
+    ("mistakes", "badge", "write"),
+    [
+        ((Mixup("sign", ("x",)),), "a sign looks wrong", "multiply x by -1 in the file"),
+        ((Mixup("exchange", ("F", "x")),), "columns look exchanged", "write --map F=COLUMN[UNIT]"),
+        (
+            (Mixup("scale", ("x",), 1e3, unit="mm", said="m"),), "a unit looks wrong",
+            "write x[mm] in the header",
+        ),
+        ((Mixup("scale", ("x",), 17.0),), "a unit looks wrong", "as x[UNIT] in the header"),
+        ((Mixup("sign", ("F",)), Mixup("dead", ("x",))), "the file looks mixed up", "--map x="),
+    ],
+)  # fmt: skip
+def test_a_mixed_up_file_is_called_so_and_what_to_write_is_said(
+    found: Diagnosis, mistakes: tuple[Mixup, ...], badge: str, write: str
+) -> None:
+    d = _mistaken(replace(found, steps=(), relations=()), mistakes)
+    shown = page(d)
+    assert f"{badge}</" in shown
+    assert "unknown physics" not in shown
+    assert "What to mend in the file</h2>" in shown
+    assert "What to record next" not in shown
+    assert "Why the file is doubted" in shown
+    assert "rivals" not in shown.partition("<script")[0]
+    assert write in d.advice[0]
+    assert d.advice[0].endswith(" and diagnose again")  # what scores verdicts reads it
+    assert write in said(d)
+    assert verdict(d)["verdict"] == "unknown_physics"
 
 
 def said(d: Diagnosis) -> str:
