@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import sympy as sp
 from sympy.printing.str import StrPrinter
 
@@ -39,12 +41,69 @@ def in_symbols(trial: Candidate) -> str:
     slope = sp.sympify(graph.slope(e)) if isinstance(e, C | I | R) else sp.Integer(1)
     left = output if e.name in output.split() else f"{output} of {e.name}"
     beside = f", {law.watched} is read beside it" if law.watched else ""
-    whole = _Text().doprint(slope * sp.Symbol(s) + found).replace("**", "^")
+    added = slope * sp.Symbol(s) + found
+    if found.has(Clip):
+        beside = f"{beside}; {CLIPPED}"
+        # what is taken away of a line is read beside it
+        own = slope.xreplace({n: symbol(str(n)) for n in slope.free_symbols})
+        added = sp.Mul(own, sp.Symbol(s) + sp.expand(found / own), evaluate=False)
+    whole = _Text().doprint(added).replace("**", "^")
     return f"{left} = {whole}, where {s} is the {argument}{beside}"
 
 
+class Clip(sp.Function):  # type: ignore[misc]
+    """A value that is held between two ends."""
+
+    nargs = 3
+
+    def _latex(self, printer: Any, **_: Any) -> str:
+        return rf"\operatorname{{clip}}\left({', '.join(map(printer.doprint, self.args))}\right)"
+
+    def _sympystr(self, printer: Any) -> str:
+        return f"clip({', '.join(map(printer.doprint, self.args))})"
+
+
+CLIPPED = "clip(z, a, b) is z, held between a and b"
+
+
+def _clipped(expr: sp.Expr) -> sp.Expr:
+    """Return it with what is held between two ends written as ``clip``."""
+    if not expr.args:
+        return expr
+    made = expr.func(*map(_clipped, expr.args))
+    inner = [a for a in made.args if isinstance(a, sp.Min)] if isinstance(made, sp.Max) else []
+    if len(made.args) != 2 or len(inner) != 1 or len(inner[0].args) != 2:
+        return made
+    (low,) = (a for a in made.args if a is not inner[0])
+    if -low not in inner[0].args:
+        return made
+    (held,) = (a for a in inner[0].args if a != -low)
+    turned = held.could_extract_minus_sign() and not held.is_Add
+    return -Clip(-held, low, -low) if turned else Clip(held, low, -low)
+
+
 class _Text(StrPrinter):  # type: ignore[misc]
-    """Lines of text, with strokes for sizes."""
+    """Lines of text, with strokes for sizes; a sum begins with what is not taken away."""
+
+    def _print_Add(self, expr: sp.Add, order: str | None = None) -> str:
+        terms = self._as_ordered_terms(expr, order=order)
+        if expr.has(Clip):  # what does not move comes last
+            terms.sort(key=lambda t: (t.could_extract_minus_sign(), -len(t.free_symbols)))
+        first = next((t for t in terms if not t.could_extract_minus_sign()), None)
+        if first is None or (first is terms[0] and not expr.has(Clip)):
+            return str(super()._print_Add(expr, order=order))
+        said = (
+            f"- {self._print(-t)}" if t.could_extract_minus_sign() else f"+ {self._print(t)}"
+            for t in terms
+            if t is not first
+        )
+        return " ".join([self._print(first), *said])
+
+    def _print_Max(self, expr: sp.Max) -> str:
+        return f"max({self.stringify(expr.args, ', ')})"
+
+    def _print_Min(self, expr: sp.Min) -> str:
+        return f"min({self.stringify(expr.args, ', ')})"
 
     def _print_Float(self, expr: sp.Float) -> str:
         return f"{float(expr):.4g}"
@@ -97,7 +156,7 @@ def deviation_of(trial: Candidate) -> sp.Expr | None:
     names = [symbol(p.name) for p in law.parameters(trial.element)]
     made = sp.sympify(law.deviation(SYMPY, sp.Symbol(argument_of(e)), watched, names))
     made = made.xreplace({f: _round(f) for f in made.atoms(sp.Float)})
-    made = min(made, sp.factor_terms(made), key=sp.count_ops)
+    made = _clipped(min(made, sp.factor_terms(made), key=sp.count_ops))
     short = not made.atoms(sp.Piecewise, sp.floor) and len(tex(made)) < LONGEST
     return made if short else None
 

@@ -20,7 +20,9 @@ from bondgraph.graph.sensors import Sensor
 from bondgraph.support.errors import BondsightError
 from identification.diagnosis.catalogue.places import law_of
 from identification.diagnosis.explanation.law_formula import (
+    CLIPPED,
     LONGEST,
+    Clip,
     argument_of,
     argument_words,
     deviation_of,
@@ -128,6 +130,7 @@ def definition(trial: Candidate) -> tuple[str, str]:
         watched = law.watched
         named = f"({argument_of(e)}, {tex(symbol(watched))})" if watched else f"({argument_of(e)})"
         also = f", {watched} is read beside it" if watched else ""
+        also += f"; {CLIPPED}" if found.has(Clip) else ""
         return f"{w}{named} = {tex(found)}", argument_words(graph, e) + also
     sign = "" if isinstance(e, C) else "-"
     formulas = {

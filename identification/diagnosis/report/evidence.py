@@ -12,6 +12,7 @@ from identification.diagnosis.evidence.answer import Decision
 from identification.diagnosis.explanation.colour import COLOURED
 from identification.diagnosis.explanation.doubts import file_first
 from identification.diagnosis.explanation.rivals import Standing, nominal_misfit, standings, title
+from identification.diagnosis.explanation.undetermined import remark_of
 from identification.diagnosis.report.found import found_of
 from identification.diagnosis.verdict.document import law_constants
 from identification.estimation.estimates import Estimate
@@ -112,8 +113,8 @@ def parameters(d: Diagnosis) -> str:
             e.name,
             *given,
             quantity(e.value, e.unit),
-            "–" if (only := remark_on(e.name, d.tied)) else interval(*e.ci95, e.unit, e.value),
-            only or _remark(e),
+            "–" if remark_on(e.name, d.tied) else interval(*e.ci95, e.unit, e.value),
+            remark_of(e, d) or _remark(e),
         ]
 
     known = ([declared, nominal], ["fitted, nominal", "fitted, repaired"])

@@ -14,6 +14,7 @@ from identification.diagnosis.diagnose import Diagnosis
 from identification.diagnosis.explanation.doubts import file_first
 from identification.diagnosis.explanation.law_formula import LONGEST, in_symbols, meaning_of
 from identification.diagnosis.explanation.notes import sure_of
+from identification.diagnosis.explanation.undetermined import UNDETERMINED, is_undetermined
 from identification.diagnosis.report import changed
 from identification.diagnosis.report.found import after_of, found_of, places_of, warmth_of
 from identification.diagnosis.report.law_figures import law_figure
@@ -183,6 +184,7 @@ def _told(e: Estimate, trial: Candidate, d: Diagnosis) -> str:
     said = meaning_of(e.name, trial)
     known = remark_on(e.name, d.tied) or f"95 %: {interval(*e.ci95, e.unit, e.value)}"
     value = f"{e.name} = {quantity(e.value, e.unit)}, {known}"
+    value = f"{e.name}: {UNDETERMINED}" if is_undetermined(e, d) else value
     return f"{value}; {said}" if said else value
 
 

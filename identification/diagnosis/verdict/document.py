@@ -24,6 +24,7 @@ from identification.diagnosis.explanation.doubts import suspected
 from identification.diagnosis.explanation.law_formula import in_symbols, meaning_of
 from identification.diagnosis.explanation.places_judged import JudgedPlace, judged_places
 from identification.diagnosis.explanation.rivals import standings
+from identification.diagnosis.explanation.undetermined import remark_of
 from identification.diagnosis.localisation.element_kind import element_kind
 from identification.diagnosis.localisation.places_without_name import places_of
 from identification.diagnosis.localisation.recording.variables import restoring_words
@@ -361,10 +362,9 @@ def law_constants(trial: Candidate, d: Diagnosis) -> list[Parameter]:
 
 def _estimate(e: Estimate, d: Diagnosis) -> dict[str, Any]:
     """Return a number with its interval; without one where it is told only together with others."""
-    only = remark_on(e.name, d.tied)
-    ends = [None if only else _number(v) for v in e.ci95]
+    ends = [None if remark_on(e.name, d.tied) else _number(v) for v in e.ci95]
     made = {"name": e.name, "value": _number(e.value), "unit": e.unit, "ci95": ends}
-    return made | ({"remark": only} if only else {})
+    return made | ({"remark": remark} if (remark := remark_of(e, d)) else {})
 
 
 def _nuisance(e: Estimate) -> dict[str, Any]:

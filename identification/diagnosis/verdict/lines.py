@@ -6,6 +6,7 @@ from identification.diagnosis.catalogue.words import spoken
 from identification.diagnosis.diagnose import Diagnosis
 from identification.diagnosis.explanation.colour import COLOURED
 from identification.diagnosis.explanation.law_formula import in_symbols, meaning_of
+from identification.diagnosis.explanation.undetermined import UNDETERMINED, is_undetermined
 from identification.diagnosis.verdict.document import (
     ERROR,
     as_repaired,
@@ -54,8 +55,9 @@ def parameter_lines(d: Diagnosis) -> list[str]:
         for e in effect_parameters(step.chosen, d):
             unit, said = f" {e.unit}" if e.unit != "1" else "", meaning_of(e.name, trial)
             ends = remark_on(e.name, d.tied) or f"{e.ci95[0]:.4g}, {e.ci95[1]:.4g}"
-            value = f"{e.value:.4g}{unit}  [{ends}]"
-            lines.append(f"  {e.name} = {value}" + (f"  {said}" if said else ""))
+            value = f"{e.name} = {e.value:.4g}{unit}  [{ends}]"
+            value = f"{e.name} {UNDETERMINED}" if is_undetermined(e, d) else value
+            lines.append(f"  {value}" + (f"  {said}" if said else ""))
         for p in law_constants(step.chosen, d):
             unit, said = f" {p.unit}" if p.unit != "1" else "", meaning_of(p.name, trial)
             what = f"{said}; of the law, not fitted" if said else "of the law, not fitted"

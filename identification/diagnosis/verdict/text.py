@@ -17,6 +17,7 @@ from identification.diagnosis.diagnose import Diagnosis
 from identification.diagnosis.evidence.answer import Decision
 from identification.diagnosis.evidence.kinds_told import EXACT, open_kinds
 from identification.diagnosis.explanation.doubts import doubts
+from identification.diagnosis.explanation.undetermined import UNDETERMINED
 from identification.diagnosis.localisation.element_kind import element_kind
 from identification.diagnosis.localisation.recording.region import multiple
 from identification.diagnosis.localisation.regions import summary
@@ -334,6 +335,8 @@ def _meaning(f: Data) -> str:
         return ""
     law = f" Its fitted law: {spaced(f['law'])}." if f["law"] not in (effect.law, "none") else ""
     formula = f" In symbols: {f['formula']}." if f.get("formula") else ""
+    named = [f"{p['name']} is: {p['meaning']}" for p in f["parameters"][:MOST] if p.get("meaning")]
+    formula += f" There {'; '.join(named)}." if formula and named else ""
     return f"{_effect(f).capitalize()}: {f.get('sentence') or effect.sentence}.{law}{formula}"
 
 
@@ -537,14 +540,14 @@ def _hashes(r: Data) -> str:
 
 
 def _value(p: Data) -> str:
-    if p["value"] is None:
-        return f"{p['name']} not determined"
+    said = f", {p['meaning']}" if p.get("meaning") else ""
+    if p["value"] is None or p.get("remark") == UNDETERMINED:
+        return f"{p['name']} {UNDETERMINED}{said}"
     low, high = p["ci95"]
     unit = f" {p['unit']}" if p["unit"] not in ("", "1") else ""
     known = f" ({p['remark']})" if p.get("remark") else ""
     if low is not None and high is not None:
         known = f" (95 %: {low:.6g} to {high:.6g})"
-    said = f", {p['meaning']}" if p.get("meaning") else ""
     return f"{p['name']} = {p['value']:.4g}{unit}{known}{said}"
 
 

@@ -4,20 +4,31 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 
+from identification.diagnosis.catalogue import by_name
 from identification.diagnosis.diagnose import Diagnosis, _mistaken
+from identification.diagnosis.explanation import undetermined
 from identification.diagnosis.explanation.advice import advice
 from identification.diagnosis.explanation.doubts import AFTER, file_first
+from identification.diagnosis.explanation.law_formula import in_symbols
 from identification.diagnosis.explanation.places_judged import judged_places
+from identification.diagnosis.explanation.undetermined import UNDETERMINED, is_undetermined
 from identification.diagnosis.localisation.blind_relations import BlindRelation
+from identification.diagnosis.report.changed import definition, math_svg
 from identification.diagnosis.report.checked import checked
+from identification.diagnosis.screening.port_history import FittedModel
 from identification.diagnosis.screening.undoing import Mixup
+from identification.diagnosis.search.candidates import Candidate
 from identification.diagnosis.studio import page
-from identification.diagnosis.verdict import parse_verdict, retold, verdict
+from identification.diagnosis.verdict import in_words, parse_verdict, retold, verdict
+from identification.estimation.estimates import Estimate
 from tests.identification.diagnosis import rubbing_spring
+from tests.identification.diagnosis.effect_plants import scene
 
 SILENT = (np.nan, np.nan, np.nan, np.nan, 0.0, 40.0, 2)
 
@@ -113,6 +124,48 @@ def test_a_mixed_up_file_is_called_so_and_what_to_write_is_said(
     assert d.advice[0].endswith(" and diagnose again")  # what scores verdicts reads it
     assert write in said(d)
     assert verdict(d)["verdict"] == "unknown_physics"
+
+
+def backlash() -> tuple[FittedModel, Candidate]:
+    """A gap that was put into a spring, not fitted."""
+    seen, effect = scene("mechanical"), by_name("backlash")
+    made = effect.insert(seen, seen.graph["k"])
+    fit: Any = SimpleNamespace(problem=SimpleNamespace(graph=made.graph))
+    return seen, Candidate(made, True, fit, 1.0, 1.0, np.ones(1))
+
+
+def test_free_play_is_a_formula_that_can_be_read() -> None:
+    _, trial = backlash()
+    assert in_symbols(trial) == (
+        "force of k = k*(s - clip(s - centre_k, -gap_k, gap_k) - clip(centre_k, -gap_k, gap_k)), "
+        "where s is the position of k; clip(z, a, b) is z, held between a and b"
+    )
+    tex, words = definition(trial)
+    assert r"\operatorname{clip}" in tex
+    assert math_svg(tex, "drawn")
+    assert words.endswith("clip(z, a, b) is z, held between a and b")
+
+
+def test_a_number_whose_interval_holds_all_it_may_be_is_not_printed_as_a_result() -> None:
+    seen, trial = backlash()
+    half = seen.past["k"].half
+    d: Any = SimpleNamespace(repaired=trial.fit, nominal=None, scene=seen, tied=(), graph=None)
+
+    def centre(reach: float) -> bool:
+        return is_undetermined(Estimate("centre_k", 0.1 * half, "m", (-reach, reach)), d)
+
+    assert centre(1.1 * half)
+    assert not centre(0.5 * half)
+    assert is_undetermined(Estimate("gap_k", half, "m", (0.0, np.inf)), d)
+
+
+def test_such_a_number_is_said_to_be_open_in_text_page_and_file(
+    found: Diagnosis, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(undetermined, "_range", lambda e, _: 0.0 if e.name == "F_c_d" else np.inf)
+    assert f"F_c_d {UNDETERMINED}  friction level" in in_words(found)
+    assert f"F_c_d: {UNDETERMINED}; friction level" in page(found)
+    assert f"F_c_d {UNDETERMINED}, friction level" in said(found)
 
 
 def said(d: Diagnosis) -> str:
