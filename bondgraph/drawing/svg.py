@@ -25,6 +25,7 @@ def svg(
     also: Iterable[str] = (),
     shades: Mapping[str, float] | None = None,
     title: str | None = None,
+    numbers: bool = True,
 ) -> str:
     """Draw `graph` as a self-contained SVG.
 
@@ -47,6 +48,8 @@ def svg(
         from 1 % on it is written below.
     title : str, optional
         Heading.
+    numbers : bool
+        Whether it is written at all.
 
     Returns
     -------
@@ -66,7 +69,7 @@ def svg(
     for n in (*captions, *sorted(dashed), *fills):
         if n not in graph.elements:
             raise unknown_name("element", n, graph.name, graph.elements)
-    written = shading.captions(captions, fills)
+    written = shading.captions(captions, fills if numbers else {})
     plan = layout(graph, written, {*captions, *dashed})
     causality = _causality(graph) if causality is None else causality
     kinds = _kinds(graph, causality)

@@ -81,7 +81,7 @@ def kept_back(split: Split) -> tuple[Split, Split]:
         unseen = tuple(slice(e, p.stop) for p, e in zip(parts, ends, strict=True))
     if sum(p.stop - p.start for p in unseen) < LEAST_KEPT:
         return split, split
-    told = "two fifths of what is held out, which no choice has seen, say what is gained"
+    told = "two fifths of what is held out choose no law either, and say what is gained"
     rule = f"{split.rule}; {told}"
     return replace(split, test=seen), replace(split, test=unseen, rule=rule, looked_at=seen)
 
@@ -109,7 +109,11 @@ def interleaved(start: int, stop: int, blocks: int = 30, every: int = 3) -> Spli
     parts = [slice(int(a), int(b)) for a, b in pairwise(edges) if b > a]
     test = tuple(p for i, p in enumerate(parts) if i % every == every - 1)
     train = tuple(p for i, p in enumerate(parts) if i % every != every - 1)
-    rule = f"one in {every} of {len(parts)} stretches held out"
+    which = {2: "second", 3: "third"}.get(every, f"{every}th")
+    rule = (
+        f"every {which} of {len(parts)} equal stretches of the record is held out, no parameter is "
+        "fitted to it"
+    )
     return Split(train, test, rule)
 
 

@@ -23,7 +23,7 @@ from identification.diagnosis.report.views import unit_of
 from identification.diagnosis.search.candidates import Candidate
 from identification.diagnosis.verdict import effect_parameters, normalised_error, sentence
 from identification.diagnosis.verdict.document import ERROR, law_constants, parts_of
-from identification.diagnosis.verdict.lines import colour, together_lines
+from identification.diagnosis.verdict.lines import certainty_lines, colour, together_lines
 from identification.diagnosis.verdict.text import what_remains
 from identification.estimation.estimates import Estimate
 from identification.estimation.single_record import Fit
@@ -87,6 +87,11 @@ def beside(d: Diagnosis) -> str:
         "The values on this page are those of the file as it was read: mend it first.",
     ) * bool(mend)
     return html.box(html.bullets(s for s in (*first, *said) if s))
+
+
+def sure(d: Diagnosis) -> str:
+    """Say how sure the answer is, and what that is a share of."""
+    return html.paragraph(" ".join(map(stopped, certainty_lines(d))))
 
 
 def raw(d: Diagnosis) -> str:
@@ -227,12 +232,15 @@ def graph(d: Diagnosis) -> str:
             "; dashed: places these sensors cannot tell from it. " if also else ". "
         )
         words += (
-            "The orange deepens with the plausibility of the place on held-out data: the chance "
-            "that its best effect lies that far behind the best of all by accident, the same all "
-            "over a set that the data cannot tell."
+            "The orange deepens with the plausibility of the place on held-out data: how easily "
+            "its best effect could lie that far behind the best of all by accident, the same all "
+            "over a set that the data cannot tell. It ranks places; how often such answers are "
+            "right is the probability above."
         )
     try:
-        made = svg(d.graph, marked=marked, also=also, shades=warmth_of(d))
+        # beside a name one number says how sure it is: that of the answer
+        numbers = d.kind != "missing_physics"
+        made = svg(d.graph, marked=marked, also=also, shades=warmth_of(d), numbers=numbers)
     except BondsightError:
         return ""
     width = re.search(r' width="([\d.]+)"', made)

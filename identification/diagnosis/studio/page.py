@@ -33,6 +33,7 @@ def page(d: Diagnosis) -> str:
     """
     parts = (
         sections.answer(d),
+        sections.sure(d),
         sections.beside(d),
         sections.raw(d),
         evidence.advice(d),

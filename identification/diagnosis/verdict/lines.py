@@ -48,7 +48,7 @@ def parameter_lines(d: Diagnosis) -> list[str]:
         if step.chosen is None:
             continue
         if len(d.findings) > 1:
-            lines.append(f"{step.chosen.label} (probability {step.confidence:.2f}):")
+            lines.append(f"{step.chosen.label}:")
         trial = as_repaired(step.chosen, d)
         if law := in_symbols(trial):
             lines.append(f"  law: {law}")
@@ -63,6 +63,38 @@ def parameter_lines(d: Diagnosis) -> list[str]:
             what = f"{said}; of the law, not fitted" if said else "of the law, not fitted"
             lines.append(f"  {p.name} = {p.value:.4g}{unit}  ({what})")
     return lines
+
+
+def certainty_lines(d: Diagnosis) -> list[str]:
+    """How probable the answers are, and what that is a share of; one line for each number."""
+    told = {sure_words(s.answer, s.confidence): s for s in d.findings if s.confidence > 0}
+    one = len(d.findings) == 1
+    return [
+        words if one or s.chosen is None else f"{s.chosen.label}: {words}"
+        for words, s in told.items()
+    ]
+
+
+def sure_words(answer: str, chance: float) -> str:
+    """Say a probability with what it is of.
+
+    Examples
+    --------
+    >>> sure_words("kind", 0.8).partition(":")[0]
+    'probability 80 % that kind and place are right'
+    """
+    of = OF.get(answer, "that it is right")
+    share = f"probability {100 * chance:.3g} %"
+    return f"{share} {of}: so many such answers were in tests with a hidden truth"
+
+
+OF = {
+    "exact": "that effect and place are right",
+    "approximate": "that effect and place are right",
+    "family": "that it is one of these",
+    "kind": "that kind and place are right",
+}
+"""What the probability of an answer is of."""
 
 
 def together_lines(d: Diagnosis) -> list[str]:

@@ -30,10 +30,12 @@ from identification.diagnosis.verdict.document import (
     unresolved_place,
 )
 from identification.diagnosis.verdict.lines import (
+    certainty_lines,
     colour,
     error_lines,
     parameter_lines,
     reason_lines,
+    sure_words,
     together_lines,
 )
 from identification.diagnosis.verdict.retraced import traces, tried
@@ -226,7 +228,7 @@ def in_words(d: Diagnosis) -> str:
     lines = [s for s in (answer, what_remains(d), *map(stopped, colour(d))) if s] + [""]
     lines += [f"note: {s}" for s in d.notes if s not in answer and s not in colour(d)]
     lines += error_lines(d)
-    lines += [*parameter_lines(d), *together_lines(d)]
+    lines += [*parameter_lines(d), *together_lines(d), *certainty_lines(d)]
     if d.kind in ("missing_physics", "unknown_physics"):
         lines += [f"seen: {s}" for s in summary(d.regions)[:3]]
     lines += reason_lines(d)
@@ -386,8 +388,8 @@ def _certainty(f: Data) -> str:
         close = [p for p in f["also_possible"] if not p.get("kind")]
         if f.get("answer") == "family":
             return (
-                f"Which of {listed(_members(f))} it is these data do not tell; that it is one of "
-                f"them: probability {_percent(f['confidence'])}."
+                f"Which of {listed(_members(f))} it is these data do not tell; "
+                f"{sure_words('family', f['confidence'])}."
             )
         if not close or share <= 0:
             if f.get("nearest"):
@@ -400,7 +402,7 @@ def _certainty(f: Data) -> str:
     fit = f.get("law_fit")
     law = "" if fit is None else f"; its law explains {_percent(fit)} of what its kind could there"
     chance = (
-        f"probability {_percent(f['confidence'])}" if f["confidence"] > 0
+        sure_words(f.get("answer", ""), f["confidence"]) if f["confidence"] > 0
         else "not tried again beside what was named after it, so no probability is given"
     )  # fmt: skip
     return f"{_effect(f).capitalize()}: {chance}; {explained}{law}."

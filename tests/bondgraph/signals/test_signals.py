@@ -493,4 +493,4 @@ def test_stretches_of_a_plain_split() -> None:
     assert whole(slice(2, 5)) == slice(2, 5)
     assert whole(()) == slice(0, 0)
     assert split.test == tuple(slice(9 * i + 6, 9 * i + 9) for i in range(10))
-    assert "in 3 of 30 stretches" in split.rule
+    assert "every third of 30 equal stretches" in split.rule

@@ -21,12 +21,15 @@ from identification.diagnosis.explanation.undetermined import UNDETERMINED, is_u
 from identification.diagnosis.localisation.blind_relations import BlindRelation
 from identification.diagnosis.report.changed import definition, math_svg
 from identification.diagnosis.report.checked import checked
+from identification.diagnosis.report.sections import graph
 from identification.diagnosis.screening.port_history import FittedModel
 from identification.diagnosis.screening.undoing import Mixup
 from identification.diagnosis.search.candidates import Candidate
 from identification.diagnosis.studio import page
 from identification.diagnosis.verdict import in_words, parse_verdict, retold, verdict
+from identification.diagnosis.verdict.lines import sure_words
 from identification.estimation.estimates import Estimate
+from identification.report.words import stopped
 from tests.identification.diagnosis import rubbing_spring
 from tests.identification.diagnosis.effect_plants import scene
 
@@ -166,6 +169,24 @@ def test_such_a_number_is_said_to_be_open_in_text_page_and_file(
     assert f"F_c_d {UNDETERMINED}  friction level" in in_words(found)
     assert f"F_c_d: {UNDETERMINED}; friction level" in page(found)
     assert f"F_c_d {UNDETERMINED}, friction level" in said(found)
+
+
+def test_one_number_says_how_sure_it_is_and_of_what(found: Diagnosis) -> None:
+    (step,) = found.findings
+    words = sure_words(step.answer, step.confidence)
+    assert words.startswith(f"probability {100 * step.confidence:.3g} % that effect and place are")
+    assert words in in_words(found)
+    assert words in said(found)
+    assert stopped(words) in page(found)
+    drawn = graph(found)
+    assert "coulomb friction" in drawn
+    assert " %<" not in drawn.replace("0 to 100 %", "")
+
+
+def test_what_was_held_out_is_said_so_that_a_newcomer_understands(found: Diagnosis) -> None:
+    (rule,) = (n for n in found.notes if n.startswith("held out: "))
+    assert "every third of 30 equal stretches of the record is held out" in rule
+    assert "no parameter is fitted to it" in rule
 
 
 def said(d: Diagnosis) -> str:

@@ -95,5 +95,8 @@ def test_the_drawing_is_shaded() -> None:
     assert "plausibility of the place" in drawn
     assert "cannot be told apart" in drawn
     assert "plausibility" not in svg(graph(), marked={"k": "creep"})
+    without = svg(graph(), marked={"k": "creep"}, shades={"k": 0.8}, numbers=False)
+    assert f'fill="{shading.fill(0.8)}"' in without
+    assert "80 %" not in without
     with pytest.raises(BondsightError, match="kk"):
         svg(graph(), shades={"kk": 0.5})

@@ -311,7 +311,7 @@ function hatch() {
     g.tabIndex = 0;
     g.setAttribute('tabindex', '0'); g.setAttribute('role', 'button');
     const warm = data.warmth[name];
-    g.setAttribute('aria-label', `${name}: law plane` + (warm >= 0.01 ? `, probability of the place ${Math.round(100 * warm)} %` : '') +
+    g.setAttribute('aria-label', `${name}: law plane` + (warm >= 0.01 && !data.missing.length ? `, plausibility of the place ${Math.round(100 * warm)} %` : '') +
       (data.missing.includes(name) ? ', physics is missing here' : ''));
     g.addEventListener('click', () => choose(name));
     g.addEventListener('keydown', e => {
