@@ -11,6 +11,7 @@ from bondgraph.graph.elements import I, Source
 from bondgraph.support.arrays import Array
 from identification.diagnosis.explanation.doubts import file_first
 from identification.diagnosis.localisation.structural_classes import splitting_signals
+from identification.report.numbers import interval
 
 if TYPE_CHECKING:
     from identification.diagnosis.diagnose import Diagnosis
@@ -66,11 +67,11 @@ def _beyond_training(d: Diagnosis) -> str:
         train, test = u[d.data.mask("train")], u[d.data.mask("test")]
         margin = 0.05 * float(np.ptp(train))
         if test.min() < train.min() - margin or test.max() > train.max() + margin:
+            unit = d.recording.units.get(n) or ""
             return (
-                f"{n} runs from {test.min():.4g} to {test.max():.4g} in the held-out part but "
-                "only from "
-                f"{train.min():.4g} to {train.max():.4g} in training: record the whole range in "
-                "both"
+                f"{n} goes over {interval(test.min(), test.max(), unit)} in the held-out part but "
+                f"only over {interval(train.min(), train.max(), unit)} in training: record the "
+                "whole range in both"
             )
     return ""
 

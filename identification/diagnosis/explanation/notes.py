@@ -57,7 +57,9 @@ def notes_of(
         *in_doubt(last, declared, loose), *colour_notes(last),
         *material.recording.notes, *notes_on_size(last, named),
         *_chosen(last, holds),
-        *_noise_notes(material.read, floor, material.given, _estimated(data)),
+        *_noise_notes(
+            material.read, floor, material.given, _estimated(data), material.recording.units
+        ),
         *rough_rates(nominal.problem.graph, material.recording, material.data.starts),
         *_growing_notes(last), *_resumed_notes(known),
     )  # fmt: skip
@@ -163,18 +165,20 @@ def _noise_notes(
     floor: Mapping[str, float],
     given: Collection[str],
     estimated: Collection[str],
+    units: Mapping[str, str | None] | None = None,
 ) -> tuple[str, ...]:
     notes = []
     for n, level in floor.items():
+        unit = f" {(units or {}).get(n) or 'SI'}"
         if n not in given and level < read[n]:
             notes.append(
-                f"the noise of {n} was read at {read[n]:.3g} (SI), but the model leaves no more "
-                f"than {level:.3g}, so that is taken"
+                f"the noise of {n} was read at {read[n]:.3g}{unit}, but the model leaves no more "
+                f"than {level:.3g}{unit}, so that is taken"
             )
         elif level != read[n] and not 1 / FAR_OFF < level / read[n] < FAR_OFF:
             notes.append(
-                f"the noise given for {n} is {level:.3g}, the recording itself looks like "
-                f"{read[n]:.3g} (SI): check it, the answer rests on it"
+                f"the noise given for {n} is {level:.3g}{unit}, the recording itself looks like "
+                f"{read[n]:.3g}{unit}: check it, the answer rests on it"
             )
     if estimated:
         whose = f" of {listed(estimated)}" if len(estimated) < len(floor) else ""

@@ -143,9 +143,8 @@ def moved(
     declared = {n: p for n, p in declared.items() if n not in taken_over}
     far = far_off(last, declared)
     found = [
-        f"{e.name} is declared as {declared[e.name].value:.4g} and fitted as {e.value:.4g} "
-        f"{e.unit if e.unit != '1' else ''}".rstrip()
-        + ": check its value and the units of all channels"
+        f"{e.name} is declared as {declared[e.name].value:.4g}{_unit(e.unit)} and fitted as "
+        f"{e.value:.4g}{_unit(e.unit)}: check its value and the units of all channels"
         for e in last.estimates
         if e.name in far
     ]
@@ -158,6 +157,10 @@ def moved(
         f"{FIRST}{whose} first: {len(found)} parameters are fitted absurdly far "
         f"from what is declared, at so many times it: {times(far)}",
     )
+
+
+def _unit(unit: str) -> str:
+    return f" {unit}" if unit not in ("", "1") else ""
 
 
 def far_off(last: Fit, declared: Mapping[str, Parameter]) -> dict[str, float]:

@@ -21,7 +21,10 @@ from identification.diagnosis.catalogue.places import law_of
 from identification.diagnosis.diagnose import Diagnosis
 from identification.diagnosis.explanation.latent_signal import latent
 from identification.diagnosis.explanation.law_formula import variable_names
-from identification.diagnosis.localisation.recording.variables import variables_of
+from identification.diagnosis.localisation.recording.variables import (
+    two_port_variables,
+    variables_of,
+)
 from identification.diagnosis.report.law import path
 from identification.diagnosis.report.law_figures import many_valued
 from identification.diagnosis.screening.port_history import FittedModel, PortHistory
@@ -221,7 +224,7 @@ def _axes(graph: BondGraph, name: str, past: PortHistory) -> tuple[Array, str, s
     """Argument of the law with units and words; an inertia's is the rate of its flow."""
     e = graph[name]
     if isinstance(e, TwoPort):
-        return past.argument, "", "", f"effort behind {name}", f"flow into {name}"
+        return past.argument, *two_port_variables(graph, e)
     xu, yu, xw, yw = variable_names(graph, name)
     if isinstance(e, I):
         # the effort of the model as it is says the rate better than a difference of samples

@@ -109,8 +109,15 @@ def _where_any(d: Diagnosis) -> dict[str, Any]:
         ({"suspects": list(found)} if found else {})
         | ({} if d.limits == Thresholds() else {"limits": asdict(d.limits)})
         | ({"places": [_place(p) for p in places]} if places else {})
+        | ({"units": _units(d)} if d.data is not None else {})
         | ({"together": [t.document for t in d.tied]} if d.tied else {})
     )
+
+
+def _units(d: Diagnosis) -> dict[str, str]:
+    """Return the SI unit of every reading."""
+    assert d.data is not None
+    return {n: d.recording.units.get(n) or "" for n in d.data.names}
 
 
 def _place(p: JudgedPlace) -> dict[str, Any]:

@@ -185,6 +185,7 @@ class _Verdict:
     steps: tuple[_Step, ...] = ()
     places: tuple[_Place, ...] = ()
     together: tuple[_Together, ...] = ()
+    units: Mapping[str, str] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         """Refuse findings where the verdict has none, and none where it has some."""

@@ -438,18 +438,19 @@ def _gains(v: Data) -> list[str]:
     before, after = fit["nominal"]["test_rmse"], fit["repaired"]["test_rmse"]
     lines = []
     for n, old in before.items():
-        floor = fit["noise_floor"].get(n)
-        best = after.get(n, old)
-        text = f"{n}: error {old:.3g}"
+        floor, best = fit["noise_floor"].get(n), after.get(n, old)
+        unit = v.get("units", {}).get(n, "")
+        unit = f" {unit}" if unit not in ("", "1") else ""
+        text = f"{n}: error {old:.3g}{unit}"
         if n in after:
-            text += f" before, {best:.3g} after the repair{_ratio(old, best)}"
+            text += f" before, {best:.3g}{unit} after the repair{_ratio(old, best)}"
         if floor:
-            text += f"; the noise of the recording is {floor:.3g}"
+            text += f"; the noise of the recording is {floor:.3g}{unit}"
             rest = v.get("remaining", {}).get(n, {}).get("over_noise") or 0.0
             text += f"; what is left is {rest:.3g} times the noise there" if rest else ""
             at_floor = best < AT_FLOOR * floor and rest < AT_FLOOR
             text += ", so nothing is left to gain" if at_floor else ""
-        lines.append(text + " (rms, SI units).")
+        lines.append(f"{text} (rms{'' if unit else ', SI units'}).")
     return lines
 
 
@@ -549,7 +550,7 @@ def _value(p: Data) -> str:
     unit = f" {p['unit']}" if p["unit"] not in ("", "1") else ""
     known = f" ({p['remark']})" if p.get("remark") else ""
     if low is not None and high is not None:
-        known = f" (95 %: {low:.6g} to {high:.6g})"
+        known = f" (95 %: {low:.6g} to {high:.6g}{unit})"
     return f"{p['name']} = {p['value']:.4g}{unit}{known}{said}"
 
 

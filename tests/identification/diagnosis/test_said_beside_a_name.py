@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
@@ -10,6 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from bondgraph import GY, BondGraph, I, One, R, Se
 from identification.diagnosis.catalogue import by_name
 from identification.diagnosis.diagnose import Diagnosis, _mistaken
 from identification.diagnosis.explanation import undetermined
@@ -19,10 +21,12 @@ from identification.diagnosis.explanation.law_formula import in_symbols
 from identification.diagnosis.explanation.places_judged import judged_places
 from identification.diagnosis.explanation.undetermined import UNDETERMINED, is_undetermined
 from identification.diagnosis.localisation.blind_relations import BlindRelation
+from identification.diagnosis.localisation.recording import axes_of
+from identification.diagnosis.localisation.recording.variables import two_port_variables
 from identification.diagnosis.report.changed import definition, math_svg
 from identification.diagnosis.report.checked import checked
 from identification.diagnosis.report.sections import graph
-from identification.diagnosis.screening.port_history import FittedModel
+from identification.diagnosis.screening.port_history import FittedModel, PortHistory
 from identification.diagnosis.screening.undoing import Mixup
 from identification.diagnosis.search.candidates import Candidate
 from identification.diagnosis.studio import page
@@ -187,6 +191,24 @@ def test_what_was_held_out_is_said_so_that_a_newcomer_understands(found: Diagnos
     (rule,) = (n for n in found.notes if n.startswith("held out: "))
     assert "every third of 30 equal stretches of the record is held out" in rule
     assert "no parameter is fitted to it" in rule
+
+
+def test_numbers_have_units(found: Diagnosis) -> None:
+    text = said(found)
+    assert re.search(r"x: error [\d.e-]+ m before, [\d.e-]+ m after the repair", text)
+    assert re.search(r"the noise of the recording is [\d.e-]+ m;", text)
+    assert re.search(r"F_c_d = [\d.]+ N \(95 %: [\d.]+ to [\d.]+ N\)", text)
+
+
+def test_what_a_gyrator_carries_has_the_unit_of_its_side() -> None:
+    with BondGraph("motor") as g:
+        el, rot = One("el"), One("rot")
+        Se("u", unit="V") >> el >> R("R_a", 1.0, unit="ohm")
+        el >> GY("k_m", ratio=0.05) >> rot >> I("J", 2e-5, unit="kg*m^2")
+    moved = PortHistory(np.sin(np.arange(50)), np.cos(np.arange(50)), 0.1)
+    first, _, way = axes_of(g, "k_m", moved)
+    assert (first.name, first.unit, way.unit) == ("flow behind k_m", "rad/s", "rad/s")
+    assert two_port_variables(g, g["k_m"])[1] == "A"  # type: ignore[arg-type]
 
 
 def said(d: Diagnosis) -> str:

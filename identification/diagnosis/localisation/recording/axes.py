@@ -14,6 +14,7 @@ from bondgraph.support.arrays import Array
 from identification.diagnosis.localisation.recording.history import since_turning
 from identification.diagnosis.localisation.recording.variables import (
     displacement_words,
+    two_port_variables,
     variables_of,
 )
 from identification.diagnosis.screening.port_history import PortHistory
@@ -57,7 +58,8 @@ def axes_of(graph: BondGraph, name: str, past: PortHistory) -> tuple[MisfitAxis,
         what = "reading" if isinstance(e, Sensor) else "input" if e.measured else "command"
         named = ((f"{what} {name}", unit), (f"rate of {name}", f"{unit}/s" if unit else ""))
     elif isinstance(e, TwoPort):
-        named = ((f"effort behind {name}", ""), (f"rate of the effort behind {name}", ""))
+        unit, _, word, _ = two_port_variables(graph, e)
+        named = ((word, unit), (f"rate of the {word}", f"{unit}/s" if unit else ""))
     else:
         v = variables_of(e)
         if not isinstance(e, C):

@@ -5,8 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cache
 
+from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.domains import DOMAINS, Domain
-from bondgraph.graph.elements import C, Element, I, R
+from bondgraph.graph.elements import GY, C, Element, I, Multiport, R, TwoPort
 from bondgraph.signals.units import Unit, parse_unit
 from bondgraph.support.errors import BondsightError
 
@@ -71,6 +72,35 @@ def displacement_words(element: Element) -> str:
     v = variables_of(element)
     stores = isinstance(element, C) or v.displacement in MOVES
     return f"{v.displacement} {'of' if stores else 'through'} {element.name}"
+
+
+def two_port_variables(graph: BondGraph, e: TwoPort) -> tuple[str, str, str, str]:
+    """Return units and words of what a two-port's law reads behind it and gives before it.
+
+    Units are those of the elements on either side; empty where none tells.
+    """
+    ends = {b.tail == e.name: b for b in graph.bonds_of(e.name)}
+    behind, into = (
+        _beside(graph, ends[out].head if out else ends[out].tail) if out in ends else GENERIC
+        for out in (True, False)
+    )
+    turned = isinstance(e, GY)
+    unit = behind.flow_unit if turned else behind.effort_unit
+    word = "flow" if turned else "effort"
+    return unit, into.flow_unit, f"{word} behind {e.name}", f"flow into {e.name}"
+
+
+def _beside(graph: BondGraph, start: str) -> Variables:
+    """Return the variables of what is connected to `start` without a two-port between."""
+    side, new = {start}, [start]
+    while new:
+        n = new.pop()
+        for other in (b.head if b.tail == n else b.tail for b in graph.bonds_of(n)):
+            if other not in side and not isinstance(graph[other], TwoPort | Multiport):
+                side.add(other)
+                new.append(other)
+    found = (variables_of(graph[n]) for n in sorted(side))
+    return next((v for v in found if v is not GENERIC), GENERIC)
 
 
 @cache
