@@ -21,7 +21,7 @@ from bondgraph.signals.files.any_file import read_table
 from bondgraph.signals.files.arrays import pick_arrays
 from bondgraph.signals.files.checks import check_file, check_finite, check_name, frozen
 from bondgraph.signals.files.columns import OTHERS
-from bondgraph.signals.files.time_base import TIME, Even, make_even
+from bondgraph.signals.files.time_base import TIME, Even, make_even, with_others
 from bondgraph.signals.interop import dataset_arrays, to_html, to_pandas, to_xarray, write_csv
 from bondgraph.signals.recording_file import is_saved, open_fields, save_recording, sha256_of
 from bondgraph.signals.split import Split, default_split
@@ -87,7 +87,8 @@ class Recording:
         changed (resampling, decimal commas, temperature differences, ...);
         `meta["resolution"]`, by channel, the unit of a coarse converter, SI; `meta["noise"]`, by
         channel, the standard deviation of a noise that is known, SI; `meta["read_in"]`, by channel
-        (and `time`), the unit of the numbers as they were read, where it is not SI.
+        (and `time`), the unit of the numbers as they were read, where it is not SI;
+        `meta["left_out"]`, which columns a map that does not name them has left out, and why.
 
     Raises
     ------
@@ -177,8 +178,10 @@ class Recording:
         map : mapping of str to str, optional
             Channel name -> column header, or its name without the unit, optionally with a unit:
             `{"x": "displacement_um"}`, `"displacement"`, `"displacement[um]"`. The key `t` names
-            the time column. Without it every column is a channel and needs a unit; with the entry
-            `"*": "*"` all columns that no other entry names are channels as well.
+            the time column. Only what differs need be written: columns that it does not name are
+            channels under their own names where they can be read, else left out, and `notes` says
+            so; the entry `"*": ""` leaves all others out. Without a map every column is a channel
+            and needs a unit.
         fs : float, optional
             Sampling rate, Hz; then a time column is ignored.
         name : str, optional
@@ -217,11 +220,15 @@ class Recording:
                 )
             saved = cls.open(file)
             named = replace(saved, name=name) if name else saved
-            return named.select(map) if map is not None else named
-        table = read_table(file, map, fs)
-        if rows != (None, None):
-            table = table.kept(*rows, file.name)
-        even = make_even(table, file.name, fs, resample, fill)
+            return named.select({OTHERS: OTHERS, **map}) if map is not None else named
+
+        def reading(chosen: Mapping[str, str] | None) -> Even:
+            table = read_table(file, chosen, fs)
+            if rows != (None, None):
+                table = table.kept(*rows, file.name)
+            return make_even(table, file.name, fs, resample, fill)
+
+        even = with_others(reading, map)
         return cls(
             name or file.stem, even.time, even.channels, even.units,
             file.name, sha256_of(file), _origin(even),
@@ -322,8 +329,10 @@ class Recording:
         >>> float(r["x"][1])
         2e-06
         """
-        table = pick_arrays({k: np.asarray(v) for k, v in arrays.items()}, map, fs, name)
-        even = make_even(table, name, fs, fill=fill)
+        given = {k: np.asarray(v) for k, v in arrays.items()}
+        even = with_others(
+            lambda chosen: make_even(pick_arrays(given, chosen, fs, name), name, fs, fill=fill), map
+        )
         return cls(name, even.time, even.channels, even.units, name, meta=_origin(even))
 
     @property
@@ -373,6 +382,7 @@ class Recording:
         """
         if OTHERS in map:
             others = [n for n in self.channels if n not in map and n not in map.values()]
+            others = others if map[OTHERS] else []
             pairs = [(k, v) for k, v in map.items() if k != OTHERS]
             at = list(map).index(OTHERS)
             map = dict([*pairs[:at], *zip(others, others, strict=True), *pairs[at:]])
@@ -573,4 +583,5 @@ class Recording:
 
 def _origin(even: Even) -> dict[str, Any]:
     """Return what `meta` keeps of reading: sentences, and units that were converted."""
-    return {"notes": even.notes} | ({"read_in": even.read_in} if even.read_in else {})
+    more = {"read_in": even.read_in, "left_out": even.left_out}
+    return {"notes": even.notes} | {k: v for k, v in more.items() if v}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -51,7 +51,7 @@ def open_recording(
     called = text in names() or any(text in k.aliases for k in KNOWN.values())
     if _is_file(text, called):
         try:
-            recording = _read(Path(text), mapping, reading)
+            recording = _read(Path(text), mapping, graph, reading)
         except NoUnit as lacking:
             raise UnusableInput(_without_unit(lacking, mapping, graph)) from None
     elif called:
@@ -95,14 +95,19 @@ def _recorded(graph: BondGraph) -> list[Source | Sensor]:
 def _without_unit(error: NoUnit, mapping: Mapping[str, str], graph: BondGraph) -> str:
     """Return the line on a column without unit, with a name of the model and its unit."""
     asked = [n for n, c in mapping.items() if c.strip() == error.column]
-    taken = set() if asked else {*mapping, *_taken(error.beside, graph)}
-    left = {e.name: e.unit or "1" for e in _recorded(graph) if e.name not in taken}
+    left = _left({}, (), graph) if asked else _left(mapping, error.beside, graph)
     if not left:
         return str(error)
     name = [*asked, *nearest(error.column, left), *left][0]
     others = [f"{n} [{u}]" for n, u in left.items() if n != name]
     also = f"; other names of {graph.name}: {', '.join(others)}" if others and not asked else ""
     return error.said(name, left.get(name, "s")) + also
+
+
+def _left(mapping: Iterable[str], beside: Sequence[str], graph: BondGraph) -> dict[str, str]:
+    """Return names of the model without a column, with their units."""
+    taken = {*mapping, *_taken(beside, graph)}
+    return {e.name: e.unit or "1" for e in _recorded(graph) if e.name not in taken}
 
 
 def _taken(headers: Sequence[str], graph: BondGraph) -> set[str]:
@@ -126,17 +131,16 @@ def _require_dimension(e: Source | Sensor, column: str, recording: Recording) ->
     )
 
 
-def _read(path: Path, mapping: Mapping[str, str], reading: Mapping[str, Any]) -> Recording:
-    """Read a file with all its channels, those of `mapping` under their new names.
-
-    Where some other column cannot be read (no unit, no number), only the mapped ones are taken.
-    """
-    if not mapping:
-        return Recording.read(path, **reading)
+def _read(
+    path: Path, mapping: Mapping[str, str], graph: BondGraph, reading: Mapping[str, Any]
+) -> Recording:
+    """Read a file; columns without a unit are left out where all names of the model are taken."""
     try:
-        return Recording.read(path, map={**mapping, OTHERS: OTHERS}, **reading)
-    except UnusableInput:
-        return Recording.read(path, map=mapping, **reading)
+        return Recording.read(path, mapping or None, **reading)
+    except NoUnit as lacking:
+        if mapping or _left({}, lacking.beside, graph):
+            raise
+        return Recording.read(path, {OTHERS: OTHERS}, **reading)
 
 
 def match_by_unit(recording: Recording, graph: BondGraph) -> tuple[Recording, tuple[str, ...]]:

@@ -13,6 +13,7 @@ from urllib.parse import quote
 import numpy as np
 from numpy.typing import ArrayLike
 
+from bondgraph.signals.files.columns import OTHERS
 from bondgraph.signals.recording import Recording, Split, default_split
 from bondgraph.signals.split import whole
 from bondgraph.support.errors import UnknownName, UnusableInput, unknown_name
@@ -245,7 +246,8 @@ class PublicSet:
             if _files(layout) == tuple(places):
                 try:
                     return {
-                        c.record: Recording.read(places[c.file], c.plan, fs=c.fs) for c in layout
+                        c.record: Recording.read(places[c.file], {**c.plan, OTHERS: ""}, fs=c.fs)
+                        for c in layout
                     }
                 except UnknownName as error:
                     fault = fault or error

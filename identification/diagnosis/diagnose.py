@@ -239,6 +239,7 @@ def diagnose(
     seed: int = 0,
     known: Sequence[Decision] = (),
     time: float | None = None,
+    map: Mapping[str, str] | None = None,
 ) -> Diagnosis:
     """Diagnose the mismatch between `graph` and `recording`.
 
@@ -269,8 +270,10 @@ def diagnose(
         were named before; it is passed on before the model as it is has been fitted.
     time : float, optional
         Seconds after which the search ends with what was named by then, as ``--time`` of the
-        command line. (The column of the time is the one called so, or that of
-        ``Recording.read(path, map={"t": ...})``.)
+        command line. (The column of the time is the one called so, or that of ``map={"t": ...}``.)
+    map : mapping of str to str, optional
+        Name in the model -> column, where these differ, as ``--map`` of the command line:
+        `{"x": "displacement[um]"}`.
 
     Raises
     ------
@@ -286,7 +289,7 @@ def diagnose(
     if time is not None:
         again = partial(
             diagnose, graph, recording, split, model=model, options=options, limits=limits,
-            hold=hold, noise=noise, seed=seed, known=known,
+            hold=hold, noise=noise, seed=seed, known=known, map=map,
         )  # fmt: skip
         return _in_time(again, progress or _silent, time)
     begin = perf_counter()
@@ -294,7 +297,7 @@ def diagnose(
     options, limits = options or DiagnosisOptions(), limits or Thresholds()
     if not isinstance(graph, Study):
         require_graph(graph, "diagnose(graph, recording)", "a BondGraph or a Study")
-    asked = asked_of(graph, recording, split, hold, noise or {})
+    asked = asked_of(graph, recording, split, hold, noise or {}, map or {})
     if asked.hold:
         options = replace(options, holds=(asked.hold,))
     asked.graph.require_sound()

@@ -22,6 +22,7 @@ from bondgraph.signals.units import same_dimension
 from bondgraph.simulation.lure import Compiled, compile_model
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import UnusableInput, unknown_name
+from identification.study.channel_names import left_in, renamed, rivals_for, unread
 from identification.study.engine import Engine, engine_of
 from identification.study.factors import drives, with_gains
 from identification.study.priors import Prior
@@ -206,35 +207,6 @@ class Data:
         )
 
 
-def rivals_for(unit: str, graph: BondGraph, recording: Recording) -> list[str]:
-    """Return the channels of the dimension of a unit that no element of the graph is called by."""
-    free = [n for n in recording.channels if unit and n not in graph.elements]
-    return [n for n in free if same_dimension(recording.units[n], unit)]
-
-
-def renamed(name: str, graph: BondGraph, recording: Recording) -> str:
-    """Return how the only free channel in the unit of a source or sensor gets its name."""
-    unit = getattr(graph.elements.get(name), "unit", "")
-    free = rivals_for(unit, graph, recording)
-    if len(free) != 1:
-        return ""
-    table = f"{{{name!r}: {free[0]!r}, '*': '*'}}"
-    return f"{free[0]} is the only one in {unit}: give recording.select({table})"
-
-
-def _left(unit: str, graph: BondGraph, recording: Recording) -> str:
-    """Return in which units the columns are that nothing of the graph is called by."""
-    free = [n for n in recording.channels if n not in graph.elements]
-    told = [f"{n} is in {recording.units[n]}" for n in free if recording.units[n]]
-    if not unit or not told or len(told) > MOST_TOLD:
-        return ""
-    return f"; it is in {unit}, but of the columns that are left {', '.join(told)}"
-
-
-MOST_TOLD = 4
-"""Columns whose units are said one by one."""
-
-
 def data_for(
     graph: BondGraph,
     recording: Recording,
@@ -262,8 +234,8 @@ def data_for(
                     raise UnusableInput(f"{error}; {how}")
                 less = f", or leave it out: graph.remove({n!r})" if kind == "sensor" else ""
                 raise UnusableInput(
-                    f"{error}{_left(unit, graph, recording)}; name it with --map {n}=COLUMN or "
-                    f"Recording.select{less}"
+                    f"{error}{left_in(unit, graph, recording)}{unread(recording)}; name it with "
+                    f"--map {n}=COLUMN or Recording.select{less}"
                 )
     for s in (*drives(graph), *graph.of_type(Sensor)):
         unit = recording.units[s.name]

@@ -29,12 +29,13 @@ from identification.study.admission import (
     distinct_names,
 )
 from identification.study.calibration import gain_prior, gains_of
+from identification.study.channel_names import renamed, unread
 from identification.study.engine import Engine
 from identification.study.factors import drives, with_gains
 from identification.study.free_parameters import varied
 from identification.study.joint import JointProblem, stack_of
 from identification.study.noise_floor import noise_floor
-from identification.study.problem import Data, Problem, data_for, renamed
+from identification.study.problem import Data, Problem, data_for
 from identification.study.process_noise import ProcessNoise, admit_process_noise, diffusion_at
 from identification.study.scaled import free_parameter
 from identification.study.specification import Nuisances, Vary
@@ -360,14 +361,15 @@ class Study:
             )
             raise UnusableInput(
                 f"recording {recording.name!r} has none of the sensors {', '.join(sensors)} of "
-                f"{graph.name}; its channels are {', '.join(recording.channels)}; {how}"
+                f"{graph.name}; its channels are {', '.join(recording.channels)}"
+                f"{unread(recording)}; {how}"
             )
         for name in (*(s.name for s in drives(graph)), *external_signals(graph)):
             if name not in recording.channels and name not in self.silent:
                 known = recording.channels
                 error = unknown_name("channel for input", name, recording.name, known)
                 how = renamed(name, graph, recording) or "select(...) renames it"
-                raise UnusableInput(f"{error}; {how}, silent=({name!r},) is 0")
+                raise UnusableInput(f"{error}{unread(recording)}; {how}, silent=({name!r},) is 0")
         for n in sensors:
             if n not in here:
                 graph = graph.remove(n)

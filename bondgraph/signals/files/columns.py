@@ -14,7 +14,7 @@ from bondgraph.support.arrays import FloatArray
 from bondgraph.support.errors import UnknownName, UnusableInput, unknown_name
 
 OTHERS = "*"
-"""Key of a map that asks for all other columns too."""
+"""Key of a map for all other columns: `"*"` asks for them, an empty text leaves them out."""
 
 
 class NoUnit(UnusableInput):
@@ -54,6 +54,8 @@ class ColumnPlan:
     channels: dict[str, tuple[str, Unit]]
     time: tuple[str, Unit] | None
     rate: str | None
+    left_out: tuple[str, ...] = ()
+    """Columns without a unit that a map does not name."""
 
     @property
     def headers(self) -> list[str]:
@@ -199,18 +201,23 @@ def choose(
     asked = {k: v for k, v in (map or {}).items() if not means_time(k) and k != OTHERS}
     time_asked = [v for k, v in (map or {}).items() if means_time(k)]
     channels = {k: _asked(k, v, named, where) for k, v in asked.items()}
-    if map is None or OTHERS in map:
+    lacking: list[str] = []
+    if map is None or map.get(OTHERS):
         taken = {*rates, *times, *stamps, *(h for h, _ in channels.values())}
         if time_asked and fs is None:
             taken.add(_find_time(time_asked[0], named, where))
-        others = _by_base([h for h in named if h not in taken], where)
+        free = [h for h in named if h not in taken]
+        if map is not None:  # who names columns has said which ones count
+            lacking = [h for h in free if split_header(h)[1] is None]
+            free = [h for h in free if h not in lacking]
+        others = _by_base(free, where)
         channels |= {k: v for k, v in others.items() if k not in channels}
     for name in channels:
         check_name(name, where)
     if not channels:
         raise UnusableInput(f"{where}: no column holds a channel; columns: {', '.join(named)}")
     if fs is not None:
-        return ColumnPlan(channels, None, None)
+        return ColumnPlan(channels, None, None, tuple(lacking))
     if time_asked:
         times = [_find_time(time_asked[0], named, where)]
     if len(times) > 1:
@@ -221,8 +228,9 @@ def choose(
     if times:
         unit = split_header(times[0])[1]
         return ColumnPlan(
-            channels, (times[0], parse_unit(unit or "s", f"{where}, {times[0]}")), None
-        )
+            channels, (times[0], parse_unit(unit or "s", f"{where}, {times[0]}")), None,
+            tuple(lacking),
+        )  # fmt: skip
     chosen = [h for h, _ in channels.values()]
     fitting = [r for r in rates if all(h.startswith(_before_rate(r) or "") for h in chosen)]
     if not fitting:
@@ -230,7 +238,7 @@ def choose(
             f"{where}: no time column (columns: {', '.join(named)})",
             remedies=["add a column 't_s' or 'fs_hz'", "give the sampling rate, --fs"],
         )
-    return ColumnPlan(channels, None, max(fitting, key=len))
+    return ColumnPlan(channels, None, max(fitting, key=len), tuple(lacking))
 
 
 def _by_base(headers: Sequence[str], where: str) -> dict[str, tuple[str, Unit]]:

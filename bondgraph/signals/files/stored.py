@@ -106,7 +106,7 @@ def pick_stored(
                 continue
             asked.append(stored)
             plan[name] = _stem(stored.path) + tail if tail else stored.header(where)
-    if map is None or OTHERS in map:
+    if map is None or map.get(OTHERS):
         asked += [
             s for s in found
             if not s.refusal and s.shape and not _is_base(s, separator) and s is not timing

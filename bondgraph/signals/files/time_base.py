@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from bondgraph.signals.files.checks import SHORT, check_finite
-from bondgraph.signals.files.columns import ColumnPlan, ColumnTable
+from bondgraph.signals.files.checks import SHORT, check_finite, means_time
+from bondgraph.signals.files.columns import OTHERS, ColumnPlan, ColumnTable
 from bondgraph.signals.files.filling import MILD, filled, is_filled, rows_left_out
 from bondgraph.support.arrays import FloatArray
 from bondgraph.support.errors import UnusableInput, real_number
@@ -30,6 +30,27 @@ class Even:
     notes: tuple[str, ...]
     read_in: dict[str, str]
     """Units as they were read, by channel and `TIME`; those that are SI are left out."""
+    left_out: str = ""
+    """Which columns a map that does not name them has left out, and why."""
+
+    def without(self, why: str) -> Even:
+        """Return it with a note on columns that are left out."""
+        return replace(self, left_out=why, notes=(*self.notes, why)) if why else self
+
+
+def with_others(
+    read: Callable[[Mapping[str, str] | None], Even], map: Mapping[str, str] | None
+) -> Even:
+    """Read the columns of a map, and all others where they can be read."""
+    if map is None or OTHERS in map:
+        return read(map)
+    try:
+        return read({**map, OTHERS: OTHERS})
+    except UnusableInput as error:
+        if all(means_time(n) for n in map):
+            raise
+        named = read(map)
+        return named.without(f"only the columns of the map are read: {UnusableInput(*error.args)}")
 
 
 def make_even(
@@ -70,7 +91,16 @@ def make_even(
         if rate is None or not (np.isfinite(rate) and rate > 0.0):
             raise UnusableInput(f"{where}: the sampling rate must be positive, not {rate!r} Hz")
         time = np.arange(n) / rate
-    return Even(time, channels, units, tuple(notes), _read_in(plan))
+    even = Even(time, channels, units, tuple(notes), _read_in(plan))
+    return even.without(_lacking(plan.left_out))
+
+
+def _lacking(columns: Sequence[str]) -> str:
+    """Say which columns without a unit are left out."""
+    if not columns:
+        return ""
+    shown = f"{', '.join(map(repr, columns[:4]))}{', ...' if len(columns) > 4 else ''}"
+    return f"without a unit, so left out: {shown}"
 
 
 def _read_in(plan: ColumnPlan) -> dict[str, str]:

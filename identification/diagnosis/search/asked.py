@@ -12,6 +12,7 @@ import numpy as np
 
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.sensors import Sensor
+from bondgraph.signals.files.columns import OTHERS
 from bondgraph.signals.recording import Recording, Split
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import UnusableInput
@@ -181,6 +182,7 @@ def asked_of(
     split: Split | None,
     hold: str | None,
     noise: Mapping[str, float],
+    map: Mapping[str, str] | None = None,
 ) -> Asked:
     """Bring a graph with recordings, or a study, to one statement.
 
@@ -196,7 +198,7 @@ def asked_of(
             )
         if recordings is None:
             raise UnusableInput(f"{asked.name}: there is no recording to diagnose; give one")
-        given, divided = _opened(asked, recordings)
+        given, divided = _opened(asked, recordings, map or {})
         split = split or divided
         turns = turns_of(asked, {n for n, p in asked.parameters.items() if not p.fixed})
         own = tuple(straight_recording(r, turns) for r in _of_one_kind(asked, given))
@@ -208,6 +210,11 @@ def asked_of(
         raise UnusableInput(
             "diagnose takes a graph with recordings or a study, which has its own; leave the "
             "recordings out, or use study.changed(recordings=...)"
+        )
+    if map:
+        raise UnusableInput(
+            f"map = {dict(map)!r} beside a study, whose recordings are read: name the columns in "
+            "Recording.read(path, map=...)"
         )
     straight = [asked.with_silence(r) for r in asked.straight_records]
     own = _of_one_kind(asked.graph, straight)
@@ -222,22 +229,24 @@ def asked_of(
 
 
 def _opened(
-    graph: BondGraph, given: Given | Sequence[Given]
+    graph: BondGraph, given: Given | Sequence[Given], map: Mapping[str, str]
 ) -> tuple[list[Recording], Split | None]:
     """Return recordings, read where they are files or tables; the split that one of them states."""
     several = isinstance(given, Sequence) and not isinstance(given, str)
-    made = [_recording(graph, g) for g in (given if several else [given])]
+    made = [_recording(graph, g, map) for g in (given if several else [given])]
     return [r for r, _ in made], made[0][1] if len(made) == 1 else None
 
 
-def _recording(graph: BondGraph, given: Any) -> tuple[Recording, Split | None]:
+def _recording(
+    graph: BondGraph, given: Any, map: Mapping[str, str]
+) -> tuple[Recording, Split | None]:
     if isinstance(given, Recording):
-        return given, None
+        return given.select({OTHERS: OTHERS, **map}) if map else given, None
     if isinstance(given, str | Path):
-        recording, split, _ = open_recording(str(given), graph)
+        recording, split, _ = open_recording(str(given), graph, map)
         return recording, split
     if hasattr(given, "columns") and hasattr(given, "to_numpy"):
-        return match_by_unit(Recording.from_pandas(given), graph)[0], None
+        return match_by_unit(Recording.from_pandas(given, map=map or None), graph)[0], None
     raise UnusableInput(
         f"{graph.name}: what is to be diagnosed is no recording but {type(given).__name__}; give a "
         "Recording, the path of a file or a DataFrame"

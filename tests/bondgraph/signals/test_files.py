@@ -252,7 +252,7 @@ def test_tdms(tmp_path: Path) -> None:
     assert dict(r.units) == {"bench/x": "m", "bench/u": "V"}
     assert r["bench/x"] == pytest.approx(1e-6 * X)
     assert r.time == pytest.approx(2.0 + T)
-    assert list(Recording.read(file, {"x": "x"}).channels) == ["x"]
+    assert list(Recording.read(file, {"x": "x", "*": ""}).channels) == ["x"]
 
 
 def test_tdms_with_one_property_or_none(tmp_path: Path) -> None:

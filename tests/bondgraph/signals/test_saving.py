@@ -97,7 +97,9 @@ def test_a_read_file_keeps_its_origin(tmp_path: Path) -> None:
 def test_read_opens_saved_ones(tmp_path: Path) -> None:
     file = demo().save(tmp_path / "demo.npz")
     assert Recording.read(file, name="other").name == "other"
-    assert list(Recording.read(file, {"y": "x"}).channels) == ["y"]
+    assert list(Recording.read(file, {"y": "x", "*": ""}).channels) == ["y"]
+    assert "y" in Recording.read(file, {"y": "x"}).channels
+    assert len(Recording.read(file, {"y": "x"}).channels) == len(demo().channels)
     with pytest.raises(UnusableInput, match="has its own time"):
         Recording.read(file, fs=1.0)
 
