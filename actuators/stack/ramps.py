@@ -127,7 +127,7 @@ def channel_in(recording: Recording, unit: str) -> FloatArray:
     if (len(found) > 1 and called == found) or not found:
         raise UnusableInput(
             f"{recording.name}: has {len(found)} channels in {unit} "
-            f"({', '.join(found) or ', '.join(recording.channels)}); say which with --map"
+            f"({', '.join(found) or ', '.join(recording.channels)}); say which with map="
         )
     return np.asarray(recording[called[0]])
 

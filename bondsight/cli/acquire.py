@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from bondgraph.support.errors import UnusableInput, real_number
 from bondsight.cli.arguments import OUT, add_jobs, add_map, nonnegative
 from bondsight.cli.output import words_of, writable
+from bondsight.cli.spoken import as_options
 from bondsight.cli.take_file import TakeAction, described
 
 if TYPE_CHECKING:
@@ -306,5 +307,5 @@ def _beside(
     try:
         return RunningAlong(live, plan, graph, maps, rates)
     except BondsightError as error:
-        words_of(options)(f"note:       the model does not run along: {error}")
+        words_of(options)(f"note:       the model does not run along: {as_options(str(error))}")
         return lambda _: None

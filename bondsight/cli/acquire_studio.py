@@ -13,6 +13,7 @@ from bondgraph.graph.elements import Source
 from bondgraph.graph.sensors import Sensor
 from bondgraph.signals.units import parse_unit
 from bondgraph.support.errors import BondsightError
+from bondsight.cli.spoken import as_options
 
 if TYPE_CHECKING:
     from bondgraph.graph.bond_graph import BondGraph
@@ -112,7 +113,7 @@ def recorded_on_and_on(
         try:
             found, shown = take(asked), asked.out
         except BondsightError as error:
-            say(f"not recorded: {error}")
+            say(f"not recorded: {as_options(str(error))}")
         except Stopped as stop:
             if not live.stopped:  # Ctrl-C
                 raise

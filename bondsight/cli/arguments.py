@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from bondgraph.support.errors import UnusableInput
+from bondsight.cli.spoken import as_options
 
 OUT = Path("bondsight-out")
 """Where results go by default."""
@@ -63,7 +64,9 @@ def fitting(error: UnusableInput, *options: str, unit: str = "m") -> UnusableInp
             f"{error.where}, column {error.column!r}: no unit; write it behind the name, such as "
             f"'{error.column}[{unit}]'"
         )
-    kept = tuple(r for r in error.remedies if set(re.findall(r"--[a-z]+", r)) <= set(options))
+    kept = tuple(
+        r for r in error.remedies if set(re.findall(r"--[a-z]+", as_options(r))) <= set(options)
+    )
     if kept == error.remedies:
         return error
     return UnusableInput(*error.args, remedies=kept or (EVEN,))

@@ -12,6 +12,7 @@ from bondgraph.support.errors import UnusableInput
 from bondsight.cli.arguments import OUT, add_jobs, add_seed, positive
 from bondsight.cli.fit_options import add_study_options, study_from
 from bondsight.cli.output import INTERRUPTED, ended_like_ctrl_c, writable
+from bondsight.cli.spoken import as_options
 
 if TYPE_CHECKING:
     from bondsight.cli.progress import Bar
@@ -81,7 +82,7 @@ def _fit(options: argparse.Namespace) -> int:
     else:
         for line in (*said, *([str(starts)] if starts else [])):
             print(line)
-        print(judgement)
+        print(as_options(str(judgement)))
         print(f"fit:    {archive}\nvalues: {values}\nreport: {report}")
     if found.status is FitStatus.CANCELLED:
         print("bondsight: cancelled; the best values so far are kept", file=sys.stderr)

@@ -36,6 +36,7 @@ from bondsight.cli.output import INTERRUPTED, none_left_empty
 from bondsight.cli.recordings import add_recordings_command
 from bondsight.cli.regulate import add_regulate_command
 from bondsight.cli.sizing import add_sizing_command
+from bondsight.cli.spoken import as_options
 from bondsight.cli.stack import add_stack_command
 from bondsight.cli.studio import add_studio_command
 from bondsight.cli.thesis import add_thesis_command
@@ -88,7 +89,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except BondsightError as error:
         # notes say what became of data and outputs; they belong to the line
         whole = "; ".join([str(error), *getattr(error, "__notes__", ())])
-        print(f"bondsight: {' '.join(whole.split())}", file=sys.stderr)
+        print(f"bondsight: {as_options(' '.join(whole.split()))}", file=sys.stderr)
         return 2
     except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

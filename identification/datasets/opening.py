@@ -11,7 +11,7 @@ from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.composing.binding import external_signals
 from bondgraph.graph.elements import Modulated, Source
 from bondgraph.graph.sensors import Sensor
-from bondgraph.signals.files.checks import map_option, means_time
+from bondgraph.signals.files.checks import map_argument, means_time
 from bondgraph.signals.files.columns import OTHERS, NoUnit, is_time
 from bondgraph.signals.recording import Recording, Split
 from bondgraph.signals.units import same_dimension, split_header
@@ -36,15 +36,15 @@ def open_recording(
     for name in mapping:
         if isinstance(graph.elements.get(name), Modulated):
             raise UnusableInput(
-                f"--map {name}={mapping[name]}: {name} has no channel, the model {graph.name} "
-                f"gives its value; map one of {', '.join(recorded)}"
+                f"{map_argument(name, mapping[name])}: {name} has no channel, the model "
+                f"{graph.name} gives its value; map one of {', '.join(recorded)}"
             )
         known = (*recorded, *external_signals(graph))
         if name not in known and not means_time(name):
             if mapping[name] in known and name in _channels(text, reading):
                 raise UnusableInput(
-                    f"--map {name}={mapping[name]}: {mapping[name]} is the name in {graph.name}; "
-                    f"turn it round, {map_option(mapping[name], name)}"
+                    f"{map_argument(name, mapping[name])}: {mapping[name]} is the name in "
+                    f"{graph.name}; turn it round, {map_argument(mapping[name], name)}"
                 )
             raise unknown_name("source or sensor", name, graph.name, known)
     split = None
@@ -58,7 +58,7 @@ def open_recording(
         if reading:
             raise UnusableInput(
                 f"{text} is a known recording and read as its origin says; leave out "
-                f"{', '.join('--' + n for n in reading)}"
+                f"{', '.join(n + '=' for n in reading)}"
             )
         recording, split = load(text)
         if mapping:
@@ -126,8 +126,8 @@ def _require_dimension(e: Source | Sensor, column: str, recording: Recording) ->
     others = [n for n, u in recording.units.items() if n != e.name and same_dimension(u, e.unit)]
     better = f"; in {e.unit} is {' and '.join(others)}" if others else f"; none is in {e.unit}"
     raise UnusableInput(
-        f"--map {e.name}={column}: {e.name} is in {e.unit}, that column of {recording.name} in "
-        f"{split_header(column)[1] or unit}{better}"
+        f"{map_argument(e.name, column)}: {e.name} is in {e.unit}, that column of "
+        f"{recording.name} in {split_header(column)[1] or unit}{better}"
     )
 
 

@@ -9,6 +9,7 @@ from sympy import Expr
 
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.sensors import Sensor
+from bondgraph.signals.files.checks import map_argument
 from bondgraph.signals.recorded_rates import slopes
 from bondgraph.signals.recording import Recording
 from bondgraph.support.arrays import Array
@@ -153,7 +154,8 @@ def cautions(study: Study) -> tuple[str, ...]:
     known = dict.fromkeys(c for r in study.records for c in r.channels)
     said += [
         f"{unknown_name('channel for sensor', s.name, 'any recording', known)}; it was left out: "
-        f"name its channel by Recording.select, or leave it out of the model: remove({s.name!r})"
+        f"name its channel by {map_argument(s.name)} or Recording.select, or leave it out of the "
+        f"model: remove({s.name!r})"
         for s in study.graph.of_type(Sensor)
         if s.name not in known
     ]

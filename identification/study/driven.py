@@ -38,7 +38,7 @@ def require_driven(graph: BondGraph, recordings: Sequence[Recording]) -> tuple[s
     if names and len(still) == len(names) and not (any(still.values()) or outside) and moved:
         raise UnusableInput(
             f"{recordings[0].name}: input {', '.join(still)} is 0 in all {many} samples while "
-            f"{', '.join(moved)} moves: check the channel (--map); if the motion is free on "
+            f"{', '.join(moved)} moves: check the channel (map=); if the motion is free on "
             "purpose, leave the source out of the model"
         )
     return tuple(

@@ -15,7 +15,7 @@ from bondgraph.graph.composing.binding import external_signals
 from bondgraph.graph.elements import Source
 from bondgraph.graph.parameter import Parameter
 from bondgraph.graph.sensors import Sensor
-from bondgraph.signals.files.checks import map_option
+from bondgraph.signals.files.checks import map_argument
 from bondgraph.signals.recording import Recording, Split
 from bondgraph.signals.split import stretches
 from bondgraph.signals.units import same_dimension
@@ -227,15 +227,16 @@ def data_for(
                 if len(same) > 1:
                     raise UnusableInput(
                         f"no channel for {kind} {n!r} in {recording.name}: {' and '.join(same)} "
-                        f"are in {unit}; choose one with {map_option(n, same[0])}"
+                        f"are in {unit}; choose one with {map_argument(n, same[0])}"
                     )
                 error = unknown_name(f"channel for {kind}", n, recording.name, recording.channels)
                 if how := renamed(n, graph, recording):
                     raise UnusableInput(f"{error}; {how}")
-                less = f", or leave it out: graph.remove({n!r})" if kind == "sensor" else ""
+                less = f", or leave it out of the model: graph.remove({n!r})"
                 raise UnusableInput(
                     f"{error}{left_in(unit, graph, recording)}{unread(recording)}; name it with "
-                    f"--map {n}=COLUMN or Recording.select{less}"
+                    f"{map_argument(n)} or Recording.select"
+                    f"{less if kind == 'sensor' else ''}"
                 )
     for s in (*drives(graph), *graph.of_type(Sensor)):
         unit = recording.units[s.name]
@@ -243,7 +244,7 @@ def data_for(
             raise UnusableInput(
                 f"channel {s.name} of {recording.name} is in {unit}, the model {graph.name} has "
                 f"{s.name} in {s.unit}; correct the header or choose the column with "
-                f"--map {s.name}=COLUMN"
+                f"{map_argument(s.name)}"
             )
     readings = np.stack([recording[n] for n in sensors], axis=1)
     return Data(

@@ -15,6 +15,7 @@ from bondgraph.graph.composing.binding import external_signals
 from bondgraph.graph.elements import Source
 from bondgraph.graph.parameter import Parameter
 from bondgraph.graph.sensors import Sensor
+from bondgraph.signals.files.checks import map_argument
 from bondgraph.signals.recording import Recording, Split
 from bondgraph.simulation.start import HOLDS
 from bondgraph.support.arrays import Array
@@ -355,10 +356,7 @@ class Study:
         here = [n for n in sensors if n in recording.channels]
         if not here:
             hints = (renamed(n, graph, recording) for n in sensors)
-            how = next(filter(None, hints), "") or (
-                f"name the column of each: map={{{sensors[0]!r}: column}}, on the command line "
-                f"--map {sensors[0]}=column"
-            )
+            how = next(filter(None, hints), f"name the column of each: {map_argument(sensors[0])}")
             raise UnusableInput(
                 f"recording {recording.name!r} has none of the sensors {', '.join(sensors)} of "
                 f"{graph.name}; its channels are {', '.join(recording.channels)}"

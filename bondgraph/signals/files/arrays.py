@@ -66,7 +66,8 @@ def pick_arrays(
     if len(set(sizes.values())) > 1:
         text = ", ".join(f"{k} {v}" for k, v in sizes.items())
         raise UnusableInput(
-            f"{where}: arrays differ in length ({text})", remedies=["choose some with --map"]
+            f"{where}: arrays differ in length ({text})",
+            remedies=["choose some with map={NAME: COLUMN}"],
         )
     if 0 in sizes.values():
         raise UnusableInput(f"{where}: the arrays hold no sample; export the recording again")

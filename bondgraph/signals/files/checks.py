@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import importlib
-import shlex
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -29,15 +28,15 @@ def frozen(values: ArrayLike) -> FloatArray:
     return out
 
 
-def map_option(name: str, column: str) -> str:
-    """Return the words that name a column on the command line, as a shell takes them.
+def map_argument(name: str, column: str = "") -> str:
+    """Return the argument that names a column; the command line makes its option of it.
 
     Examples
     --------
-    >>> print(map_option("V", "Source voltage"))
-    --map 'V=Source voltage'
+    >>> print(map_argument("V", "Source voltage"))
+    map={'V': 'Source voltage'}
     """
-    return f"--map {shlex.quote(f'{name}={column}')}"
+    return f"map={{{name!r}: {repr(column) if column else 'COLUMN'}}}"
 
 
 def means_time(name: str) -> bool:
@@ -58,7 +57,7 @@ def check_name(name: str, where: str) -> None:
 def check_finite(
     values: FloatArray, what: str, place: Callable[[int], str], *, fills: bool = False
 ) -> None:
-    """Refuse NaN and infinity; `place` says where sample i stands, `fills` if --fill applies."""
+    """Refuse NaN and infinity; `place` says where sample i stands, `fills` if filling applies."""
     good = np.isfinite(values)
     bad = np.flatnonzero(~good)
     if not bad.size:
@@ -82,13 +81,13 @@ def check_finite(
         tails = np.concatenate((starts, [values.size]))
         best = int(np.argmax(tails - heads))
         first_kept, last_kept = place(int(heads[best])), place(int(tails[best]) - 1)
-        rows = ":".join(p.rpartition(" ")[2] for p in (first_kept, last_kept))
+        rows = ", ".join(p.rpartition(" ")[2] for p in (first_kept, last_kept))
         remedies.append(
-            f"keep (--rows {rows}) the longest part without any, {first_kept} to {last_kept}"
+            f"keep (rows=({rows})) the longest part without any, {first_kept} to {last_kept}"
         )
     most = int((stops - starts).max())
     if fills and most <= SHORT and good[0] and good[-1] and np.isnan(values[bad]).all():
-        remedies.append(f"draw straight lines across (--fill {most})")
+        remedies.append(f"draw straight lines across (fill={most})")
     raise UnusableInput(
         f"{what}: {bad.size} of {values.size} values are NaN, infinite or empty, the first in "
         f"{first}{bursts}",

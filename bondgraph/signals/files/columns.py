@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from bondgraph.signals.files.checks import check_name, map_option, means_time
+from bondgraph.signals.files.checks import check_name, map_argument, means_time
 from bondgraph.signals.units import Unit, parse_unit, split_header
 from bondgraph.support.arrays import FloatArray
 from bondgraph.support.errors import UnknownName, UnusableInput, unknown_name
@@ -43,7 +43,7 @@ class NoUnit(UnusableInput):
         return (
             f"{self.where}, column {self.column!r}: no unit; write it behind the name, such as "
             f"'{self.column}[{unit}]' ('1' for a pure number), or say it with "
-            f"{map_option(name, f'{self.column}[{unit}]')}"
+            f"{map_argument(name, f'{self.column}[{unit}]')}"
         )
 
 
@@ -181,7 +181,7 @@ def _asked(name: str, target: str, headers: Sequence[str], where: str) -> tuple[
             raise
         raise UnknownName(
             f"{error}; or, as {name} is one of them, turn it round, "
-            f"{map_option(target.strip(), name)}"
+            f"{map_argument(target.strip(), name)}"
         ) from None
 
 
@@ -223,7 +223,7 @@ def choose(
     if len(times) > 1:
         raise UnusableInput(
             f"{where}: columns {', '.join(times)} could all be the time",
-            remedies=["choose with --map t=..."],
+            remedies=["choose with map={'t': COLUMN}"],
         )
     if times:
         unit = split_header(times[0])[1]
@@ -236,7 +236,7 @@ def choose(
     if not fitting:
         raise UnusableInput(
             f"{where}: no time column (columns: {', '.join(named)})",
-            remedies=["add a column 't_s' or 'fs_hz'", "give the sampling rate, --fs"],
+            remedies=["add a column 't_s' or 'fs_hz'", "give the sampling rate, fs=HZ"],
         )
     return ColumnPlan(channels, None, max(fitting, key=len), tuple(lacking))
 
@@ -249,7 +249,7 @@ def _by_base(headers: Sequence[str], where: str) -> dict[str, tuple[str, Unit]]:
         if base in found:
             raise UnusableInput(
                 f"{where}: columns {found[base][0]!r} and {h!r} would both be channel {base!r}",
-                remedies=[f"choose with {map_option(base, h)}"],
+                remedies=[f"choose with {map_argument(base, h)}"],
             )
         found[base] = (h, _unit_of(h, where, headers))
     return found

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bondgraph.signals.files.arrays import pick_arrays
-from bondgraph.signals.files.checks import check_total, map_option, means_time
+from bondgraph.signals.files.checks import check_total, map_argument, means_time
 from bondgraph.signals.files.columns import OTHERS, ColumnTable, is_rate, is_time
 from bondgraph.signals.units import parse_unit, split_header
 from bondgraph.support.errors import UnusableInput, unknown_name
@@ -225,7 +225,7 @@ def _base(
         if len(best) > 1:
             raise UnusableInput(
                 f"{where}: {', '.join(t.path for t in best)} could all be the time",
-                remedies=["choose with --map t=..."],
+                remedies=["choose with map={'t': COLUMN}"],
             )
         if best:
             return best[0]
@@ -255,5 +255,5 @@ def _check_one(bases: Mapping[StoredArray, _Base], where: str) -> None:
     pick = next(iter(kinds.values()))[0]
     raise UnusableInput(
         f"{where}: the channels lie on {len(kinds)} time bases: {'; '.join(said)}; choose those of "
-        f"one with {map_option('x', pick)}"
+        f"one with {map_argument('x', pick)}"
     )

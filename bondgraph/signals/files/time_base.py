@@ -125,7 +125,7 @@ def even_time(
         if np.ptp(t) == 0.0:
             raise UnusableInput(
                 f"{where}: all {t.size} time stamps are {t[0]:.9g} s",
-                remedies=["give the sampling rate, --fs", "a column that counts the time"],
+                remedies=["give the sampling rate, fs=HZ", "a column that counts the time"],
             )
         what = "repeats the one before" if steps[i - 1] == 0.0 else "is earlier than the one before"
         raise UnusableInput(
@@ -144,7 +144,7 @@ def even_time(
             raise UnusableInput(
                 f"{where}: resampling onto {onto:.6g} Hz is more than {_FINEST:g} times the "
                 f"recorded {1 / typical:.6g} Hz and adds rows without knowledge",
-                remedies=[f"give the recorded rate (--resample {1 / typical:.6g})"],
+                remedies=[f"give the recorded rate (resample={1 / typical:.6g})"],
             )
         note = (
             f"resampled by linear interpolation onto {onto:.9g} Hz; the widest step was "
@@ -166,9 +166,9 @@ def even_time(
         f"{typical:.6g} s is usual",
         remedies=[
             *_lines_across(t),
-            f"resample evenly (--resample {1 / typical:.6g})",
-            "keep the rows on one side of a gap (--rows FIRST:LAST)",
-            "give the sampling rate (--fs) if the stamps are only rounded",
+            f"resample evenly (resample={1 / typical:.6g})",
+            "keep the rows on one side of a gap (rows=(FIRST, LAST))",
+            "give the sampling rate (fs=HZ) if the stamps are only rounded",
         ],
     )
 
@@ -179,4 +179,4 @@ def _lines_across(t: FloatArray) -> list[str]:
     most = int(left_out.max())
     if not (even and 1 <= most <= SHORT):
         return []
-    return [f"draw straight lines across the samples that were left out (--fill {most})"]
+    return [f"draw straight lines across the samples that were left out (fill={most})"]

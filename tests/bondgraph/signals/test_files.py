@@ -97,7 +97,7 @@ def test_hdf5_refusals(hdf5: Path, tmp_path: Path) -> None:
     text = refused(hdf5)
     assert "3 time bases" in text
     assert "slow/u[V] (25 samples every 0.02 s from 0 s)" in text
-    assert "--map x=" in text
+    assert "map={'x': " in text
     assert "time bases" in refused(hdf5, map={"x": "deep/x", "u": "u"})
     assert "make the units agree" in refused(hdf5, map={"x": "fast/deep/x[mm]"})
     assert "is text" in refused(hdf5, map={"x": "slow/label"})

@@ -83,7 +83,7 @@ def test_beside_a_time_a_stamp_is_no_channel(tmp_path: Path) -> None:
 def test_rows_are_those_that_errors_number(tmp_path: Path) -> None:
     text = "t_s,x[um]\n" + "".join(f"{i / 10},{'nan' if i == 2 else i}\n" for i in range(8))
     path = write(tmp_path, text)
-    with pytest.raises(UnusableInput, match=r"--rows 5:9.*row 5 to row 9"):
+    with pytest.raises(UnusableInput, match=r"rows=\(5, 9\).*row 5 to row 9"):
         Recording.read(path)
     r = Recording.read(path, rows=(5, 9))
     assert 1e6 * r["x"] == pytest.approx([3, 4, 5, 6, 7])
@@ -95,13 +95,13 @@ def test_rows_are_those_that_errors_number(tmp_path: Path) -> None:
 def test_uneven_stamps_are_put_on_a_grid_that_is_asked_for(tmp_path: Path) -> None:
     t = np.array([0.0, 0.1, 0.2, 0.5, 0.6, 0.7])
     path = write(tmp_path, "t_s,x[m]\n" + "".join(f"{a:.1f},{3 * a:.1f}\n" for a in t))
-    with pytest.raises(UnusableInput, match=r"--resample 10.*--rows.*--fs"):
+    with pytest.raises(UnusableInput, match=r"resample=10.*rows=.*fs="):
         Recording.read(path)
     r = Recording.read(path, resample=10.0)
     assert r["x"] == pytest.approx(3 * np.arange(8) / 10)
     with pytest.raises(UnusableInput, match="fold"):
         Recording.read(path, resample=1.0)
-    with pytest.raises(UnusableInput, match=r"onto 1e\+12 Hz .* recorded 10 Hz .*--resample 10\)"):
+    with pytest.raises(UnusableInput, match=r"onto 1e\+12 Hz .* recorded 10 Hz .*resample=10\)"):
         Recording.read(path, resample=1e12)
     assert Recording.read(path, resample=100.0).n > 5 * r.n
 
@@ -116,7 +116,7 @@ def test_lines_are_drawn_across_missing_samples_that_are_few(tmp_path: Path) -> 
     x = 3.0 * t
     x[4] = np.nan
     path = table(tmp_path, np.delete(t, 8), np.delete(x, 8))  # one value and one row are missing
-    with pytest.raises(UnusableInput, match=r"row 6; remove or fill them.*\(--fill 1\)"):
+    with pytest.raises(UnusableInput, match=r"row 6; remove or fill them.*\(fill=1\)"):
         Recording.read(path)
     r = Recording.read(path, fill=1)
     assert r.time == pytest.approx(t)
@@ -133,7 +133,7 @@ def test_lines_are_drawn_across_missing_samples_that_are_few(tmp_path: Path) -> 
 def test_a_row_that_is_left_out_is_offered_to_be_filled(tmp_path: Path) -> None:
     t = np.delete(0.1 * np.arange(12), [5, 6])
     path = table(tmp_path, t, t)
-    with pytest.raises(UnusableInput, match=r"uneven.*\(--fill 2\).*--resample 10.*--rows.*--fs"):
+    with pytest.raises(UnusableInput, match=r"uneven.*\(fill=2\).*resample=10.*rows=.*fs="):
         Recording.read(path)
     with pytest.raises(UnusableInput, match="uneven"):
         Recording.read(path, fill=1)
@@ -150,7 +150,7 @@ def test_ends_and_longer_gaps_are_not_filled(bad: tuple[int, ...], tmp_path: Pat
     x[list(bad)] = np.inf
     with pytest.raises(UnusableInput, match="NaN, infinite or empty") as refused:
         Recording.read(table(tmp_path, t, x), fill=2)
-    assert "--fill" not in str(refused.value)
+    assert "fill=" not in str(refused.value)
 
 
 @pytest.mark.parametrize("fill", [None, "a", np.nan, np.inf, True, -1, 1.5, [1]])
@@ -170,10 +170,10 @@ def test_filling_is_not_offered_where_it_does_not_help(column: str) -> None:
     for fill in (0, 1):
         with pytest.raises(UnusableInput, match="NaN, infinite or empty") as refused:
             Recording.from_arrays("r", arrays, fill=fill)
-        assert "--fill" not in str(refused.value)
+        assert "fill=" not in str(refused.value)
     with pytest.raises(UnusableInput, match="NaN, infinite or empty") as refused:
         Recording("r", np.arange(3.0), {"x": np.array([1.0, np.nan, 2.0])}, {"x": "m"})
-    assert "--fill" not in str(refused.value)
+    assert "fill=" not in str(refused.value)
 
 
 MODEL = """

@@ -10,6 +10,7 @@ import pytest
 from bondgraph import BondGraph, C, De, Df, Dq, I, One, R, Se, Zero
 from bondgraph.signals.recording import Recording, Split
 from bondgraph.support.errors import BondsightError, UnknownName, UnusableInput
+from bondsight.cli.spoken import as_options
 from identification.datasets.opening import open_recording
 from identification.study.problem import data_for
 from identification.study.study import Study
@@ -62,14 +63,15 @@ def no_data(graph: BondGraph, recording: Recording) -> str:
 def test_only_what_no_unit_matches_is_left_for_a_column_without_one(tmp_path: Path) -> None:
     said = refused(table(tmp_path, "t [s],drive [N],stroke"), carriage())
     assert "such as 'stroke[m]'" in said
-    assert said.endswith("--map 'x=stroke[m]'")
+    assert said.endswith("map={'x': 'stroke[m]'}")
 
 
 def test_a_shell_takes_what_is_suggested(tmp_path: Path) -> None:
     said = refused(table(tmp_path, "t [s],F [N],two words"), carriage())
-    assert said.endswith("--map 'x=two words[m]'")
+    assert said.endswith("map={'x': 'two words[m]'}")
+    assert as_options(said).endswith("--map 'x=two words[m]'")
     both = recorded({"Source voltage": "V", "Cap voltage": "V", "i": "A"})
-    assert no_data(coil(), both).endswith("choose one with --map 'V=Source voltage'")
+    assert no_data(coil(), both).endswith("choose one with map={'V': 'Source voltage'}")
 
 
 def test_the_units_of_what_is_left_are_told() -> None:
@@ -79,8 +81,8 @@ def test_the_units_of_what_is_left_are_told() -> None:
 
 def test_a_map_that_is_turned_round_is_told(tmp_path: Path) -> None:
     file = table(tmp_path, "t [s],F [N],Position [mm]")
-    assert refused(file, carriage(), Position="x").endswith("turn it round, --map x=Position")
-    with pytest.raises(UnknownName, match="turn it round, --map x=Position"):
+    assert refused(file, carriage(), Position="x").endswith("turn it round, map={'x': 'Position'}")
+    with pytest.raises(UnknownName, match="turn it round, map={'x': 'Position'}"):
         Recording.read(file, map={"Position": "x"})
 
 

@@ -1,0 +1,71 @@
+"""A line of the library names arguments; at the shell the same line names options."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from bondgraph.signals.files.checks import map_argument
+from bondgraph.signals.recording import Recording
+from bondgraph.support.errors import UnusableInput
+from bondsight.cli.main import main
+from bondsight.cli.spoken import as_options
+from tests.bondsight.carriage_files import HEAD, ROWS, table
+
+
+@pytest.mark.parametrize(
+    ("said", "at_shell"),
+    [
+        (map_argument("x", "it's[m]"), "--map 'x=it'\"'\"'s[m]'"),
+        (map_argument("x"), "--map x=COLUMN"),
+        (map_argument("X", "COLUMNS"), "--map X=COLUMNS"),
+        ("map={NAME: COLUMN}", "--map NAME=COLUMN"),
+        ("recording.select({'x': 'p', '*': '*'})", "--map x=p"),
+        ("the rate (fs=HZ) if", "the rate (--fs HZ) if"),
+        ("rows=(3, 9)", "--rows 3:9"), ("(resample=12.5)", "(--resample 12.5)"),
+        ("leave out fs=, fill=", "leave out --fs, --fill"),
+        ("map={'w': COLUMN} or Recording.select, or leave it out of the model: graph.remove('w')",
+         "--map w=COLUMN, or leave it out of the model"),
+        ("(select --map x=y), offs=3, --fs 1000", "(select --map x=y), offs=3, --fs 1000"),
+    ],
+)  # fmt: skip
+def test_arguments_become_options(said: str, at_shell: str) -> None:
+    assert as_options(said) == at_shell
+
+
+@pytest.mark.parametrize(
+    ("text", "python", "shell"),
+    [
+        (HEAD.replace("x[mm]", "x") + ROWS, "map={'x': 'x[N]'}", "--map 'x=x[m]'"),
+        (HEAD.replace("t_s", "clock_V") + ROWS, "fs=HZ", "--fs HZ"),
+        (HEAD + ROWS + "\n9.00,1,0.1\n", "rows=(FIRST, LAST)", "--rows FIRST:LAST"),
+        (HEAD + ROWS + "\n0.60,nan,0.1\n", "rows=(2, ", "--rows 2:"),
+    ],
+)  # fmt: skip
+def test_each_reader_hears_its_own_words(
+    text: str, python: str, shell: str, model: Path, tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+) -> None:  # fmt: skip
+    run = table(tmp_path, text)
+    with pytest.raises(UnusableInput) as refused:
+        Recording.read(run)
+    assert python in str(refused.value)
+    assert "--" not in str(refused.value)
+    assert main(["diagnose", str(run), "--model", str(model), "--out", str(tmp_path / "o")]) == 2
+    line = capsys.readouterr().err
+    assert shell in line
+    assert "map=" not in line
+    assert "fs=" not in line
+
+
+def test_a_sensor_without_a_column_at_the_shell(
+    model: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    run = table(tmp_path, HEAD.replace("x[mm]", "T[degC]") + ROWS)
+    for verb in ("diagnose", "fit"):
+        assert main([verb, str(run), "--model", str(model), "--out", str(tmp_path / "o")]) == 2
+        line = capsys.readouterr().err
+        assert "--map x=COLUMN" in line
+        assert "Recording" not in line
+        assert "remove" not in line
