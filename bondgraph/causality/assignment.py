@@ -38,6 +38,7 @@ from bondgraph.graph.elements import (
 )
 from bondgraph.graph.sensors import De, Sensor
 from bondgraph.support.errors import GraphError, unknown_name
+from bondgraph.support.spelled import spelled
 
 MOST_ALTERNATIVES = 1000
 MOST_RETRIES = 10_000
@@ -119,6 +120,7 @@ class Causality:
         return "\n".join(lines)
 
 
+@spelled
 def assign_causality(
     graph: BondGraph,
     *,

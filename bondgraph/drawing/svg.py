@@ -15,8 +15,10 @@ from bondgraph.graph.bond_graph import Bond, BondGraph
 from bondgraph.graph.elements import RS, Multiport, Switched
 from bondgraph.graph.sensors import Sensor
 from bondgraph.support.errors import GraphError, unknown_name
+from bondgraph.support.spelled import spelled
 
 
+@spelled
 def svg(
     graph: BondGraph,
     *,

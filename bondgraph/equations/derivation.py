@@ -33,6 +33,7 @@ from bondgraph.graph.parameter import symbol
 from bondgraph.graph.sensors import Da
 from bondgraph.simulation.modes.resolve import in_mode
 from bondgraph.support.errors import GraphError
+from bondgraph.support.spelled import spelled
 
 SHORT = 40
 LONG = 40
@@ -40,6 +41,7 @@ MOST_TRIED = 4
 """Assignments with storages that yield of which one must have equations: so far the first had."""
 
 
+@spelled
 def equations(graph: BondGraph, causality: Causality | None = None) -> System:
     """Derive the exact equations of `graph`.
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, TypeAlias, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self, TypeAlias, TypeVar
 
 import sympy as sp
 
@@ -12,6 +12,7 @@ from bondgraph.graph import building
 from bondgraph.signals.units import read_unit
 from bondgraph.support.bounds import Name, Positive, one_of, whole
 from bondgraph.support.errors import GraphError
+from bondgraph.support.spelled import require_arguments
 
 if TYPE_CHECKING:
     from bondgraph.graph.drives import Drive
@@ -36,6 +37,11 @@ class Element:
     n_ports: ClassVar[int | None] = 1
     numbers: ClassVar[tuple[str, ...]] = ("value", "stiffness", "ratio")
     """Fields that hold a `Value`."""
+
+    def __new__(cls, *values: object, **options: object) -> Self:
+        """Offer the nearest argument where one is misspelled."""
+        require_arguments(cls.__name__, options, cls.__init__)
+        return super().__new__(cls)
 
     def __post_init__(self) -> None:
         """Refuse names that cannot be addresses; join the graph that is being built."""

@@ -29,6 +29,7 @@ from bondgraph.signals.units import parse_unit, read_unit
 from bondgraph.signals.wrapping import unwrapped
 from bondgraph.support.arrays import FloatArray
 from bondgraph.support.errors import UnusableInput, unknown_name
+from bondgraph.support.spelled import spelled
 
 __all__ = ["Channel", "Recording", "Split", "default_split"]
 
@@ -152,6 +153,7 @@ class Recording:
         )  # fmt: skip
 
     @classmethod
+    @spelled
     def read(
         cls,
         path: str | os.PathLike[str],
@@ -289,6 +291,7 @@ class Recording:
         return save_recording(self, Path(path))
 
     @classmethod
+    @spelled
     def from_arrays(
         cls,
         name: str,
@@ -514,6 +517,7 @@ class Recording:
         return to_pandas(self)
 
     @classmethod
+    @spelled
     def from_pandas(
         cls,
         frame: Any,
@@ -534,6 +538,7 @@ class Recording:
         return to_xarray(self)
 
     @classmethod
+    @spelled
     def from_xarray(
         cls,
         data: Any,

@@ -30,6 +30,7 @@ from bondgraph.simulation.timing import is_timed, read, sent, without_timing
 from bondgraph.simulation.trajectory import Trajectory, units_of
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import UnusableInput, unknown_name
+from bondgraph.support.spelled import spelled
 
 if TYPE_CHECKING:
     from bondgraph.simulation.lure import Compiled
@@ -41,6 +42,7 @@ INTEGRATORS: Final = ("cvodes", "idas")
 # compiled models and programs need CasADi; they are imported when something is simulated
 
 
+@spelled
 def simulate(
     model: BondGraph | Compiled,
     time: Array,

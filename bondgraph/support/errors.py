@@ -59,6 +59,19 @@ class UnknownName(BondsightError, KeyError):
     """
 
 
+class UnknownArgument(BondsightError, TypeError):
+    """A keyword that a function or a class does not take.
+
+    Examples
+    --------
+    >>> try:
+    ...     diagnose(graph, run, tim=60.0)
+    ... except UnknownArgument as error:
+    ...     print(str(error)[:55])
+    diagnose: no argument 'tim'. Did you mean 'time'? Known
+    """
+
+
 class UnusableInput(BondsightError, ValueError):
     """A file, unit or value that cannot be used as it is.
 

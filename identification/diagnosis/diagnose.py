@@ -21,6 +21,7 @@ from bondgraph.support.deadline import Deadline
 from bondgraph.support.errors import BondsightError, UnusableInput
 from bondgraph.support.notice import Notice
 from bondgraph.support.parallel import ending
+from bondgraph.support.spelled import spelled
 from identification.diagnosis.evidence.answer import Decision
 from identification.diagnosis.evidence.conclusion import (
     all_named,
@@ -225,6 +226,7 @@ STOPPED_AT_ONCE = (
 """Note of one that ended with the model as it is."""
 
 
+@spelled
 def diagnose(
     graph: BondGraph | Study,
     recording: Given | Sequence[Given] | None = None,

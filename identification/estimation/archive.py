@@ -25,6 +25,7 @@ from bondgraph.signals.recording import Recording, Split
 from bondgraph.support.archive import read_archive, software, write_archive
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import BondsightError, UnusableInput
+from bondgraph.support.spelled import spelled
 from identification.estimation.estimates import Estimate
 from identification.estimation.filtered import Filtered
 from identification.estimation.levenberg_marquardt import FitStatus
@@ -43,6 +44,7 @@ ARRAYS = (np.ndarray, np.generic)
 _FILTERED = ("reading", "innovation", "state", "deviation")
 
 
+@spelled
 def save_fit(
     estimation: Estimation,
     path: str | Path,
@@ -108,6 +110,7 @@ def provenance(command: str = "") -> dict[str, str]:
     }
 
 
+@spelled
 def open_fit(
     path: str | Path,
     recordings: Recording | Sequence[Recording] = (),

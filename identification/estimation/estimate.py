@@ -12,6 +12,7 @@ import numpy as np
 from bondgraph.simulation.start import HOLDS
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import BondsightError, UnusableInput, unknown_name
+from bondgraph.support.spelled import spelled
 from identification.estimation.cautions import (
     cautions,
     coarse_steps,
@@ -47,6 +48,7 @@ USUAL = "linear"
 """Behaviour of the commands between samples that is fitted first."""
 
 
+@spelled
 def estimate(
     study: Study,
     method: str = "single_shooting",

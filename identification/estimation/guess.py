@@ -17,6 +17,7 @@ import numpy as np
 from bondgraph.signals.recording import Split
 from bondgraph.signals.split import whole
 from bondgraph.support.arrays import Array
+from bondgraph.support.spelled import spelled
 from identification.estimation.guessing.law_trials import law_trials
 from identification.estimation.guessing.matching import Matching, matched
 from identification.estimation.guessing.measured import measured_response
@@ -75,6 +76,7 @@ class Guess:
         return "\n".join([*lines, *(f"  {n} = {v:.4g}" for n, v in self.values.items())])
 
 
+@spelled
 def guess(study: Study, seed: int = 0, progress: Progress | None = None) -> Study:
     """Return `study` with start values found from its data; never worse than the declared ones.
 

@@ -13,6 +13,7 @@ from joblib import delayed
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import UnusableInput, unknown_name
 from bondgraph.support.parallel import results
+from bondgraph.support.spelled import spelled
 from identification.estimation.estimate import Progress, estimate
 from identification.estimation.levenberg_marquardt import FitStatus
 from identification.estimation.methods import METHODS, FitOptions, FitTask
@@ -100,6 +101,7 @@ class Starts:
         )
 
 
+@spelled
 def many_starts(
     study: Study,
     count: int = 32,

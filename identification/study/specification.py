@@ -7,10 +7,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from bondgraph.support.errors import UnusableInput, real_number
+from bondgraph.support.spelled import spelled
 from identification.study.calibration import Known
 from identification.study.priors import Prior
 
 
+@spelled
 @dataclass(frozen=True)
 class Vary:
     """A free parameter.
@@ -64,6 +66,7 @@ class Vary:
             )
 
 
+@spelled
 @dataclass(frozen=True)
 class Nuisances:
     """What the measuring chain may add; fitted beside the parameters and never a finding.

@@ -20,6 +20,7 @@ from bondgraph.signals.recording import Recording, Split
 from bondgraph.simulation.start import HOLDS
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import UnusableInput, real_number, unknown_name
+from bondgraph.support.spelled import spelled
 from identification.study.admission import (
     admit_counts,
     admit_noise,
@@ -87,6 +88,7 @@ class SettledSetting:
     corrected_at: Array | None = None
 
 
+@spelled
 @dataclass(frozen=True, eq=False)
 class Study:
     """What is to be fitted to what.

@@ -11,6 +11,7 @@ import numpy as np
 from bondgraph.support.arrays import FloatArray
 from bondgraph.support.errors import UnusableInput
 from bondgraph.support.parallel import results
+from bondgraph.support.spelled import spelled
 from bondgraph.support.tall import triangle
 from identification.estimation.levenberg_marquardt import minimise
 from identification.estimation.result import Estimation
@@ -175,6 +176,7 @@ def _powers(text: str, fit: FitView) -> dict[str, int]:
     return found
 
 
+@spelled
 def profiles(
     fit: FitView | Estimation,
     names: Sequence[str] | None = None,

@@ -21,6 +21,7 @@ from bondgraph.equations.derivation import equations
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.sensors import Sensor
 from bondgraph.support.errors import UnusableInput, unknown_name
+from bondgraph.support.spelled import spelled
 from identification.uncertainty.combinations import Combination, FlatBlock, flat_blocks
 from identification.uncertainty.joint_sensitivities import rich_nulls
 from identification.uncertainty.transfer_jacobian import (
@@ -97,6 +98,7 @@ class StructuralIdentifiability:
         return "\n".join(lines)
 
 
+@spelled
 def identifiability(
     graph: BondGraph,
     free: Sequence[str] | None = None,

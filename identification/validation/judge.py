@@ -6,6 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from bondgraph.support.errors import UnusableInput
+from bondgraph.support.spelled import spelled
 from identification.estimation.result import Estimation
 from identification.estimation.single_record import Fit
 from identification.estimation.starts import Starts
@@ -108,6 +109,7 @@ class Judgement:
 
 
 @single_threaded
+@spelled
 def judge(
     fit: ValidationData | Estimation | Starts | Fit,
     *,

@@ -15,6 +15,7 @@ from bondgraph.simulation.start import HOLDS
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import BondsightError
 from bondgraph.support.parallel import results
+from bondgraph.support.spelled import spelled
 from identification.diagnosis.catalogue import CATALOGUE, UNNAMED, Effect, Insertion
 from identification.diagnosis.catalogue.measurement.sensor_gain import SensorGainEffect
 from identification.diagnosis.evidence.replication import added, scatter
@@ -113,6 +114,7 @@ def blocks_of(result: Fit, part: str = "test") -> Array:
     return block_means(square, BLOCKS)
 
 
+@spelled
 @dataclass(frozen=True)
 class DiagnosisOptions:
     """Cost of the search and what may be named.
