@@ -336,6 +336,58 @@ def read_unit(text: str) -> Unit | None:
         return None
 
 
+def meant_by(text: str, unit: str = "") -> tuple[str, ...]:
+    """Return the units that a tail of a column header may have meant, the likeliest first.
+
+    Parameters
+    ----------
+    text : str
+        Letters that are no unit, such as `mQ`, `rmp`, `volts`.
+    unit : str
+        The unit that is expected there, if it is known: those of its dimension come first.
+
+    Examples
+    --------
+    >>> meant_by("mQ"), meant_by("mQ", "N"), meant_by("volts"), meant_by("cmd")
+    (('mA', 'mV', 'mN'), ('mN', 'mA', 'mV'), ('V',), ())
+    """
+    if word := _WORDS.get(text.lower().removesuffix("s")):
+        return (word,)
+    if len(text) < 2 or not text.isalpha() or text.lower() in _NO_TAILS:
+        return ()
+    # in another case, or behind the first letter one that is wrong or exchanged with the next;
+    # two small letters are rather a part of the name: u_dc
+    folded, slips = text.lower(), len(text) > 2 or not text.islower()
+    close = [k for k in _known() if k.lower() == folded or (slips and _slips(text, k))]
+
+    def order(k: str) -> tuple[bool, bool, int]:
+        usual = _USUAL.index(k[1:]) if k[1:] in _USUAL else len(_USUAL)
+        return k.lower() != folded, not same_dimension(k, unit or k), usual
+
+    return tuple(sorted(dict.fromkeys(close), key=order)[:3])
+
+
+def _slips(a: str, b: str) -> bool:
+    """Whether two words differ by a letter behind the first, or by two that are exchanged."""
+    if len(a) != len(b) or a[0] != b[0]:
+        return False
+    wrong = [i for i, (x, y) in enumerate(zip(a, b, strict=True)) if x != y]
+    if len(wrong) == 2:
+        i, j = wrong
+        return j == i + 1 and a[i] + a[j] == b[j] + b[i]
+    return len(wrong) == 1
+
+
+_WORDS = {
+    "volt": "V", "amp": "A", "ampere": "A", "newton": "N", "degree": "deg", "inche": "inch",
+    "celsiu": "degC", "kelvin": "K", "second": "s", "meter": "m", "metre": "m", "watt": "W",
+    "pascal": "Pa", "lpm": "l/min", "micron": "um", "kph": "km/h", "mum": "um", "nmm": "N*mm",
+}  # fmt: skip
+_NO_TAILS = ("ref", "raw", "set", "in", "act", "max", "min", "pos")
+"""Usual ends of names of channels that look like misspelled units."""
+_USUAL = ("A", "V", "N", "m", "Pa", "Nm", "W", "K", "Hz", "s")
+
+
 def convert(values: ArrayLike, source: str, target: str) -> NDArray[np.float64]:
     """Convert values between two units of one dimension.
 

@@ -60,10 +60,7 @@ def fitting(error: UnusableInput, *options: str, unit: str = "m") -> UnusableInp
     from bondgraph.signals.files.columns import NoUnit
 
     if isinstance(error, NoUnit) and "--map" not in options:
-        return UnusableInput(
-            f"{error.where}, column {error.column!r}: no unit; write it behind the name, such as "
-            f"'{error.column}[{unit}]'"
-        )
+        return UnusableInput(error.lack(unit))
     kept = tuple(
         r for r in error.remedies if set(re.findall(r"--[a-z]+", as_options(r))) <= set(options)
     )

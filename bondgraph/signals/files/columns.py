@@ -9,7 +9,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from bondgraph.signals.files.checks import check_name, map_argument, means_time
-from bondgraph.signals.units import Unit, parse_unit, split_header
+from bondgraph.signals.units import (
+    Unit,
+    meant_by,
+    parse_unit,
+    same_dimension,
+    split_header,
+)
 from bondgraph.support.arrays import FloatArray
 from bondgraph.support.errors import UnknownName, UnusableInput, unknown_name
 
@@ -36,15 +42,32 @@ class NoUnit(UnusableInput):
 
     def __str__(self) -> str:
         """Return the line, with a map entry under the column's own name."""
-        return self.said(self.column, "N")
+        return self.said(self.column)
 
-    def said(self, name: str, unit: str) -> str:
+    def said(self, name: str, unit: str = "") -> str:
         """Return the line, with a map entry of a channel and its unit."""
+        entry = map_argument(name, f"{self.column}[{self.likely(unit)}]")
+        return f"{self.lack(unit)} ('1' for a pure number), or say it with {entry}"
+
+    def lack(self, unit: str) -> str:
+        """Return what is missing, and how it is written into the header."""
+        base, _, tail = self.column.rpartition("_")
+        close = meant_by(tail, unit) if base else ()
+        if not close:
+            return (
+                f"{self.where}, column {self.column!r}: no unit; write it behind the name, such as "
+                f"'{self.column}[{self.likely(unit)}]'"
+            )
         return (
-            f"{self.where}, column {self.column!r}: no unit; write it behind the name, such as "
-            f"'{self.column}[{unit}]' ('1' for a pure number), or say it with "
-            f"{map_argument(name, f'{self.column}[{unit}]')}"
+            f"{self.where}, column {self.column!r}: no unit that is known ({tail} is none; "
+            f"{' or '.join(close)} meant?); write it behind the name, such as "
+            f"'{base}[{self.likely(unit)}]'"
         )
+
+    def likely(self, unit: str) -> str:
+        """Return what a misspelled unit may be, of the dimension of `unit` if that is known."""
+        close = meant_by(self.column.rpartition("_")[2], unit)
+        return next((k for k in close if same_dimension(k, unit or k)), unit or "N")
 
 
 @dataclass(frozen=True, slots=True)
@@ -138,8 +161,9 @@ def _unit_of(header: str, where: str, beside: Sequence[str] = ()) -> Unit:
     base, unit = split_header(header)
     if unit is None:
         raise NoUnit(where, header, [h for h in beside if h != header])
-    if unit == "C" and "temp" in base.lower():
-        raise UnusableInput(f"{where}, column {header!r}: C means coulomb; write degC or K")
+    if unit in ("C", "F") and "temp" in base.lower():
+        means = {"C": "coulomb", "F": "farad"}[unit]
+        raise UnusableInput(f"{where}, column {header!r}: {unit} means {means}; write degC or K")
     return parse_unit(unit, f"{where}, column {header!r}")
 
 

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from bondgraph.graph import domains
 from bondgraph.signals import units
 from bondgraph.signals.quantity import quantity
-from bondgraph.signals.units import convert, parse_unit, split_header
+from bondgraph.signals.units import convert, meant_by, parse_unit, read_unit, split_header
 from bondgraph.support import errors
 from bondgraph.support.errors import BondsightError, UnknownName, UnusableInput, unknown_name
 
@@ -208,3 +208,16 @@ def test_an_angular_rate_is_no_frequency(text: str) -> None:
     with pytest.raises(UnusableInput, match="an angular unit; give cycles per second, Hz"):
         quantity(text, "Hz", "--frequency")
     assert quantity("10 1/s", "Hz", "--frequency") == 10.0
+
+
+@pytest.mark.parametrize(
+    ("tail", "meant"),
+    [
+        ("mQ", ("mA", "mV", "mN")), ("rmp", ("rpm",)), ("kPA", ("kPa",)), ("kn", ("kN",)),
+        ("volts", ("V",)), ("lpm", ("l/min",)), ("cmd", ()), ("ref", ()), ("dc", ()), ("a", ()),
+        ("V2", ()), ("left", ()),
+    ],
+)  # fmt: skip
+def test_what_a_misspelled_unit_may_mean(tail: str, meant: tuple[str, ...]) -> None:
+    assert meant_by(tail) == meant
+    assert all(read_unit(k) for k in meant)

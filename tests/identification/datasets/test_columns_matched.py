@@ -82,7 +82,7 @@ def test_the_units_of_what_is_left_are_told() -> None:
 def test_a_map_that_is_turned_round_is_told(tmp_path: Path) -> None:
     file = table(tmp_path, "t [s],F [N],Position [mm]")
     assert refused(file, carriage(), Position="x").endswith("turn it round, map={'x': 'Position'}")
-    with pytest.raises(UnknownName, match="turn it round, map={'x': 'Position'}"):
+    with pytest.raises(UnknownName, match=r"turn it round, map=\{'x': 'Position'\}"):
         Recording.read(file, map={"Position": "x"})
 
 
@@ -108,3 +108,21 @@ def test_a_folder_hides_no_known_recording(tmp_path: Path, monkeypatch: pytest.M
     monkeypatch.setenv("BONDSIGHT_CACHE", str(tmp_path / "cache"))
     assert "BONDSIGHT_RECORDINGS is not set" in refused("emps", carriage())
     assert "this is not a file" in refused("mine", carriage())
+
+
+def test_a_tail_that_is_no_unit_is_told_with_what_it_may_mean(tmp_path: Path) -> None:
+    said = refused(table(tmp_path, "t [s],F [N],x_Um"), carriage())
+    assert "column 'x_Um': no unit that is known (Um is none; um" in said
+    assert "such as 'x[um]'" in said
+    assert said.endswith("map={'x': 'x_Um[um]'}")
+    said = refused(table(tmp_path, "t [s],V [V],vc [V],current_mQ"), coil())
+    assert "(mQ is none; mA or mV or mN meant?)" in said
+    assert said.endswith("map={'i': 'current_mQ[mA]'}")
+    # in the unit of the model, where what may be meant is another quantity
+    said = refused(table(tmp_path, "t [s],F [N],x_volts"), carriage())
+    assert said.endswith("map={'x': 'x_volts[m]'}")
+
+
+def test_farads_are_no_temperature(tmp_path: Path) -> None:
+    with pytest.raises(UnusableInput, match="F means farad; write degC or K"):
+        Recording.read(table(tmp_path, "t [s],temp_F"))

@@ -47,7 +47,7 @@ def test_a_column_that_is_broken_leaves_the_others_out_and_says_why(tmp_path: Pa
     rows = [*ROWS[:5], "0.05,,0.5,idle", *ROWS[6:]]
     read = Recording.read(table(tmp_path, "t_s,F[N],x_mm,state", rows), map={"x": "x"})
     assert list(read.channels) == ["x"]
-    with pytest.raises(BondsightError, match="no channel for input 'F'.* only the columns of the"):
+    with pytest.raises(BondsightError, match=r"no channel for input 'F'.* only the columns of the"):
         Study(carriage(), read)
 
 
