@@ -15,6 +15,7 @@ from itertools import chain, combinations
 from math import inf
 from typing import Literal, TypeAlias
 
+from bondgraph.causality.existence import completable
 from bondgraph.graph.bond_graph import Bond, BondGraph
 from bondgraph.graph.elements import (
     GY,
@@ -47,7 +48,8 @@ MOST_YIELDING = 6
 MOST_WORK = 60_000
 """Bonds that are assigned anew at the most, in search of storages that have to yield."""
 MOST_TURNS = 100
-"""Choices that are taken back at the most in one assignment of that search."""
+"""Choices that are taken back at the most in one assignment of that search; by any other, before
+it is asked whether there is an answer at all."""
 
 Preference: TypeAlias = Literal["integral", "derivative"]
 
@@ -159,6 +161,8 @@ def assign_causality(
     try:
         return _assign(graph, prefer, given, served)
     except CausalConflict as conflict:
+        if not _imposed_strokes(graph, given).completable():
+            raise
         # serving a store too early may leave another without a stroke: try other orders
         names = [n for n, _, _ in storage_ports(graph) if n not in served]
         orders = [names, names[::-1], *([n] for n in names[:MOST_FIRST])]
@@ -185,7 +189,8 @@ def with_dependent_storages(graph: BondGraph, first: Sequence[str] = ()) -> Iter
     """
     graph.require_sound()
     with suppress(CausalConflict):
-        _imposed_strokes(graph, ())
+        if not _imposed_strokes(graph, ()).completable():
+            return
         yield from _yielding(graph, tuple(first))
 
 
@@ -421,7 +426,7 @@ class _Table:
         """Decide what is still open, taking choices back in turn where they end in a conflict."""
         todo = [c for c in choices if c[1].tail not in self.taps and c[1].head not in self.taps]
         made: list[tuple[int, int, bool]] = []  # position, trail mark, second option taken
-        position, retries, conflict = 0, 0, None
+        position, retries, conflict, begun = 0, 0, None, len(self.trail)
         while position < len(todo):
             _, bond, to, reason = todo[position]
             if bond in self.effort_to:
@@ -445,13 +450,19 @@ class _Table:
                     while made and made[-1][2]:
                         self.undo(made.pop()[1])
                     retries += 1
-                    if not made or retries > self.work.turns or self.work.bonds <= 0:
+                    hopeless = retries == MOST_TURNS and not self.completable(begun)
+                    if hopeless or not made or retries > self.work.turns or self.work.bonds <= 0:
                         raise conflict from None
                     position, mark, _ = made.pop()
                     self.undo(mark)
                     _, bond, to, reason = todo[position]
             position += 1
         return tuple(todo[i][0] for i, _, _ in made)
+
+    def completable(self, first: int | None = None) -> bool:
+        """Whether all strokes, or the first so many, leave every junction a stroke."""
+        decided = {b: self.effort_to[b] for b in self.trail[:first]}
+        return completable(self.at, self.kinds, decided)
 
     def stroke(self, bond: Bond, effort_to: str, reason: str) -> None:
         """Set a stroke and propagate what follows from it."""
