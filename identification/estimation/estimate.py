@@ -178,7 +178,7 @@ def _with_best_hold(
         made = min((made, again), key=_level)
     made, late = _within_bounds(study, method, options, made, costs)
     hold = made[0].hold
-    best = ": fits best" if hold != USUAL else ""
+    best = ", which fits best" if hold != USUAL else ""
     note = f"the commands are taken as {_HOLD_WORDS[hold]} between samples{late or best}"
     return (*made, (note,))
 
@@ -220,7 +220,7 @@ def _delays_near_bounds(made: Made, margin: float) -> str:
     return ""
 
 
-_HOLD_WORDS = {"linear": "linear", "hold": "held", "band-limited": "band-limited"}
+_HOLD_WORDS = {"linear": "linear", "hold": "held constant", "band-limited": "band-limited"}
 
 
 def _costs_of_holds(

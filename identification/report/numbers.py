@@ -54,6 +54,19 @@ def times_noise(mean_square: float) -> float:
     return math.sqrt(mean_square) if mean_square >= 0 else math.nan
 
 
+def within(width: float) -> str:
+    """Return half an interval of logarithms in words.
+
+    Examples
+    --------
+    >>> within(0.012), within(3.0)
+    ('±1.2 %', 'a factor of 20')
+    """
+    if width < 0.5:
+        return f"±{100.0 * width:.2g} %"
+    return f"a factor of {math.exp(width):.2g}" if width < 20.0 else "nothing at all"
+
+
 def sureness(errors: float) -> str:
     """Say by how many standard errors something is better: what engineers call z.
 

@@ -4,6 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+PLAIN = {
+    "dead": "without effect",
+    "flat direction": "not told apart",
+    "trade-off pair": "hardly told apart",
+}
+"""Kinds whose names are words of the house."""
+
 
 @dataclass(frozen=True, slots=True)
 class Finding:
@@ -29,6 +36,11 @@ class Finding:
     why: str
     do: str
 
+    @property
+    def said(self) -> str:
+        """The kind in plain words."""
+        return PLAIN.get(self.kind, self.kind)
+
     def __str__(self) -> str:
         """One line."""
-        return f"{self.kind}: {self.where}: {self.what}; {self.why}; {self.do}"
+        return f"{self.said}: {self.where}: {self.what}; {self.why}; {self.do}"

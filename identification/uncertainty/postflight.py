@@ -9,6 +9,7 @@ import numpy as np
 from bondgraph.support.errors import UnusableInput
 from identification.estimation.levenberg_marquardt import FitStatus
 from identification.estimation.result import Estimation
+from identification.report.numbers import quantity, times_noise
 from identification.statistics.blocks import block_means
 from identification.uncertainty.finding import Finding
 from identification.uncertainty.fitted import FitView, from_estimation
@@ -19,14 +20,14 @@ from identification.uncertainty.preflight import thousand
 BEYOND_NOISE = 4.0
 WHY = {
     "dead": "the fit picked any value of it",
-    "flat direction": "the fit picked one point of a flat valley",
+    "flat direction": "the values shown are one choice of many that fit as well",
     "trade-off pair": "an error of one hides in the other",
     "not pinned": "the interval is too wide to be used",
-    "at bound": "its interval means nothing, and others may be pulled along",
+    "at bound": "its interval means nothing, and other values may be off to make up for it",
 }
 DO = {
     "dead": "fix it, or excite it",
-    "flat direction": "fix as many as are missing, add a sensor, or use the combination",
+    "flat direction": "where none of them is known, use what is told of them together",
     "trade-off pair": "use the combination, or record what tells them apart",
     "not pinned": "give a prior, fix it, or record more",
     "at bound": "move the bound if physics allows, otherwise doubt the model",
@@ -104,18 +105,18 @@ def _landed(e: Estimation) -> Iterator[Finding]:
         if not nominal * entry.value > 0:
             continue
         ratio = entry.value / nominal
-        power = thousand(ratio)
+        power, said = thousand(ratio), f"{entry.name} = {quantity(entry.value, entry.unit)} is"
         if power is not None:
             yield Finding(
-                "unit", f"{entry.name} = {entry.value:.4g} is {ratio:.3g} times the declared value",
+                "unit", f"{said} {ratio:.3g} times the declared value",
                 f"{e.study.graph.name}, {entry.name}",
                 f"a factor near {1000.0**power:g} is mostly a unit",
                 "check units of channels and declared values",
             )  # fmt: skip
         elif abs(np.log10(ratio)) > 1.5:
             yield Finding(
-                "far from declared", f"{entry.name} = {entry.value:.4g} is {ratio:.3g} times the "
-                "declared value", f"{e.study.graph.name}, {entry.name}",
+                "far from declared", f"{said} {ratio:.3g} times the declared value",
+                f"{e.study.graph.name}, {entry.name}",
                 "it may stand for physics that is missing", "doubt the model or the declared value",
             )  # fmt: skip
 
@@ -127,7 +128,7 @@ def _misfit(e: Estimation) -> Iterator[Finding]:
     left = e.chi2("train")
     if np.isfinite(left) and left > BEYOND_NOISE:
         yield Finding(
-            "misfit", f"the mean square residual is {left:.3g} times the noise floor",
+            "misfit", f"what the model leaves is {times_noise(left):.3g} times the noise",
             e.study.graph.name, "the model leaves out more than noise",
             "diagnose the recording; intervals assume that the model is right",
         )  # fmt: skip
@@ -136,6 +137,7 @@ def _misfit(e: Estimation) -> Iterator[Finding]:
 def _trend(e: Estimation) -> Iterator[Finding]:
     for r, name in enumerate(e.record_names[: len(e.study.recordings)]):
         rest = e.residuals("train", r)
+        units = e.study.recordings[r].units
         n = rest.shape[0]
         if n < 100 or not np.isfinite(rest).all():
             continue
@@ -146,7 +148,9 @@ def _trend(e: Estimation) -> Iterator[Finding]:
             error = float(block_means(left, 20).std() / np.sqrt(20)) * np.sqrt(12.0)
             if abs(slope) > max(6 * error, 2 * float(e.floors[r][c])):
                 yield Finding(
-                    "drift", f"the residual of {sensor} moves by {slope:.3g} over the record",
+                    "drift",
+                    f"what is left of {sensor} moves by {quantity(slope, units[sensor], 3)} over "
+                    "the record",
                     f"{name}, {sensor}",
                     "plant or sensor change with time, or a command has an offset",
                     "add the drift to the model, or Nuisances(commands=True)",

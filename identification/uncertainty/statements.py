@@ -9,7 +9,9 @@ from math import gcd, log
 
 import numpy as np
 
+from bondgraph.signals.units import read_unit, same_dimension
 from bondgraph.support.arrays import FloatArray
+from identification.report.numbers import quantity, within
 from identification.uncertainty.combinations import Combination, FlatBlock
 from identification.uncertainty.information import Information, Sensitivities
 
@@ -48,8 +50,8 @@ def dead_words(name: str, s: Sensitivities, size: float) -> Statement:
         return Statement("dead", (name,), 0.0, f"no reading depends on {name}; fix it")
     by = "ten times" if s.log[s.index(name)] else "one scale of"
     text = (
-        f"{by} {name} moves all readings together by {size:.2g} standard deviations of the noise; "
-        "fix it, or excite it more"
+        f"{by} {name} changes all readings together by no more than {size:.2g} standard deviations "
+        "of their noise; fix it, or excite it more"
     )
     return Statement("dead", (name,), size, text)
 
@@ -59,14 +61,15 @@ def flat_words(b: FlatBlock, info: Information, s: Sensitivities) -> Statement:
     values = dict(zip(s.names, s.values.tolist(), strict=True))
     known = [f"{c} = {_known(c, values, info, s)}" for c in b.determined]
     some = ", ".join(b.names[: b.missing])
-    text = f"{', '.join(b.names)} may move together unseen ({b.missing} missing)"
+    text = f"other values of {' and '.join(b.names)} together give the same readings"
     if known:
-        text += f"; determined: {', '.join(known)}"
+        text += f"; what the recording tells is {', '.join(known)}"
     if not b.complete:
         rest = len(b.names) - b.missing - len(b.determined)
         more = "more " if known else ""
-        text += f"; {rest} {more}determined {_plural(rest)} no short product or sum"
-    return Statement("flat direction", b.names, b.missing, f"{text}; fix {some}, or add a sensor")
+        text += f"; {rest} {more}{_plural(rest)} told, no short product or sum"
+    text += f"; hold {some} at a known value, or add a sensor"
+    return Statement("flat direction", b.names, b.missing, text)
 
 
 def _plural(count: int) -> str:
@@ -77,10 +80,23 @@ def _known(c: Combination, values: dict[str, float], info: Information, s: Sensi
     slopes = dict(zip(s.names, s.slopes.tolist(), strict=True))
     gradient = c.gradient(values, slopes)
     error = info.error_of(np.array([gradient.get(n, 0.0) for n in s.names]))
-    number = c.value(values)
+    unit = _unit(c, s)
     if c.form == "product":
-        return f"{number:.4g} +- {196 * error:.2g} %"
-    return f"{number:.4g} +- {1.96 * error:.2g}"
+        return f"{quantity(c.value(values), unit)} ({within(1.96 * error)})"
+    return f"{quantity(c.value(values), unit)} (±{quantity(1.96 * error, unit, 2)})"
+
+
+def _unit(c: Combination, s: Sensitivities) -> str:
+    """Return the SI unit of a combination; empty if one of its parameters has none."""
+    own = [s.units[s.index(n)] or "?" for n in c.names]
+    if c.form == "product":
+        text = "*".join(f"({u})^{w}" for u, w in zip(own, c.weights, strict=True))
+    else:
+        text = own[0] if c.form == "sum" else f"1/({own[0]})"
+    unit = read_unit(text)
+    if unit is None or not unit.is_si:
+        return ""
+    return next((k for k in ("1", "s", "1/s") if same_dimension(k, unit.si)), unit.si)
 
 
 def trade_offs(
@@ -92,13 +108,20 @@ def trade_offs(
     for i, j in combinations(range(len(s.names)), 2):
         if s.names[i] in tied or s.names[j] in tied or not abs(rho[i, j]) > limit:
             continue
-        text = f"{s.names[i]} and {s.names[j]} have a correlation of {rho[i, j]:.4f}"
+        text = (
+            f"{s.names[i]} and {s.names[j]} go together (correlation {rho[i, j]:.4f}): a change of "
+            "one is made up for by the other"
+        )
         if s.log[i] and s.log[j] and s.values[i] > 0 and s.values[j] > 0:
             c, error = _best_pair(i, j, info, s)
-            each = ", ".join(
-                f"{s.names[k]} to {196 * info.standard_errors[k]:.2g} %" for k in (i, j)
-            )
-            text += f"; {c} is known to {196 * error:.2g} %, {each}"
+            alone = [1.96 * float(info.standard_errors[k]) for k in (i, j)]
+            # a combination says nothing to a reader unless much more is known of it
+            if 1.96 * error < 0.5 * min(alone):
+                value = c.value(dict(zip(s.names, s.values.tolist(), strict=True)))
+                told = quantity(value, _unit(c, s))
+                text += f"; {c} is known to {within(1.96 * error)} ({told})"
+            each = zip((s.names[i], s.names[j]), map(within, alone), strict=True)
+            text += "; " + ", ".join(f"{n} alone to {width}" for n, width in each)
         found.append(Statement("trade-off pair", (s.names[i], s.names[j]), float(rho[i, j]), text))
     return found
 
@@ -137,7 +160,9 @@ def not_pinned_words(name: str, info: Information, s: Sensitivities) -> Statemen
     low, high = info.interval(name)
     unit = f" {s.units[i]}" if s.units[i] else ""
     half = _half(info, s, name)
-    text = f"{name} = {s.values[i]:.4g}{unit} lies anywhere from {low:.3g} to {high:.3g} (95 %)"
+    text = (
+        f"{name} = {s.values[i]:.4g}{unit} lies anywhere from {low:.3g} to {high:.3g}{unit} (95 %)"
+    )
     return Statement("not pinned", (name,), half, text)
 
 
@@ -152,7 +177,8 @@ def bound_words(
     """Say whether the data push outward, and what moving the bound would gain to first order."""
     i = s.index(name)
     bound = bounds[name][0 if side == "lower" else 1]
-    text = f"{name} stopped at its {side} bound {bound:.4g}"
+    unit = f" {s.units[i]}" if s.units[i] else ""
+    text = f"{name} stopped at its {side} bound {bound:.4g}{unit}"
     if residual is None:
         return Statement("at bound", (name,), float("nan"), text)
     others = [k for k, n in enumerate(s.names) if n not in stopped]
@@ -170,6 +196,6 @@ def bound_words(
     target = s.values[i] * np.exp(move) if s.log[i] else s.values[i] + move * s.scale[i]
     text += (
         f"; the sum of squares would fall by {gain:.3g} (of {float(residual @ residual):.4g}) if "
-        f"the bound moved, the optimum is near {target:.3g}"
+        f"the bound moved, the best value is near {target:.3g}{unit}"
     )
     return Statement("at bound", (name,), gain, text)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from identification.report import html
-from identification.report.numbers import quantity, short
+from identification.report.numbers import quantity, short, times_noise
 from identification.report.tables import aligned, library
 from identification.validation.tables import ends, value
 
@@ -22,7 +22,7 @@ def heads(c: Comparison) -> list[str]:
         f"{x.channel} of {x.record}" if several else x.channel for x in c.best.judgement.channels
     ]
     return [
-        "fit", "mean square / floor", *(f"rms error {r}" for r in readings),
+        "fit", "error / noise", *(f"rms error {r}" for r in readings),
         "fitted numbers", "dAICc", "dBIC", "z behind", "standing",
     ]  # fmt: skip
 
@@ -33,7 +33,7 @@ def rows(c: Comparison) -> list[list[str]]:
     return [
         [
             x.name,
-            short(x.held_out),
+            short(times_noise(x.held_out)),
             *(quantity(v.judged.rmse, v.unit, 3) for v in x.judgement.channels),
             str(x.judgement.material.n_free),
             *(_over(x, key, least) for key in ("aicc", "bic")),

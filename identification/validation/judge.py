@@ -87,7 +87,7 @@ class Judgement:
         if self.material.tied:  # said among the parameters
             kinds.pop("flat direction", None)
         found = {
-            kind: fault(f"{kind}: {'; '.join(f.what for f in every)}; {why}", every[0].do)
+            kind: fault(f"{every[0].said}: {'; '.join(f.what for f in every)}; {why}", every[0].do)
             for kind, every in kinds.items()
             for why in ["; ".join(dict.fromkeys(f.why for f in every))]
         }

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from bondgraph.signals.units import same_dimension
-from identification.report.numbers import quantity
+from identification.report.numbers import quantity, within
 from identification.report.words import listed
 from identification.validation.remark import Remark, fault, fine, note
 from identification.validation.validation_data import Number, ValidationData
@@ -64,10 +64,35 @@ def _pairs(m: ValidationData) -> Iterator[Remark]:
         rho, a, b = float(m.correlation[i, j]), m.numbers[i], m.numbers[j]
         if abs(rho) > 0.99 and not (a.only and b.only):
             yield note(
-                f"{b.name} and {a.name} trade off (correlation {rho:.4f}): the data determine "
-                f"{_combined(a, b, rho)} far better than either",
+                f"{b.name} and {a.name} trade off (correlation {rho:.4f}): {_traded(a, b, rho)}",
                 "fix one, or record something that moves them apart",
             )
+
+
+def _traded(a: Number, b: Number, rho: float) -> str:
+    """Say how far one follows the other, and how well both together are known."""
+    together = _combined(a, b, rho)
+    one, other = _width(a), _width(b)
+    if one is None or other is None:
+        return f"the data determine {together} better than either"
+    more = 100.0 * (1.1 ** (abs(rho) * one / other) - 1.0)
+    said = (
+        f"with {b.name} 10 % larger and {a.name} {more:.2g} % {'larger' if rho > 0 else 'smaller'} "
+        "the readings are nearly the same"
+    )
+    both = float(np.sqrt(max(one**2 + other**2 - 2.0 * abs(rho) * one * other, 0.0)))
+    if both > 0.5 * min(one, other):
+        return said
+    return (
+        f"{said}; {together} is known to {within(both)}, {b.name} alone to {within(other)}, "
+        f"{a.name} to {within(one)}"
+    )
+
+
+def _width(n: Number) -> float | None:
+    """Return half the interval of a positive number in logarithms; None if it has none."""
+    low, high = n.ci95
+    return float(np.log(high / low)) / 2.0 if 0.0 < low < high < np.inf else None
 
 
 def _combined(a: Number, b: Number, rho: float) -> str:

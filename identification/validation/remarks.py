@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from identification.experiments.frequency import DistortionLevel
-from identification.report.numbers import quantity, short
+from identification.report.numbers import quantity, short, times_noise
 from identification.validation.channel import ChannelJudgement
 from identification.validation.distortion import Separated
 from identification.validation.parameter_remarks import parameter_remarks
@@ -55,7 +55,7 @@ def _level(c: ChannelJudgement, where: str) -> Iterator[Remark]:
         yield fault(f"{where}: no sample is scored", "check the split")
         return
     rmse, floor = quantity(e.rmse, e.unit, 3), quantity(e.floor, e.unit, 3)
-    part, times = "held-out" if c.test.n else "training", short(float(np.sqrt(e.chi2)), 3)
+    part, times = "held-out" if c.test.n else "training", short(times_noise(e.chi2), 3)
     said = f"{where}: {part} error {rmse} rms, noise floor {floor}"
     if not c.test.n:
         yield note(
@@ -64,11 +64,12 @@ def _level(c: ChannelJudgement, where: str) -> Iterator[Remark]:
         )
     if e.chi2 < 0.6:
         yield note(
-            f"{said}: below the floor (mean square {e.chi2:.2g} of it)",
-            "the floor is stated too high; measure it from a rest or from repeated periods",
+            f"{said}: {times} times the floor: no fault of the model, its errors are below what "
+            "was taken for noise",
+            "the floor is stated too high; a stretch at rest or repeated periods tell the noise",
         )
     elif e.at_floor:
-        yield fine(f"{said}: at the floor (mean square {e.chi2:.3g} of it)")
+        yield fine(f"{said}: at the floor ({times} times)")
     elif e.chi2 <= NEAR and _nothing_left(c):
         yield note(
             f"{said}: {times} times the floor, yet white and independent of the "
@@ -102,9 +103,9 @@ def _gap(c: ChannelJudgement, where: str) -> Iterator[Remark]:
     low, high = b.chi2_ci[0], a.chi2_ci[1]
     sure = low > high if np.isfinite(low) and np.isfinite(high) else b.chi2 > 2 * a.chi2
     if sure and b.chi2 >= 1.5 * max(a.chi2, 1.0):
-        times = short(b.chi2 / a.chi2, 2)
+        times = short(times_noise(b.chi2 / a.chi2), 2)
         yield fault(
-            f"{where}: the held-out mean square is {times} times that of training",
+            f"{where}: the held-out error is {times} times that of training",
             "either the fit follows noise (fix or bound parameters, add data), or the held-out "
             "part goes where the training did not (other amplitudes, rates, temperature)",
         )
@@ -119,7 +120,7 @@ def _memory(c: ChannelJudgement, where: str) -> Iterator[Remark]:
     freed = f", freed of its noise model of order {c.order}," if c.order else ""
     what = f"{where}: the {part} residual{freed} is"
     if w.white:
-        yield fine(f"{what} white (p = {w.p:.2g})")
+        yield fine(f"{what} white: noise without a pattern in time (p = {w.p:.2g})")
     elif w.predictable < NOTICED:
         yield note(f"{what} {w.words}: too little to act on")
     elif c.train.at_floor:
@@ -179,7 +180,7 @@ def _distortion(s: Separated, several: bool) -> Iterator[Remark]:
 def _inputs(c: ChannelJudgement, where: str) -> Iterator[Remark]:
     for x in c.inputs:
         if not (x.causal or x.anticausal):
-            yield fine(f"{where}: the residual is {x.words}")
+            yield fine(f"{where}: the residual is {x.words}: no effect of {x.input} is missing")
             continue
         part = "held-out" if c.part == "test" else "training"
         said = f"{where}: the {part} residual {x.words}"

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from identification.report import html
-from identification.report.numbers import interval, prefixed, quantity, short, told_by
+from identification.report.numbers import interval, prefixed, quantity, short, times_noise, told_by
 from identification.report.tables import aligned
 from identification.report.words import listed
 from identification.validation.held_out import Error
@@ -20,7 +20,11 @@ if TYPE_CHECKING:
     from identification.validation.validation_data import Number, ValidationData
 
 ERROR_HEADS = ("record", "reading", "part", "samples", "rms error", "95 %", "noise floor",
-               "fit", "mean square / floor", "95 %")  # fmt: skip
+               "fit", "error / noise", "95 %")  # fmt: skip
+LEGEND = (
+    "fit: 100 % less the rms error in percent of the reading's standard deviation; error / noise: "
+    "1 is noise alone"
+)
 NUMBER_HEADS = ("parameter", "value", "95 % interval", "declared", "remark")
 
 
@@ -34,8 +38,8 @@ def error_row(e: Error) -> list[str]:
         interval(*e.rmse_ci, e.unit, e.rmse) if known else "too short",
         quantity(e.floor, e.unit, 3),
         f"{e.fit:.2f} %" if np.isfinite(e.fit) else "–",
-        short(e.chi2, 3),
-        f"{short(e.chi2_ci[0], 3)} … {short(e.chi2_ci[1], 3)}" if known else "too short",
+        short(times_noise(e.chi2), 3),
+        " … ".join(short(times_noise(end), 3) for end in e.chi2_ci) if known else "too short",
     ]  # fmt: skip
 
 
@@ -98,9 +102,9 @@ def criteria_text(j: Judgement) -> str:
     if c is None:
         return ""
     return (
-        f"{c.parameters} numbers fitted, noise levels included; {c.n:.0f} scored samples are worth "
-        f"{c.effective:.0f}; "
-        f"AIC {c.aic:.1f}, AICc {c.aicc:.1f}, BIC {c.bic:.1f} (only differences mean something)"
+        f"{c.parameters} numbers fitted, noise levels included, to {c.n:.0f} scored samples, worth "
+        f"{c.effective:.0f} independent ones\nto compare models of the same recordings (smaller is "
+        f"better): AIC {c.aic:.1f}, AICc {c.aicc:.1f}, BIC {c.bic:.1f}"
     )
 
 
@@ -121,7 +125,7 @@ def text_judgement(j: Judgement) -> str:
     """Judgement as plain text."""
     m = j.material
     lines = [f"{m.model}: {in_a_word(j)}", f"simulated as {m.run}", ""]
-    lines += aligned(ERROR_HEADS, error_rows(j))
+    lines += [*aligned(ERROR_HEADS, error_rows(j)), LEGEND]
     if m.numbers:
         lines += ["", *aligned(NUMBER_HEADS, number_rows(m))]
     for title, found in groups(j):

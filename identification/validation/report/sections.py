@@ -4,10 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import numpy as np
-
 from identification.report import html
-from identification.report.numbers import percent, quantity, short
+from identification.report.numbers import percent, quantity, short, times_noise
 from identification.report.style import BAD, GOOD
 from identification.report.words import ended
 from identification.validation.compare import Comparison
@@ -22,10 +20,12 @@ from identification.validation.figures import (
     trace_figure,
     waterfall_figure,
 )
+from identification.validation.held_out import Error
 from identification.validation.judge import Judgement
 from identification.validation.remark import Weight
 from identification.validation.tables import (
     ERROR_HEADS,
+    LEGEND,
     NUMBER_HEADS,
     criteria_text,
     ends,
@@ -53,17 +53,18 @@ def answer(j: Judgement) -> str:
         ("fitted numbers", str(m.n_free)),
         ("scored samples, training", str(sum(e.n for e in trained))),
         ("scored samples, held out", str(sum(e.n for e in held))),
-        ("training mean square / floor", _mean(trained)),
-        ("held-out mean square / floor", _mean(held)),
+        ("training error / noise", _over_noise(trained)),
+        ("held-out error / noise", _over_noise(held)),
     ]
     badge = (in_a_word(j), GOOD if j.acceptable else BAD)
     return html.head(f"Fit of {m.model} to {over}", badge, headline(j), pairs)
 
 
-def _mean(errors: Sequence[object]) -> str:
-    values = [(e.n, e.chi2) for e in errors]  # type: ignore[attr-defined]
-    total = sum(n for n, _ in values)
-    return short(sum(n * v for n, v in values) / total, 3) if total else ""
+def _over_noise(errors: Sequence[Error]) -> str:
+    total = sum(e.n for e in errors)
+    if not total:
+        return ""
+    return short(times_noise(sum(e.n * e.chi2 for e in errors) / total), 3)
 
 
 def headline(j: Judgement) -> str:
@@ -83,7 +84,7 @@ def headline(j: Judgement) -> str:
         return f"The errors are at the noise floor, but {j.faults[0].text}."
     return (
         f"The largest {part} error is {quantity(e.rmse, e.unit, 3)} rms in {where}, "
-        f"{short(float(np.sqrt(e.chi2)), 3)} times the noise floor ({e.fit:.4g} % fit)."
+        f"{short(times_noise(e.chi2), 3)} times the noise floor ({e.fit:.4g} % fit)."
     )
 
 
@@ -135,8 +136,7 @@ def errors(j: Judgement) -> str:
     return html.section(
         "Fit and held-out fit",
         html.paragraph(
-            f"Simulated as {j.material.run}. The intervals are block bootstraps; a mean square "
-            "over the floor of 1 is noise alone."
+            f"Simulated as {j.material.run}. The intervals are block bootstraps; {LEGEND}."
         ),
         html.table(ERROR_HEADS, error_rows(j), (3, 4, 5, 6, 7, 8, 9), kinds),
         _drawn(trace_figure(j)),
