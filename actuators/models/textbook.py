@@ -50,10 +50,11 @@ def resonator(mass: float = 4e-6, damping: float = 2e-4, stiffness: float = 0.8)
 
 
 def thermal_lag(gain: float = 1.0, resistance: float = 1.0, capacity: float = 0.3) -> BondGraph:
-    """First-order heating: the heater warms a capacity through a resistance; reads ``y``.
+    """First-order heating: a heater warms a capacity through a resistance; ``y`` is above ambient.
 
     The heater command `u` (V) makes a temperature through the gain ``K``; only ``K`` and the
-    time constant ``R_th C_th`` show in the reading, so the capacity is a gauge.
+    time constant ``R_th C_th`` show in the reading, so the capacity is a gauge. With no heat the
+    reading goes to zero: what a thermometer shows of the surroundings is its offset.
 
     Examples
     --------

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import inspect
 from collections.abc import Callable
+from itertools import takewhile
 from typing import Any
 
 
@@ -50,8 +51,10 @@ def _described(name: str, factory: Callable[..., Any]) -> str:
     readings = [f"{e.name} [{e.unit or '1'}]" for e in g.of_type(Sensor)]
     elements = [f"{e.name} ({e.kind})" for e in g.elements.values()]
     numbers = [f"  {p.name:<12} {p.value:<12.6g} {p.unit}" for p in g.parameters.values()]
+    about = _text(factory).partition("\n\n")[2].split("\n\n")
+    more = list(takewhile(lambda part: "\n---" not in part, filter(None, about)))
     return "\n".join([
-        f"{name}: {_first_line(factory)}", f"inputs: {', '.join(inputs)}",
+        f"{name}: {_first_line(factory)}", *more, f"inputs: {', '.join(inputs)}",
         f"readings: {', '.join(readings)}", f"elements: {', '.join(elements)}",
         "parameters:", *numbers,
     ])  # fmt: skip

@@ -18,14 +18,15 @@ def oven(
     chamber: float = 1500.0,
     outside: float = 0.5,
 ) -> BondGraph:
-    """Return a heater, the chamber around it, and what escapes to the room.
+    """Return a heater, its chamber, what escapes to the room; temperatures are above the room's.
 
-    P - C_1 - R_12 - C_2 - R_out, in deviations from the working point.
+    P - C_1 - R_12 - C_2 - R_out. A recording may count temperatures from elsewhere (degC, K): a
+    constant room is the offset of the readings, which fits take along.
 
     Parameters
     ----------
     sensors : sequence of {"T_1", "T_2"}, optional
-        Temperatures of heater and chamber, K.
+        Temperatures of heater and chamber above the room, K.
     """
     read = wanted("oven", SENSORS, sensors)
     with BondGraph("oven") as g:
