@@ -128,8 +128,10 @@ def nearest(name: str, known: Iterable[str], count: int = 3) -> tuple[str, ...]:
         )
         for k in names
     }
-    for k in names:  # a part of a longer name: stribek for stribeck_friction
+    for k in names:  # a part of a longer name: stribek for stribeck_friction, pos for position
         for part in re.split(r"[_\s]+", k):
+            if len(name) > 2 and part.lower().startswith(name.lower()):
+                score[k] = max(score[k], 0.7)
             alike = difflib.SequenceMatcher(None, name.lower(), part.lower()).ratio()
             if len(part) > 3 and alike >= 0.8:
                 score[k] = max(score[k], 0.9 * alike)

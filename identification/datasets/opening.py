@@ -11,7 +11,7 @@ from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.composing.binding import external_signals
 from bondgraph.graph.elements import Modulated, Source
 from bondgraph.graph.sensors import Sensor
-from bondgraph.signals.files.checks import map_argument, means_time
+from bondgraph.signals.files.checks import map_argument, means_time, require_map
 from bondgraph.signals.files.columns import OTHERS, NoUnit, is_time
 from bondgraph.signals.recording import Recording, Split
 from bondgraph.signals.units import same_dimension, split_header
@@ -31,6 +31,7 @@ def open_recording(
     -------
     recording, split (None for the default rule), sentences about automatic matches
     """
+    require_map(mapping)
     mapping = dict(mapping or {})
     recorded = {e.name: e for e in _recorded(graph)}
     for name in mapping:

@@ -117,7 +117,8 @@ def _landed(e: Estimation) -> Iterator[Finding]:
             yield Finding(
                 "far from declared", f"{said} {ratio:.3g} times the declared value",
                 f"{e.study.graph.name}, {entry.name}",
-                "it may stand for physics that is missing", "doubt the model or the declared value",
+                "it may stand for a wrong unit in the recording, or for physics that is missing",
+                "check the units of the channels, then the declared value, then the model",
             )  # fmt: skip
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import importlib
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -37,6 +37,18 @@ def map_argument(name: str, column: str = "") -> str:
     map={'V': 'Source voltage'}
     """
     return f"map={{{name!r}: {repr(column) if column else 'COLUMN'}}}"
+
+
+def require_map(map: object) -> None:
+    """Refuse what is no mapping of names to columns."""
+    texts = isinstance(map, Mapping) and all(
+        isinstance(w, str) for pair in map.items() for w in pair
+    )
+    if map is not None and not texts:
+        raise UnusableInput(
+            f"map = {map!r}: give names with their columns, such as "
+            f"{map_argument('x', 'displacement[um]')}"
+        )
 
 
 def means_time(name: str) -> bool:

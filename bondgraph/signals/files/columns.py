@@ -13,6 +13,7 @@ from bondgraph.signals.units import (
     Unit,
     meant_by,
     parse_unit,
+    read_unit,
     same_dimension,
     split_header,
 )
@@ -226,10 +227,12 @@ def choose(
     time_asked = [v for k, v in (map or {}).items() if means_time(k)]
     channels = {k: _asked(k, v, named, where) for k, v in asked.items()}
     lacking: list[str] = []
+    if named and fs is None and not (times or rates or time_asked):
+        raise _no_time(named, where)  # first: what is no channel needs no unit of a quantity
     if map is None or map.get(OTHERS):
         taken = {*rates, *times, *stamps, *(h for h, _ in channels.values())}
         if time_asked and fs is None:
-            taken.add(_find_time(time_asked[0], named, where))
+            taken.add(_find_time(time_asked[0], named, where)[0])
         free = [h for h in named if h not in taken]
         if map is not None:  # who names columns has said which ones count
             lacking = [h for h in free if split_header(h)[1] is None]
@@ -243,7 +246,8 @@ def choose(
     if fs is not None:
         return ColumnPlan(channels, None, None, tuple(lacking))
     if time_asked:
-        times = [_find_time(time_asked[0], named, where)]
+        clock = _find_time(time_asked[0], named, where)
+        return ColumnPlan(channels, clock, None, tuple(lacking))
     if len(times) > 1:
         raise UnusableInput(
             f"{where}: columns {', '.join(times)} could all be the time",
@@ -258,11 +262,26 @@ def choose(
     chosen = [h for h, _ in channels.values()]
     fitting = [r for r in rates if all(h.startswith(_before_rate(r) or "") for h in chosen)]
     if not fitting:
-        raise UnusableInput(
-            f"{where}: no time column (columns: {', '.join(named)})",
-            remedies=["add a column 't_s' or 'fs_hz'", "give the sampling rate, fs=HZ"],
-        )
+        raise _no_time(named, where)
     return ColumnPlan(channels, None, max(fitting, key=len), tuple(lacking))
+
+
+def _no_time(named: Sequence[str], where: str) -> UnusableInput:
+    return UnusableInput(
+        f"{where}: no time column (columns: {', '.join(named)})",
+        remedies=[
+            f"name the column of the time, such as {map_argument('t', _clock(named))}",
+            "add a column 't_s' or 'fs_hz'",
+            "give the sampling rate, fs=HZ",
+        ],
+    )
+
+
+def _clock(headers: Sequence[str]) -> str:
+    """Return the column that is the time as likely as any, with a unit: mostly the first one."""
+    base, unit = split_header(headers[0])
+    timed = unit is None or (known := read_unit(unit)) is None or known.dims == (0, 0, 1, 0, 0)
+    return (f"{base}[{unit or 's'}]") if timed else "COLUMN[s]"
 
 
 def _by_base(headers: Sequence[str], where: str) -> dict[str, tuple[str, Unit]]:
@@ -279,11 +298,20 @@ def _by_base(headers: Sequence[str], where: str) -> dict[str, tuple[str, Unit]]:
     return found
 
 
-def _find_time(target: str, headers: Sequence[str], where: str) -> str:
+def _find_time(target: str, headers: Sequence[str], where: str) -> tuple[str, Unit]:
+    """Return the column that a map gives to the time, and its unit: s if none is said."""
+    base, unit = split_header(target)
     fits = [h for h in headers if target.strip() in (h, split_header(h)[0])]
+    fits = fits or [h for h in headers if base in (h, split_header(h)[0])]
     if not fits:
         raise unknown_name("time column", target, where, headers)
-    unit = split_header(fits[0])[1]
-    if unit is not None and parse_unit(unit, f"{where}, {fits[0]}").dims != (0, 0, 1, 0, 0):
+    own = split_header(fits[0])[1]
+    found = parse_unit(own or unit or "s", f"{where}, {fits[0]}")
+    if found.dims != (0, 0, 1, 0, 0):
         raise UnusableInput(f"{where}: the time column {fits[0]!r} is not in a unit of time")
-    return fits[0]
+    if own and unit and parse_unit(unit, f"{where}, map to {target!r}").scale != found.scale:
+        raise UnusableInput(
+            f"{where}: the map says {target!r} but the header says {fits[0]!r}; "
+            "make the units agree"
+        )
+    return fits[0], found

@@ -153,7 +153,7 @@ def _read_rows(
         if len(row) > width or len(row) <= last:
             hint = (
                 "decimal commas need ';' between the columns"
-                if delimiter == "," and len(row) == 2 * width
+                if delimiter == "," and width < len(row) <= 2 * width
                 else "make every row as long as the header"
             )
             raise UnusableInput(
@@ -177,6 +177,9 @@ def _read_rows(
             try:
                 store.append(float(cell) if cell and "_" not in cell else _blank(cell))
             except ValueError:
+                if cell.strip().lower() in MISSING:
+                    store.append(float("nan"))
+                    continue
                 raise UnusableInput(
                     f"{where}, row {line}, column {header!r}: {row[i][:40]!r} is not a number; "
                     f"remove the row or correct the cell"
@@ -196,3 +199,7 @@ def _blank(cell: str) -> float:
     if cell.strip():
         raise ValueError(cell)
     return float("nan")
+
+
+MISSING = ("#n/a", "n/a", "na", "null", "none", "-", "--")
+"""What programs write into cells without a value, beside NaN and nothing."""

@@ -102,14 +102,15 @@ def pick_stored(
                 continue
             stored, tail = _resolve(target, table, where, separator)
             if means_time(name):
-                timing = stored
+                timing = replace(stored, unit=stored.unit or tail[1:-1])
                 continue
             asked.append(stored)
             plan[name] = _stem(stored.path) + tail if tail else stored.header(where)
     if map is None or map.get(OTHERS):
+        at = timing.path if timing else ""
         asked += [
             s for s in found
-            if not s.refusal and s.shape and not _is_base(s, separator) and s is not timing
+            if not s.refusal and s.shape and not _is_base(s, separator) and s.path != at
         ]  # fmt: skip
     asked = list(dict.fromkeys(asked))
     bases = _bases(asked, found, timing, fs, where, separator)

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from bondgraph.signals.files.checks import SHORT, check_finite, means_time
+from bondgraph.signals.files.checks import SHORT, check_finite, means_time, require_map
 from bondgraph.signals.files.columns import OTHERS, ColumnPlan, ColumnTable
 from bondgraph.signals.files.filling import MILD, filled, is_filled, rows_left_out
 from bondgraph.support.arrays import FloatArray
@@ -42,6 +42,7 @@ def with_others(
     read: Callable[[Mapping[str, str] | None], Even], map: Mapping[str, str] | None
 ) -> Even:
     """Read the columns of a map, and all others where they can be read."""
+    require_map(map)
     if map is None or OTHERS in map:
         return read(map)
     try:

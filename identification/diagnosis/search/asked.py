@@ -12,6 +12,7 @@ import numpy as np
 
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.sensors import Sensor
+from bondgraph.signals.files.checks import require_map
 from bondgraph.signals.files.columns import OTHERS
 from bondgraph.signals.recording import Recording, Split
 from bondgraph.support.arrays import Array
@@ -241,6 +242,7 @@ def _recording(
     graph: BondGraph, given: Any, map: Mapping[str, str]
 ) -> tuple[Recording, Split | None]:
     if isinstance(given, Recording):
+        require_map(map)
         return given.select({OTHERS: OTHERS, **map}) if map else given, None
     if isinstance(given, str | Path):
         recording, split, _ = open_recording(str(given), graph, map)

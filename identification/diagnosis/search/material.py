@@ -167,7 +167,8 @@ def _turns(data: Data) -> tuple[str, ...]:
     return tuple(
         f"the reading {n} jumps by about {p:.4g} whenever it has passed a turn: an encoder that "
         "wraps; declare it by encoder(..., wraps=True), or give "
-        f"recording.unwrap({n!r}, period) with the exact period"
+        f"recording.unwrap({n!r}, period) with the exact period; if it is no encoder, its column "
+        "is another channel"
         for n, p in periods.items()
         if p is not None
     )

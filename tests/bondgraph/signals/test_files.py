@@ -439,3 +439,15 @@ def test_no_reader_is_imported_before_its_file() -> None:
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
+
+
+def test_a_map_says_the_unit_of_a_stored_time(tmp_path: Path) -> None:
+    file = tmp_path / "a.npz"
+    np.savez(file, clock=np.arange(5.0), **{"x[m]": np.arange(5.0)})
+    assert Recording.read(file, {"t": "clock[ms]"}).dt == pytest.approx(1e-3)
+    h5py = pytest.importorskip("h5py")
+    stored = tmp_path / "a.h5"
+    with h5py.File(stored, "w") as f:
+        f["clock"], f["x_m"] = np.arange(5.0), np.arange(5.0)
+    assert Recording.read(stored, {"t": "clock[ms]"}).dt == pytest.approx(1e-3)
+    assert Recording.read(stored, {"t": "clock"}).dt == pytest.approx(1.0)

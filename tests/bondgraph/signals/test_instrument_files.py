@@ -213,3 +213,34 @@ def test_bad_words_are_answered(
 
 def test_a_part_of_a_long_name_is_recognised() -> None:
     assert nearest("stribek", ["backlash", "stribeck_friction"]) == ("stribeck_friction",)
+
+
+def test_a_map_says_the_unit_of_the_time(tmp_path: Path) -> None:
+    text = "Zeit;F[N]\n" + "\n".join(f"{2 * k};{k % 5}" for k in range(20))
+    file = write(tmp_path, text)
+    with pytest.raises(UnusableInput, match=r"such as map=\{'t': 'Zeit\[s\]'\}"):
+        Recording.read(file)
+    assert Recording.read(file, map={"t": "Zeit[ms]"}).dt == pytest.approx(2e-3)
+    assert Recording.read(file, map={"t": "Zeit"}).dt == pytest.approx(2.0)
+    with pytest.raises(UnusableInput, match="not in a unit of time"):
+        Recording.read(file, map={"t": "Zeit[mm]"})
+    stated = write(tmp_path, text.replace("Zeit", "t_ms"))
+    assert Recording.read(stated, map={"t": "t[ms]"}).dt == pytest.approx(2e-3)
+    with pytest.raises(UnusableInput, match="make the units agree"):
+        Recording.read(stated, map={"t": "t[s]"})
+
+
+def test_decimal_commas_between_commas_are_told(tmp_path: Path) -> None:
+    rows = "\n".join(f"{k},{k},5,{k},25" for k in range(5))
+    with pytest.raises(UnusableInput, match="5 cells, the header has 3; decimal commas need ';'"):
+        Recording.read(write(tmp_path, f"t_s,F[N],x[m]\n{rows}"))
+
+
+@pytest.mark.parametrize("cell", ["#N/A", "NA", "null", "-"])
+def test_what_programs_write_for_no_value_is_missing(cell: str, tmp_path: Path) -> None:
+    rows = [f"0.{k};{k}" for k in range(8)]
+    rows[3] = f"0.3;{cell}"
+    file = write(tmp_path, "t_s;x[m]\n" + "\n".join(rows))
+    with pytest.raises(UnusableInput, match=r"1 of 8 values are NaN.*fill=1"):
+        Recording.read(file)
+    assert Recording.read(file, fill=1)["x"][3] == pytest.approx(3.0)

@@ -77,3 +77,17 @@ def test_a_column_that_the_model_does_not_need_may_lack_a_unit(tmp_path: Path) -
     assert "left out: 'state'" in read.notes[0]
     with pytest.raises(UnusableInput, match="'x': no unit"):
         open_recording(str(table(tmp_path, "t_s,F[N],x,state")), carriage())
+
+
+@pytest.mark.parametrize("wrong", ["x=place", ["x"], {"x": 3}])
+def test_what_is_no_map_is_told(wrong: object, tmp_path: Path) -> None:
+    file = table(tmp_path, "t_s,F[N],place_mm,state")
+    for read in (Recording.read, lambda f, m: asked_of(carriage(), f, None, None, {}, m)):
+        with pytest.raises(UnusableInput, match=r"such as map=\{'x': 'displacement\[um\]'\}"):
+            read(file, wrong)
+
+
+def test_the_beginning_of_a_column_is_near_enough(tmp_path: Path) -> None:
+    file = table(tmp_path, "t_s,F[N],place_mm,state")
+    with pytest.raises(BondsightError, match="Did you mean 'place_mm'"):
+        Recording.read(file, {"x": "pla"})
