@@ -12,12 +12,12 @@ a block without one is said to have none that is short.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from bondgraph.signals.units import same_dimension
+from bondgraph.signals.units import read_unit, same_dimension
 from bondgraph.support.arrays import FloatArray
 from identification.uncertainty.integer_vectors import HOLDS, integer_vectors
 
@@ -57,6 +57,23 @@ class Combination:
             by = {"product": w / p, "sum": float(w)}.get(self.form, -w / p**2)
             found[n] = by * slopes[n]
         return found
+
+    def unit(self, units: Mapping[str, str]) -> str:
+        """Return its SI unit; empty where one of the units is not known.
+
+        Parameters
+        ----------
+        units : mapping of str to str
+            Of the parameters; empty where none is declared.
+        """
+        own = [units[n] for n in self.names]
+        if not all(own) or self.form == "sum":
+            return own[0] if all(own) else ""
+        weights = self.weights if self.form == "product" else (-1,)
+        made = read_unit(monomial([f"({u})" for u in own[: len(weights)]], weights))
+        if made is None:
+            return ""
+        return next((k for k in ("s", "1/s") if same_dimension(k, made.si)), made.si)
 
     def __str__(self) -> str:
         """Text such as ``T^2/k`` or ``R_1 + 2*R_2``."""

@@ -9,10 +9,10 @@ from math import gcd, log
 
 import numpy as np
 
-from bondgraph.signals.units import read_unit, same_dimension
 from bondgraph.support.arrays import FloatArray
 from identification.report.numbers import quantity, within
 from identification.uncertainty.combinations import Combination, FlatBlock
+from identification.uncertainty.finding import PLAIN
 from identification.uncertainty.information import Information, Sensitivities
 
 KINDS = ("dead", "flat direction", "trade-off pair", "not pinned", "at bound")
@@ -41,7 +41,7 @@ class Statement:
 
     def __str__(self) -> str:
         """One line."""
-        return f"{self.kind}: {self.text}"
+        return f"{PLAIN.get(self.kind, self.kind)}: {self.text}"
 
 
 def dead_words(name: str, s: Sensitivities, size: float) -> Statement:
@@ -80,23 +80,10 @@ def _known(c: Combination, values: dict[str, float], info: Information, s: Sensi
     slopes = dict(zip(s.names, s.slopes.tolist(), strict=True))
     gradient = c.gradient(values, slopes)
     error = info.error_of(np.array([gradient.get(n, 0.0) for n in s.names]))
-    unit = _unit(c, s)
+    unit = c.unit(dict(zip(s.names, s.units, strict=True)))
     if c.form == "product":
         return f"{quantity(c.value(values), unit)} ({within(1.96 * error)})"
     return f"{quantity(c.value(values), unit)} (±{quantity(1.96 * error, unit, 2)})"
-
-
-def _unit(c: Combination, s: Sensitivities) -> str:
-    """Return the SI unit of a combination; empty if one of its parameters has none."""
-    own = [s.units[s.index(n)] or "?" for n in c.names]
-    if c.form == "product":
-        text = "*".join(f"({u})^{w}" for u, w in zip(own, c.weights, strict=True))
-    else:
-        text = own[0] if c.form == "sum" else f"1/({own[0]})"
-    unit = read_unit(text)
-    if unit is None or not unit.is_si:
-        return ""
-    return next((k for k in ("1", "s", "1/s") if same_dimension(k, unit.si)), unit.si)
 
 
 def trade_offs(
@@ -118,7 +105,7 @@ def trade_offs(
             # a combination says nothing to a reader unless much more is known of it
             if 1.96 * error < 0.5 * min(alone):
                 value = c.value(dict(zip(s.names, s.values.tolist(), strict=True)))
-                told = quantity(value, _unit(c, s))
+                told = quantity(value, c.unit(dict(zip(s.names, s.units, strict=True))))
                 text += f"; {c} is known to {within(1.96 * error)} ({told})"
             each = zip((s.names[i], s.names[j]), map(within, alone), strict=True)
             text += "; " + ", ".join(f"{n} alone to {width}" for n, width in each)

@@ -8,11 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from bondgraph.signals.units import read_unit
 from bondgraph.support.errors import BondsightError
 from identification.report.numbers import interval, quantity
 from identification.report.words import listed
-from identification.uncertainty.combinations import Combination, FlatBlock, monomial
+from identification.uncertainty.combinations import Combination, FlatBlock
 from identification.uncertainty.fitted import FitView
 from identification.uncertainty.information import Information
 from identification.uncertainty.postflight import practical_of
@@ -141,14 +140,4 @@ def _told(c: Combination, info: Information) -> Told:
     if c.form == "product":
         low, high = sorted(v * np.exp(e) for e in np.clip((-reach, reach), -700.0, 700.0))
         ends = (float(low), float(high))
-    return Told(str(c), v, _unit(c, dict(zip(s.names, s.units, strict=True))), ends)
-
-
-def _unit(c: Combination, units: dict[str, str]) -> str:
-    """Return the SI unit of a combination; empty where one of the units is not known."""
-    own = [units[n] or "1" for n in c.names]
-    if c.form == "sum":
-        return own[0]
-    weights = c.weights if c.form == "product" else (-1,)
-    made = read_unit(monomial([f"({u})" for u in own[: len(weights)]], weights))
-    return made.si if made is not None else ""
+    return Told(str(c), v, c.unit(dict(zip(s.names, s.units, strict=True))), ends)

@@ -41,10 +41,8 @@ def map_argument(name: str, column: str = "") -> str:
 
 def require_map(map: object) -> None:
     """Refuse what is no mapping of names to columns."""
-    texts = isinstance(map, Mapping) and all(
-        isinstance(w, str) for pair in map.items() for w in pair
-    )
-    if map is not None and not texts:
+    words = (*map, *map.values()) if isinstance(map, Mapping) else (None,)
+    if map is not None and not all(isinstance(w, str) for w in words):
         raise UnusableInput(
             f"map = {map!r}: give names with their columns, such as "
             f"{map_argument('x', 'displacement[um]')}"

@@ -443,7 +443,7 @@ def test_no_reader_is_imported_before_its_file() -> None:
 
 def test_a_map_says_the_unit_of_a_stored_time(tmp_path: Path) -> None:
     file = tmp_path / "a.npz"
-    np.savez(file, clock=np.arange(5.0), **{"x[m]": np.arange(5.0)})
+    np.savez(file, clock=np.arange(5.0), x_m=np.arange(5.0))
     assert Recording.read(file, {"t": "clock[ms]"}).dt == pytest.approx(1e-3)
     h5py = pytest.importorskip("h5py")
     stored = tmp_path / "a.h5"

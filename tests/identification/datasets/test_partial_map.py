@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -80,7 +81,7 @@ def test_a_column_that_the_model_does_not_need_may_lack_a_unit(tmp_path: Path) -
 
 
 @pytest.mark.parametrize("wrong", ["x=place", ["x"], {"x": 3}])
-def test_what_is_no_map_is_told(wrong: object, tmp_path: Path) -> None:
+def test_what_is_no_map_is_told(wrong: Any, tmp_path: Path) -> None:
     file = table(tmp_path, "t_s,F[N],place_mm,state")
     for read in (Recording.read, lambda f, m: asked_of(carriage(), f, None, None, {}, m)):
         with pytest.raises(UnusableInput, match=r"such as map=\{'x': 'displacement\[um\]'\}"):
