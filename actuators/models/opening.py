@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib
 import importlib.util
 import os
+import re
 import sys
 import traceback
 from collections.abc import Callable
@@ -128,20 +129,29 @@ def _run(action: Callable[[], Any], where: str) -> Any:
     except BondsightError as error:
         if (place := _place(error)) and not getattr(error, "__notes__", ()):
             error.add_note(place.strip())
+        if _constant_source(error):
+            raise _raised(error, where) from None
         raise
     except (Exception, SystemExit) as error:
-        text = " ".join(str(error).split()) or "no message"
-        raise UnusableInput(
-            f"model {where} raised {type(error).__name__}{_place(error)}: {text}; mend the model"
-            f"{_constant_source(error)}"
-        ) from None
+        raise _raised(error, where) from None
+
+
+def _raised(error: BaseException, where: str) -> UnusableInput:
+    """Return the line on what a model raised; a `TypeError` of ours is told as one."""
+    kind = "TypeError" if isinstance(error, TypeError) else type(error).__name__
+    text = " ".join(str(error).split()) or "no message"
+    return UnusableInput(
+        f"model {where} raised {kind}{_place(error)}: {text}; mend the model"
+        f"{_constant_source(error)}"
+    )
 
 
 def _constant_source(error: BaseException) -> str:
     """Return how a constant source is written, where one was given a value; empty elsewhere."""
-    called, _, what = str(error).partition(".__init__() got ")
-    if not isinstance(error, TypeError) or called not in ("Se", "Sf") or "argument" not in what:
+    given = re.match(r"(Se|Sf)(?:\.__init__\(\) got .*argument|: no argument 'value')", str(error))
+    if not isinstance(error, TypeError) or given is None:
         return ""
+    called = given[1]
     kind = "effort" if called == "Se" else "flow"
     return (
         f"; {called} is recorded and has no value: a constant {kind} is M{called}(name, value, "

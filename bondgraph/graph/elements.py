@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self, TypeAlias, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, TypeAlias, TypeVar
 
 import sympy as sp
 
@@ -12,7 +12,7 @@ from bondgraph.graph import building
 from bondgraph.signals.units import read_unit
 from bondgraph.support.bounds import Name, Positive, one_of, whole
 from bondgraph.support.errors import GraphError
-from bondgraph.support.spelled import require_arguments
+from bondgraph.support.spelled import spelled
 
 if TYPE_CHECKING:
     from bondgraph.graph.drives import Drive
@@ -37,11 +37,6 @@ class Element:
     n_ports: ClassVar[int | None] = 1
     numbers: ClassVar[tuple[str, ...]] = ("value", "stiffness", "ratio")
     """Fields that hold a `Value`."""
-
-    def __new__(cls, *values: object, **options: object) -> Self:
-        """Offer the nearest argument where one is misspelled."""
-        require_arguments(cls.__name__, options, cls.__init__)
-        return super().__new__(cls)
 
     def __post_init__(self) -> None:
         """Refuse names that cannot be addresses; join the graph that is being built."""
@@ -85,6 +80,7 @@ class Junction(Element):
     n_ports: ClassVar[int | None] = None
 
 
+@spelled
 @dataclass(frozen=True)
 class Zero(Junction):
     """Common effort: one effort, the flows sum to zero.
@@ -105,6 +101,7 @@ class Zero(Junction):
     kind: ClassVar[str] = "0"
 
 
+@spelled
 @dataclass(frozen=True)
 class One(Junction):
     """Common flow: one flow, the efforts sum to zero.
@@ -150,6 +147,7 @@ class Source(Element):
     gain: Value | None = field(default=None, kw_only=True)
 
 
+@spelled
 @dataclass(frozen=True)
 class Se(Source):
     """Effort source.
@@ -163,6 +161,7 @@ class Se(Source):
     kind: ClassVar[str] = "Se"
 
 
+@spelled
 @dataclass(frozen=True)
 class Sf(Source):
     """Flow source.
@@ -189,6 +188,7 @@ class Modulated(Source):
     value: Value | None = 0.0
 
 
+@spelled
 @dataclass(frozen=True)
 class MSe(Modulated):
     """Effort source modulated by a signal.
@@ -203,6 +203,7 @@ class MSe(Modulated):
     kind: ClassVar[str] = "MSe"
 
 
+@spelled
 @dataclass(frozen=True)
 class MSf(Modulated):
     """Flow source modulated by a signal.
@@ -244,6 +245,7 @@ class Valued(Element):
             _to_si(self, "value", "stiffness")
 
 
+@spelled
 @dataclass(frozen=True)
 class R(Valued):
     """Resistor ``e = R f`` (or a law ``e = law(f)``).
@@ -257,6 +259,7 @@ class R(Valued):
     kind: ClassVar[str] = "R"
 
 
+@spelled
 @dataclass(frozen=True)
 class C(Valued):
     """Storage of displacement ``e = q / C``; give ``stiffness=`` for springs, ``e = k q``.
@@ -273,6 +276,7 @@ class C(Valued):
     kind: ClassVar[str] = "C"
 
 
+@spelled
 @dataclass(frozen=True)
 class I(Valued):
     """Storage of momentum ``f = p / I``.
@@ -301,6 +305,7 @@ class TwoPort(Element):
         _to_si(self, "ratio")
 
 
+@spelled
 @dataclass(frozen=True)
 class TF(TwoPort):
     """Transformer, half arrows through: ``e_in = n e_out``, ``f_out = n f_in``.
@@ -328,6 +333,7 @@ class TF(TwoPort):
     kind: ClassVar[str] = "TF"
 
 
+@spelled
 @dataclass(frozen=True)
 class GY(TwoPort):
     """Gyrator, half arrows through: ``e_in = r f_out``, ``e_out = r f_in``.
@@ -351,6 +357,7 @@ class GY(TwoPort):
     kind: ClassVar[str] = "GY"
 
 
+@spelled
 @dataclass(frozen=True)
 class MTF(TF):
     """Transformer whose `ratio` is an expression of signals and parameters.
@@ -366,6 +373,7 @@ class MTF(TF):
     kind: ClassVar[str] = "MTF"
 
 
+@spelled
 @dataclass(frozen=True)
 class MGY(GY):
     """Gyrator whose `ratio` is an expression of signals and parameters.
@@ -408,6 +416,7 @@ class Field(Multiport):
     letter: ClassVar[str] = ""
 
 
+@spelled
 @dataclass(frozen=True)
 class CField(Field):
     """Multiport C: efforts are the gradient of the `energy` of the displacements.
@@ -425,6 +434,7 @@ class CField(Field):
     letter: ClassVar[str] = "q"
 
 
+@spelled
 @dataclass(frozen=True)
 class IField(Field):
     """Multiport I: flows are the gradient of the `energy` of the momenta.
@@ -440,6 +450,7 @@ class IField(Field):
     letter: ClassVar[str] = "p"
 
 
+@spelled
 @dataclass(frozen=True)
 class RField(Field):
     """Multiport R: efforts from flows.
@@ -454,6 +465,7 @@ class RField(Field):
     letter: ClassVar[str] = "f"
 
 
+@spelled
 @dataclass(frozen=True)
 class RE(TwoPort):
     """Chemical reaction by mass action: ``f = k (exp(A_in) - exp(A_out))`` through both ports.
@@ -476,6 +488,7 @@ class RE(TwoPort):
     kind: ClassVar[str] = "RE"
 
 
+@spelled
 @dataclass(frozen=True)
 class RS(TwoPort):
     """Resistor with its heat: ``e = R f`` at the port the half arrow enters, heat out of the other.
@@ -512,6 +525,7 @@ class Switched(Junction):
     on: bool = True
 
 
+@spelled
 @dataclass(frozen=True)
 class X0(Switched):
     """Switched 0-junction: off, every bond has zero effort.
@@ -525,6 +539,7 @@ class X0(Switched):
     kind: ClassVar[str] = "X0"
 
 
+@spelled
 @dataclass(frozen=True)
 class X1(Switched):
     """Switched 1-junction: off, every bond has zero flow.

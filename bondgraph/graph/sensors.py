@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 from bondgraph.graph.elements import Element, Value
 from bondgraph.support.bounds import Name
+from bondgraph.support.spelled import spelled
 
 if TYPE_CHECKING:
     from bondgraph.laws.law import Law
@@ -42,6 +43,7 @@ class Sensor(Element):
     resolution: Value | None = field(default=None, kw_only=True)
 
 
+@spelled
 @dataclass(frozen=True)
 class De(Sensor):
     """Reads the effort of a 0-junction.
@@ -55,6 +57,7 @@ class De(Sensor):
     kind: ClassVar[str] = "De"
 
 
+@spelled
 @dataclass(frozen=True)
 class Df(Sensor):
     """Reads the flow of a 1-junction.
@@ -68,6 +71,7 @@ class Df(Sensor):
     kind: ClassVar[str] = "Df"
 
 
+@spelled
 @dataclass(frozen=True)
 class Dq(Sensor):
     """Reads the displacement (integral of the flow) of a 1-junction.
@@ -81,6 +85,7 @@ class Dq(Sensor):
     kind: ClassVar[str] = "Dq"
 
 
+@spelled
 @dataclass(frozen=True)
 class Da(Sensor):
     """Reads the rate of a junction's common variable.
@@ -104,6 +109,7 @@ class Da(Sensor):
     kind: ClassVar[str] = "Da"
 
 
+@spelled
 @dataclass(frozen=True)
 class Reading(Sensor):
     """Reads any signal of the graph, or what an expression makes of several; it has no bond.

@@ -19,7 +19,13 @@ from bondgraph.drawing.panels import Panels
 from bondgraph.signals.decimation import thinned
 from bondgraph.signals.files.any_file import read_table
 from bondgraph.signals.files.arrays import pick_arrays
-from bondgraph.signals.files.checks import check_file, check_finite, check_name, frozen
+from bondgraph.signals.files.checks import (
+    check_file,
+    check_finite,
+    check_name,
+    frozen,
+    require_map,
+)
 from bondgraph.signals.files.columns import OTHERS
 from bondgraph.signals.files.time_base import TIME, Even, make_even, with_others
 from bondgraph.signals.interop import dataset_arrays, to_html, to_pandas, to_xarray, write_csv
@@ -222,7 +228,8 @@ class Recording:
                 )
             saved = cls.open(file)
             named = replace(saved, name=name) if name else saved
-            return named.select({OTHERS: OTHERS, **map}) if map is not None else named
+            require_map(map)
+            return named.select({**map, OTHERS: map.get(OTHERS, OTHERS)}) if map else named
 
         def reading(chosen: Mapping[str, str] | None) -> Even:
             table = read_table(file, chosen, fs)

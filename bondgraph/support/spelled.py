@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from functools import wraps
 from typing import Any, TypeVar
 
@@ -31,20 +31,16 @@ def spelled(made: _Made) -> _Made:
     return checked
 
 
-def require_arguments(where: str, given: Iterable[str], function: Any) -> None:
-    """Raise `UnknownArgument` for the first of the `given` that `function` does not take."""
+def _checked(function: Any, where: str) -> Any:
     code = function.__code__
     known = code.co_varnames[: code.co_argcount + code.co_kwonlyargcount]
-    for name in given:
-        if name not in known:
-            offered = (n for n in known if n not in ("self", "cls"))
-            raise UnknownArgument(f"{where}: {unknown_name('argument', name, '', offered)}")
 
-
-def _checked(function: Any, where: str) -> Any:
     @wraps(function)
     def called(*values: Any, **options: Any) -> Any:
-        require_arguments(where, options, function)
+        for name in options:
+            if name not in known:
+                offered = (n for n in known if n not in ("self", "cls"))
+                raise UnknownArgument(f"{where}: {unknown_name('argument', name, '', offered)}")
         return function(*values, **options)
 
     return called

@@ -53,6 +53,7 @@ def test_the_nearest_is_told(called: Any, options: dict[str, Any], said: str) ->
 def test_nothing_else_changes() -> None:
     assert "time" in inspect.signature(diagnose).parameters
     assert "free" in inspect.signature(Study).parameters
+    assert list(inspect.signature(R).parameters)[:3] == ["name", "value", "unit"]
     assert pickle.loads(pickle.dumps(diagnose)) is diagnose
     assert pickle.loads(pickle.dumps(R("d", 1.0))) == R("d", 1.0)
 
