@@ -33,8 +33,8 @@ def values_of(model: MirrorModel, p: FloatArray, drive: float) -> MirrorValues:
     stiffness = np.diag(a.stiffness * (1.0 - a.softening @ on))
     losses, lost = a.coupling + a.dragging @ on, a.bending @ on
     for (i, j), c, b in zip(model.layout.pairs, losses, lost, strict=True):
-        damping[i, j] = damping[j, i] = c / OMEGA
-        stiffness[i, j] = stiffness[j, i] = -b
+        damping[[i, j], [j, i]] += c / OMEGA
+        stiffness[[i, j], [j, i]] -= b
     n, v = terms.voltage_count, len(terms.of_voltage)
     drives, rates, springs = [], [], []
     for w in a.memory:

@@ -83,7 +83,7 @@ class Layout:
     ----------
     modes : int
     pairs : tuple of (int, int)
-        Modes with mutual damping.
+        Modes with mutual damping and stiffness.
     terms : int
         B.
     dampers : int

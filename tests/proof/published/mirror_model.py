@@ -77,7 +77,7 @@ class MirrorModel:
     terms : Terms
     lines : Lines
     reference : float
-        Drive level at which softening counts as zero, V.
+        Drive level at which all that follows it counts as zero, V.
     """
 
     layout: Layout
@@ -236,7 +236,7 @@ class MirrorModel:
 
 
 def of_drive(drive: float) -> FloatArray:
-    """What the two parts of softening and slackening count at a drive level."""
+    """What the two parts of all that follows the drive level count there."""
     return np.array((drive, drive**2))
 
 

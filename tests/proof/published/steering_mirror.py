@@ -11,8 +11,8 @@ which takes off part of the plays' loss at high frequency; weak plays of the act
 and stiffness and damping, of modes and between them, that follow the drive level without the loss
 that plays would bring, a slow state that settled records show only level by level. Damping and
 stiffness between modes are free in sign by default, which fits the phases of the mode shapes but
-need not be passive; then the bond graph refuses the values. ``Sizes(reach=0, dampers=10)`` is
-passive, and its bond graph simulates.
+need not be passive; then the bond graph refuses the values. With ``Sizes(reach=0,
+dampers=10)`` only the modes' own values follow the drive level; passive values simulate.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ LINEAR = (
     "log_omega", "log_zeta", "psi", "phi", "static", "late_in", "late_out", "coupling", "dampers",
 )  # fmt: skip
 SETTLED = 5e-4
-"""Relative decrease of the cost that ends every fit that is judged."""
+"""Relative decrease of the cost in a step that ends every fit that is judged."""
 
 SPREAD = 0.7
 """Modal stiffness may first differ from the median by this logarithm: it only scales a mode."""
@@ -65,7 +65,8 @@ class Sizes:
         Modes added where most is left of the response. One of y2 at 1384 Hz, which every model
         needs, comes fifth.
     reach : int
-        Modes up to this many places apart in frequency have mutual damping of either sign.
+        Modes up to this many places apart in frequency have mutual damping and stiffness of
+        either sign.
     dampers : int
         Passive dampers between modes; a model with these and no reach is a bond graph.
     linear, few, all : int

@@ -5,7 +5,6 @@ Sizes: M modes, 3 actuators, 3 sensors.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,6 +18,9 @@ from tests.proof.published.models.plays_and_powers import PlaysAndPowers
 FAR = 1e-3
 """Share of an actuator's force that the modes far above the band take: its square is what they
 give back to the actuator's motion, which is neglected."""
+
+ROUNDING = 1e-12
+"""Springs and dampers smaller than this, of scaled matrices, count as none."""
 
 QUICK = 1e-6
 """Time constant of those modes, s."""
@@ -80,14 +82,17 @@ def steering_mirror(values: MirrorValues) -> BondGraph:
         body = [One(f"mode_{m + 1}") for m in modes]
         for m in modes:
             body[m] >> I(f"m_{m + 1}", float(values.mass[m]), unit="kg")
-            sizes, shares = springs
-            spring = Zero(f"stretch_{m + 1}")
-            spring >> C(f"k_{m + 1}", stiffness=float(sizes[m]), unit="N/m")
-            _share(g, body, f"t_{m + 1}", shares[:, m], spring)
-            sizes, shares = dampers
-            damper = Zero(f"slip_{m + 1}")
-            damper >> R(f"d_{m + 1}", float(sizes[m]), unit="N*s/m")
-            _share(g, body, f"s_{m + 1}", shares[:, m], damper)
+            for kind, (sizes, shares) in (("spring", springs), ("damper", dampers)):
+                if not sizes[m]:
+                    continue
+                element = Zero(f"of_{kind}_{m + 1}")
+                if kind == "spring":
+                    element >> C(f"k_{m + 1}", stiffness=float(sizes[m]), unit="N/m")
+                else:
+                    element >> R(f"d_{m + 1}", float(sizes[m]), unit="N*s/m")
+                for j, share in enumerate(shares[:, m]):
+                    if share:
+                        body[j] >> _shape(g, f"{kind}_{m + 1}_{j + 1}", share) >> element
         far = [One(f"far_{i + 1}") for i in range(3)]
         for i, node in enumerate(far):
             node >> C(f"k_far_{i + 1}", stiffness=1.0, unit="N/m")
@@ -117,31 +122,30 @@ def steering_mirror(values: MirrorValues) -> BondGraph:
 
 def elements_that_feed(matrix: FloatArray) -> int:
     """Return how many springs or dampers of a matrix are negative: 0 if they are passive."""
-    return int((np.linalg.eigvalsh(matrix) < 0.0).sum())
+    return int((_scaled(matrix)[1] < -ROUNDING).sum())
+
+
+def _scaled(matrix: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return the size of each mode, shape (M,), and eigenvalues and vectors without it."""
+    own = np.sqrt(np.abs(np.diag(matrix)))
+    own[own == 0.0] = 1.0
+    return own, *np.linalg.eigh(matrix / np.outer(own, own))
 
 
 def _along(matrix: FloatArray, kind: str) -> tuple[FloatArray, FloatArray]:
     """Return springs or dampers that make a matrix, and the share of each mode in each, (M, M)."""
-    if not np.allclose(matrix, matrix.T):
+    if not np.allclose(matrix, matrix.T, atol=1e-12 * float(np.abs(matrix).max())):
         raise UnusableInput(
             f"steering mirror: the matrix of the {kind}s is not symmetric, so no {kind}s make it; "
             "give the mean of the matrix and its transpose"
         )
-    own = np.sqrt(np.abs(np.diag(matrix)))
-    sizes, directions = np.linalg.eigh(matrix / np.outer(own, own))
-    if sizes[0] < 0.0:
+    if feed := elements_that_feed(matrix):
         raise UnusableInput(
-            f"steering mirror: {elements_that_feed(matrix)} of the {kind}s between modes would "
-            f"create power; fit passive {kind}s instead of free ones between pairs"
+            f"steering mirror: {feed} of the {kind}s of and between modes would create power; fit "
+            f"passive {kind}s instead of free ones between pairs"
         )
-    return sizes, own[:, None] * directions
-
-
-def _share(g: BondGraph, body: Sequence[One], name: str, shares: FloatArray, element: Zero) -> None:
-    """Join modes to an element that acts along a direction of theirs."""
-    for j, share in enumerate(shares):
-        if share:
-            body[j] >> _shape(g, f"{name}_{j + 1}", share) >> element
+    own, sizes, directions = _scaled(matrix)
+    return np.maximum(sizes, 0.0), own[:, None] * directions
 
 
 def _shape(g: BondGraph, name: str, value: float) -> TF:
