@@ -32,7 +32,7 @@ from bondgraph.graph.elements import Multiport
 from bondgraph.graph.parameter import symbol
 from bondgraph.graph.sensors import Da
 from bondgraph.simulation.modes.resolve import in_mode
-from bondgraph.support.errors import GraphError
+from bondgraph.support.errors import GraphError, UnusableInput
 from bondgraph.support.spelled import spelled
 
 SHORT = 40
@@ -61,12 +61,19 @@ def equations(graph: BondGraph, causality: Causality | None = None) -> System:
         A loop is singular: its equations determine nothing, or contradict each other.
     DerivativeCausality
         A dependent storage cannot be solved (its law has memory, or its index is too high).
+    UnusableInput
+        If `causality` is none, such as values.
 
     Examples
     --------
     >>> equations(graph).rates
     (F - d*p_m/m - k*q_k, p_m/m)
     """
+    if causality is not None and not isinstance(causality, Causality):
+        raise UnusableInput(
+            f"equations: {type(causality).__name__} is no causality; equations hold for any "
+            "values, and graph.with_values({...}) is the graph with others"
+        )
     graph = in_mode(graph)
     if causality is None:
         try:

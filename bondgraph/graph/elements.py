@@ -146,6 +146,19 @@ class Source(Element):
     )
     gain: Value | None = field(default=None, kw_only=True)
 
+    def __post_init__(self) -> None:
+        """Refuse a drive that is none, such as the bare law of one."""
+        super().__post_init__()
+        if self.drive is not None and not all(hasattr(self.drive, n) for n in DRIVE):
+            raise GraphError(
+                f"{self.name} ({self.kind}): drive = {self.drive!r} is no Drive; give "
+                "Drive(law=..., lag=..., delay=...) of bondgraph.graph.drives: a law of the "
+                "command, the names of a time constant and of a dead time"
+            )
+
+
+DRIVE = ("law", "lag", "delay")
+
 
 @spelled
 @dataclass(frozen=True)

@@ -148,8 +148,11 @@ def _intervals(made: Fit) -> tuple[tuple[Estimate, ...], tuple[Estimate, ...]]:
     stack, point = alone(made)
     with calm():
         now = stack.evaluate(point)
-        inverse = inverse_information(stack, now, point)
-        robust = sandwich(stack, now, point, inverse)
+        try:
+            inverse = inverse_information(stack, now, point)
+            robust = sandwich(stack, now, point, inverse)
+        except np.linalg.LinAlgError:  # a run that nearly overflowed tells its values alone
+            return estimates_of(stack, point, np.diag(np.full(stack.n, np.inf)))
     return estimates_of(stack, point, np.diag(np.maximum(np.diag(inverse), np.diag(robust))))
 
 

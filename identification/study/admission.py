@@ -20,7 +20,7 @@ def admit_recordings(recordings: Sequence[object]) -> None:
         if not isinstance(r, Recording):
             raise UnusableInput(
                 f"a study takes recordings, not {type(r).__name__}; make one with "
-                "Recording.read or Recording.from_arrays"
+                "Recording.read (a file), Recording.from_pandas or Recording.from_arrays"
             )
         if r.n < 2:
             raise UnusableInput(

@@ -84,6 +84,8 @@ def _why(
     chosen = step.chosen
     if t is chosen:
         named = d.kind == "missing_physics" and step.kind == "missing_physics"
+        if named and step.answer not in ("exact", "approximate"):
+            return "winner", "the best of what may be named"
         return "winner", "named" if named else "closest, but not certain enough for a name"
     if t.effect == "unknown":
         return "locates", "a curve without a name: shows where, not what"
@@ -99,6 +101,8 @@ def _why(
         return "lost", f"explains only {100 * share:.0f} % of the misfit"
     if t.insertion.contains(chosen.insertion):
         return "lost", f"richer, yet hardly better than {spaced(chosen.effect)}"
+    if z < -d.limits.z:
+        return "lost", f"leaves less, yet a freer form at {chosen.element} does better than it"
     if t.test <= chosen.test * 1.02 and not t.home:
         return "lost", "an unusual place for it, and no clear gain over the usual one"
     if t.test <= chosen.test * 1.02:

@@ -141,7 +141,13 @@ def moved(
     unit that is wrong. None for those that a found law has `taken_over`.
     """
     declared = {n: p for n, p in declared.items() if n not in taken_over}
-    far = far_off(last, declared)
+    ends = {e.name: e.ci95 for e in last.estimates}
+    # an interval that holds what is declared tells nothing against it
+    far = {
+        n: ratio
+        for n, ratio in far_off(last, declared).items()
+        if not ends[n][0] <= declared[n].value <= ends[n][1]
+    }
     found = [
         f"{e.name} is declared as {declared[e.name].value:.4g}{_unit(e.unit)} and fitted as "
         f"{e.value:.4g}{_unit(e.unit)}: check its value and the units of all channels"

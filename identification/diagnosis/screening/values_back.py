@@ -67,7 +67,7 @@ def told_by_values(graph: BondGraph, nominal: Fit) -> tuple[Mixup, ...]:
     found = [t for m in _other_units(graph, nominal) if (t := tried(m)) is not None]
     absurd = sum(a > np.log(MOVED) for a in off.values())
     if not found and absurd >= SEVERAL:
-        found = [t for m in _exchanged(graph, nominal) if (t := tried(m)) is not None]
+        found = [t for m in _in_windows(graph, nominal) if (t := tried(m)) is not None]
     return tuple(sorted(found, key=lambda m: m.beside))
 
 
@@ -114,11 +114,19 @@ def in_usual_unit(data: Data, s: Suspect) -> Mixup | None:
     return in_unit(data, s.channels, min(near, key=lambda f: abs(float(np.log(f / s.factor)))))
 
 
-def _exchanged(graph: BondGraph, nominal: Fit) -> Iterator[Mixup]:
-    """Yield channels that short stretches allow to be exchanged."""
+def _in_windows(graph: BondGraph, nominal: Fit) -> Iterator[Mixup]:
+    """Yield exchanges and usual units of a channel that short stretches allow.
+
+    A fit that ended in a wrong valley does not point at the channel whose unit led it there.
+    """
     data = brief(nominal.problem.data)
     most = ALIKE * max(in_windows(graph, data), ENOUGH)
-    for m in exchanges(graph, data):
+    units = (
+        in_unit(data, (n,), factor)
+        for n in (*data.commands, *data.names)
+        for factor in conversions(data.read_in.get(n, ""))
+    )
+    for m in (*exchanges(graph, data), *units):
         if in_windows(graph, undone(data, m)) <= most:
             yield m
 

@@ -119,7 +119,8 @@ def _mistaken(d: Diagnosis) -> str:
     first, name = d.mistakes[0], d.recording.name
     claims = " or ".join(m.claim for m in d.mistakes)
     return (
-        f"{name} rather than {d.model} looks wrong: {claims}; {first.undoing}. No physics is "
+        f"The recording {name} rather than the model {d.model} looks wrong: {claims}; "
+        f"{first.undoing}. No physics is "
         "told before that is mended."
     )
 
@@ -291,8 +292,8 @@ def _paragraph(title: str, sentences: Iterable[str]) -> str:
 def _answer(v: Data) -> str:
     if _not_searched(v):
         return (
-            f"{v['recording']['name'] or 'the recording'} rather than "
-            f"{v['model'] or 'the model'} looks wrong: {' or '.join(v['suspects'])}. No physics "
+            f"The recording {v['recording']['name']} rather than "
+            f"the model {v['model']} looks wrong: {' or '.join(v['suspects'])}. No physics "
             "is told before that is mended."
         )
     return ended("; but ".join((_found(v).removesuffix("."), *v.get("suspects", ()))))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -30,6 +30,7 @@ from bondgraph import (
 from bondgraph.equations.derivation import equations
 from bondgraph.laws import Polynomial
 from bondgraph.simulation.lure import compile_model
+from bondgraph.support.errors import UnusableInput
 from tests.symbols import P, S, closed, same
 
 
@@ -262,3 +263,8 @@ def test_numbers_of_a_linear_rest_without_parameters() -> None:
     assert lure is not None
     assert lure.block(lure.nominal()).tolist() == [[1.0]]
     assert lure.block_by_parameters(lure.nominal()).shape == (0, 1, 1)
+
+
+def test_values_in_place_of_a_causality_are_refused_with_where_they_go() -> None:
+    with pytest.raises(UnusableInput, match=r"dict is no causality.*graph\.with_values"):
+        equations(resonator(), cast(Any, {"m": 1.0}))

@@ -511,3 +511,9 @@ def test_what_is_derived_from_a_graph_is_kept_until_it_is_changed() -> None:
     assert g.with_values({"R_1": 3.0}).kept(elements) == 5
     assert pickle.loads(pickle.dumps(g)).kept(elements) == 5
     assert made == [3, 4, 5, 5, 5]
+
+
+@pytest.mark.parametrize("drive", [Saturation(), "lag"])
+def test_what_is_no_drive_is_refused_with_how_to_make_one(drive: object) -> None:
+    with pytest.raises(GraphError, match=r"U \(Se\): drive = .*give Drive\(law="):
+        Se("U", unit="V", drive=cast(Drive, drive))

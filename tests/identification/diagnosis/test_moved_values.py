@@ -24,12 +24,13 @@ from tests.spring import spring
 DECLARED = spring().parameters
 
 
-def fitted(**factors: float) -> Any:
+def fitted(known_to: float = 1.1, **factors: float) -> Any:
     declared = {**DECLARED, "c_d": Parameter("c_d", 1.0, unit="N")}
-    estimates = [
-        SimpleNamespace(name=n, value=declared[n].value * f, unit=declared[n].unit)
-        for n, f in factors.items()
-    ]
+    estimates = []
+    for n, f in factors.items():
+        v = declared[n].value * f
+        ends = (v / known_to, v * known_to)
+        estimates.append(SimpleNamespace(name=n, value=v, unit=declared[n].unit, ci95=ends))
     data = SimpleNamespace(commands={"F": None}, names=("x",))
     return SimpleNamespace(estimates=estimates, problem=SimpleNamespace(data=data))
 
@@ -37,6 +38,10 @@ def fitted(**factors: float) -> Any:
 def test_one_value_far_off_is_told_with_its_numbers() -> None:
     (said,) = moved(fitted(m=1e3, d=1.1, k=0.9), DECLARED)
     assert said.startswith("m is declared as")
+
+
+def test_a_value_whose_interval_holds_what_is_declared_is_no_word_worth() -> None:
+    assert moved(fitted(known_to=1e4, m=1e3, d=1e-3), DECLARED) == ()
 
 
 def test_several_values_far_off_tell_of_a_unit_and_name_the_channels(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 from dataclasses import replace
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
@@ -12,6 +13,7 @@ import numpy as np
 import pytest
 
 from bondgraph import GY, BondGraph, I, One, R, Se
+from bondgraph.export.graph_json.read_graph import from_json
 from identification.diagnosis.catalogue import by_name
 from identification.diagnosis.diagnose import Diagnosis, _mistaken
 from identification.diagnosis.explanation import undetermined
@@ -30,7 +32,7 @@ from identification.diagnosis.screening.port_history import FittedModel, PortHis
 from identification.diagnosis.screening.undoing import Mixup
 from identification.diagnosis.search.candidates import Candidate
 from identification.diagnosis.studio import page
-from identification.diagnosis.verdict import in_words, parse_verdict, retold, verdict
+from identification.diagnosis.verdict import in_words, parse_verdict, retold, verdict, write_verdict
 from identification.diagnosis.verdict.lines import sure_words
 from identification.estimation.estimates import Estimate
 from identification.report.words import stopped
@@ -50,6 +52,17 @@ def found() -> Diagnosis:
         BlindRelation(("x",), *SILENT),
     )
     return replace(rubbing_spring.diagnosed(), relations=told)
+
+
+def test_the_repaired_model_is_a_file_for_every_command(found: Diagnosis, tmp_path: Path) -> None:
+    write_verdict(found, tmp_path)
+    kept = from_json((tmp_path / "repaired.json").read_text())
+    assert found.repaired is not None
+    assert kept.parameters.keys() == found.repaired.problem.graph.parameters.keys()
+    for name, p in kept.parameters.items():
+        assert p.value == pytest.approx(found.repaired.values[name], rel=1e-12), name
+    write_verdict(replace(found, steps=()), tmp_path)
+    assert not (tmp_path / "repaired.json").exists()  # one of an earlier run
 
 
 def test_where_one_place_is_named_every_other_one_says_why_it_is_not(found: Diagnosis) -> None:

@@ -12,6 +12,7 @@ from bondgraph.graph.drives import Drive
 from bondgraph.graph.parameter import Parameter
 from bondgraph.signals.fractional_delay import delayed
 from bondgraph.signals.recording import Split
+from identification.estimation import single_record
 from identification.estimation.levenberg_marquardt import FitStatus
 from identification.estimation.single_record import best, fit
 from identification.study.joint import NUISANCE_LAG
@@ -38,6 +39,18 @@ def measured(offset: float = 0.0, lag: float = 0.0, noise: float = NOISE, n: int
 @pytest.fixture(scope="module")
 def data() -> Data:
     return measured(offset=3e-3, lag=0.1)
+
+
+def test_a_fit_without_finite_sensitivities_keeps_its_values(
+    data: Data, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def none(*_: object) -> None:
+        raise np.linalg.LinAlgError("the sensitivities are not finite")
+
+    monkeypatch.setattr(single_record, "inverse_information", none)
+    f = fit(Problem(spring(), data), max_iterations=1)
+    assert {e.name for e in f.estimates} == {"m", "d", "k"}
+    assert all(e.ci95[0] < 1e-290 * e.value < 1e290 * e.value < e.ci95[1] for e in f.estimates)
 
 
 def test_true_parameters_lie_in_their_intervals(data: Data) -> None:
