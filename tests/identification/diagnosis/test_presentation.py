@@ -86,7 +86,8 @@ def test_findings_are_a_table_and_a_page(found: Diagnosis, tmp_path: Path) -> No
     assert (row["effect"], row["element"], row["answer"]) == ("coulomb_friction", "d", "exact")
     page = found.report(tmp_path / "out")
     assert page.name == "report.html"
-    assert {f.name for f in page.parent.iterdir()} == {"report.html", "verdict.json"}
+    written = {f.name for f in page.parent.iterdir()}
+    assert written == {"repaired.json", "report.html", "verdict.json"}
 
 
 def test_a_file_is_a_recording(frame: pd.DataFrame, tmp_path: Path, found: Diagnosis) -> None:

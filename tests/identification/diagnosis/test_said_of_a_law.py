@@ -118,10 +118,8 @@ def test_a_whole_law_is_written_in_every_graph() -> None:
 
 
 def test_what_a_found_law_took_over_is_not_called_far_off() -> None:
-    last: Any = SimpleNamespace(
-        problem=SimpleNamespace(graph=spring()),
-        estimates=[SimpleNamespace(name=n, value=1e-3 * v, unit="") for n, v in (("d", 2.0),)],
-    )
+    d = SimpleNamespace(name="d", value=2e-3, unit="", ci95=(1.9e-3, 2.1e-3))
+    last: Any = SimpleNamespace(problem=SimpleNamespace(graph=spring()), estimates=[d])
     own = taken_over(last, [trial(spring(), "d")])
     assert own == {"d"}
     assert moved(last, spring().parameters)

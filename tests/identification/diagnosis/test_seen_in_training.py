@@ -62,7 +62,7 @@ def test_the_hit_lies_in_a_stretch_that_is_held_out() -> None:
 def test_a_stop_reached_once_is_fitted_and_named() -> None:
     d = judged(run())
     assert d.data is not None
-    assert "of 90 stretches" in d.data.split.rule
+    assert "of 90 equal stretches" in d.data.split.rule
     assert d.kind == "missing_physics"
     assert [(s.chosen.effect, s.chosen.element) for s in d.findings if s.chosen] == [
         ("end_stop", "k")
@@ -73,7 +73,7 @@ def test_a_stop_reached_once_is_fitted_and_named() -> None:
 def test_a_stop_that_hides_behind_friction_is_fitted_and_named() -> None:
     d = judged(run(dry=0.5), replace(OPTIONS, effects=2))
     assert d.data is not None
-    assert "of 30 stretches" not in d.data.split.rule
+    assert "of 30 equal stretches" not in d.data.split.rule
     found = {(s.chosen.effect, s.chosen.element) for s in d.findings if s.chosen}
     assert found == {("coulomb_friction", "d"), ("end_stop", "k")}
 
@@ -96,7 +96,7 @@ def test_a_search_on_finer_stretches_that_is_stopped_says_so(
     options = replace(few("coulomb_friction", "quadratic_drag", "end_stop"), effects=2)
     d = judged(run(hit=False, dry=0.5).slice(0, 900), options, progress=stop)
     assert d.data is not None
-    assert "of 30 stretches" in d.data.split.rule
+    assert "of 30 equal stretches" in d.data.split.rule
     assert [s.chosen.effect for s in d.findings if s.chosen] == ["coulomb_friction"]
     assert STOPPED in d.notes
 
@@ -104,14 +104,14 @@ def test_a_search_on_finer_stretches_that_is_stopped_says_so(
 def test_the_usual_division_stays_where_nothing_is_missed() -> None:
     d = judged(run(hit=False))
     assert d.data is not None
-    assert "of 30 stretches" in d.data.split.rule
+    assert "of 30 equal stretches" in d.data.split.rule
     assert d.kind in ("explained", "parameters_only")
 
 
 def test_a_division_that_is_given_stays() -> None:
     d = judged(run(), few("end_stop"), split=interleaved(0, N))
     assert d.data is not None
-    assert "of 30 stretches" in d.data.split.rule
+    assert "of 30 equal stretches" in d.data.split.rule
 
 
 def repaired(extra: np.ndarray, blocks: int = 30) -> Fit:
@@ -130,7 +130,7 @@ def test_finer_stretches_show_what_hides_in_held_out_ones() -> None:
     hidden[HIT] = 50 * NOISE
     split = split_that_shows(repaired(hidden), 1.5)
     assert split is not None
-    assert "of 90 stretches" in split.rule or "of 270 stretches" in split.rule
+    assert "of 90 equal stretches" in split.rule or "of 270 equal stretches" in split.rule
     finer = repaired(hidden, 270)
     assert finer.chi2("train") > 0.1 * finer.chi2("test")  # there it shows anyway
     assert split_that_shows(finer, 1.5) is None
