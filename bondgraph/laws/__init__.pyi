@@ -5,6 +5,7 @@ from bondgraph.laws.backlash import Backlash as Backlash
 from bondgraph.laws.bilinear import Bilinear as Bilinear
 from bondgraph.laws.bouc_wen import BoucWenMemory as BoucWenMemory
 from bondgraph.laws.contact_loss import ContactLoss as ContactLoss
+from bondgraph.laws.current_limit import CurrentLimit as CurrentLimit
 from bondgraph.laws.dahl import DahlFriction as DahlFriction
 from bondgraph.laws.diode import Diode as Diode
 from bondgraph.laws.end_stop import EndStop as EndStop

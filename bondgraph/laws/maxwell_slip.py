@@ -11,7 +11,7 @@ from bondgraph.laws.bracketing import bracketed
 from bondgraph.laws.dahl import mean_flow
 from bondgraph.laws.iteration import Iteration
 from bondgraph.laws.law import Law
-from bondgraph.support.bounds import NonNegative, Positive, least
+from bondgraph.support.bounds import NonNegative, Positive, least, one_of
 from bondgraph.support.ops import Ops
 
 
@@ -30,6 +30,10 @@ class MaxwellSlip(Law):
         Start values of the slip lengths ``delta_i``, units of the way.
     force, drop, speed : float
         Start values of every ``F_i``, of ``r`` and of ``f_s``.
+    fitted : {"all", "ways", "levels"}
+        Without "all" the levels are the same in motion and at rest, ``r = 0``: a charge that drives
+        stops in series is such a law of a resistor (Goldfarb and Celanovic, IEEE Control Systems 17
+        (1997) 69). "levels" keeps the slip lengths.
 
     Examples
     --------
@@ -45,6 +49,7 @@ class MaxwellSlip(Law):
     unit: str = "N"
     flow_unit: str = "m/s"
     way_unit: str = "m"
+    fitted: Annotated[str, one_of("all", "ways", "levels")] = "all"
     name: ClassVar[str] = "maxwell_slip"
     meanings: ClassVar[Mapping[str, str]] = {
         "F_i": "level of each spring that slips",
@@ -58,8 +63,8 @@ class MaxwellSlip(Law):
 
     @property
     def structure(self) -> Hashable:
-        """The number of bristles."""
-        return MaxwellSlip, len(self.ways)
+        """The number of bristles, and whether their levels fall."""
+        return MaxwellSlip, len(self.ways), self.fitted
 
     @property
     def n_memory(self) -> int:
@@ -77,28 +82,32 @@ class MaxwellSlip(Law):
     def parameters(self, element: str) -> tuple[Parameter, ...]:
         """``F_i``, ``r``, ``f_s``, then the slip lengths."""
         v, counted = self.speed, tuple(enumerate(self.ways, start=1))
+        levels = tuple(
+            Parameter(f"F_{i}_{element}", self.force, self.unit, lower=0.0, scale=self.force)
+            for i, _ in counted
+        )
+        ends = tuple(
+            Parameter(
+                f"delta_{i}_{element}", way, self.way_unit, fixed=self.fitted == "levels",
+                lower=0.1 * way, upper=10 * way, scale=way,
+            )
+            for i, way in counted
+        )  # fmt: skip
+        if self.fitted != "all":
+            return (*levels, *ends)
         return (
-            *(
-                Parameter(f"F_{i}_{element}", self.force, self.unit, lower=0.0, scale=self.force)
-                for i, _ in counted
-            ),
+            *levels,
             Parameter(f"r_{element}", self.drop, "1", lower=0.0, upper=10.0, scale=0.1),
             Parameter(f"f_s_{element}", v, self.flow_unit, lower=0.1 * v, upper=10 * v, scale=v),
-            *(
-                Parameter(
-                    f"delta_{i}_{element}", way, self.way_unit,
-                    lower=0.1 * way, upper=10 * way, scale=way,
-                )
-                for i, way in counted
-            ),
-        )  # fmt: skip
+            *ends,
+        )
 
     def advance(self, ops: Ops, s: Any, memory: Sequence[Any], p: Sequence[Any]) -> tuple[Any, ...]:
         """Bends and flow after the step."""
         n = len(self.ways)
         moved = mean_flow(ops, s, memory[n]) * p[-1]
-        level = 1.0 + p[n] * ops.exp(-((s / p[n + 1]) ** 2))
-        slip = [way * level for way in p[n + 2 : 2 * n + 2]]
+        level = 1.0 if self.fitted != "all" else 1.0 + p[n] * ops.exp(-((s / p[n + 1]) ** 2))
+        slip = [way * level for way in self._ways(p)]
         bent = (
             ops.maximum(-most, ops.minimum(most, x + moved))
             for most, x in zip(slip, memory, strict=False)
@@ -108,13 +117,17 @@ class MaxwellSlip(Law):
     def deviation(self, ops: Ops, s: Any, memory: Sequence[Any], p: Sequence[Any]) -> Any:
         """Force of all bristles at the end of the step."""
         n, total = len(self.ways), 0.0
-        for force, way, x in zip(
-            p, p[n + 2 : 2 * n + 2], self.advance(ops, s, memory, p), strict=False
-        ):
+        bent = self.advance(ops, s, memory, p)
+        for force, way, x in zip(p[:n], self._ways(p), bent[:n], strict=True):
             total = total + force * x / way
         return total
 
     def iteration(self, memory: Sequence[Any], p: Sequence[Any]) -> Iteration:
         """Search between the free flow and the one that all bristles together would leave."""
         n = len(self.ways)
-        return bracketed(self, memory, p, sum(p[:n]) * (1.0 + p[n]))
+        more = p[n] if self.fitted == "all" else 0.0
+        return bracketed(self, memory, p, sum(p[:n]) * (1.0 + more))
+
+    def _ways(self, p: Sequence[Any]) -> Sequence[Any]:
+        n = len(self.ways)
+        return p[n + 2 : 2 * n + 2] if self.fitted == "all" else p[n : 2 * n]

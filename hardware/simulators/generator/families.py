@@ -24,7 +24,7 @@ FAMILIES: MappingProxyType[str, tuple[str, ...]] = MappingProxyType(
         "transduction": ("nonlinear_ratio", "position_periodic_force"),
         "drive": ("saturation", "slew_limit", "low_pass", "dead_zone"),
         "storage": ("leakage", "overflow", "added_mode", "self_heating"),
-        "flow": ("square_root_flow", "nonlinear_resistance", "diode"),
+        "flow": ("square_root_flow", "nonlinear_resistance", "diode", "current_limit"),
         "measurement": (
             "sensor_lag",
             "sensor_offset",

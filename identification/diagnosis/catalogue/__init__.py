@@ -9,6 +9,7 @@ from identification.diagnosis.catalogue.drive.saturation import SaturationEffect
 from identification.diagnosis.catalogue.drive.slew_limit import SlewLimitEffect
 from identification.diagnosis.catalogue.effect import Effect as Effect
 from identification.diagnosis.catalogue.effect import Insertion as Insertion
+from identification.diagnosis.catalogue.flow.current_limit import CurrentLimitEffect
 from identification.diagnosis.catalogue.flow.diode import DiodeEffect
 from identification.diagnosis.catalogue.flow.nonlinear_resistance import NonlinearResistanceEffect
 from identification.diagnosis.catalogue.flow.square_root_flow import SquareRootFlow
@@ -79,6 +80,7 @@ CATALOGUE: tuple[Effect, ...] = (
     SquareRootFlow(),
     NonlinearResistanceEffect(),
     DiodeEffect(),
+    CurrentLimitEffect(),
     # measurement
     SensorLag(),
     SensorOffset(),

@@ -92,7 +92,7 @@ def _decided(e: Evidence, t: Thresholds, trials: tuple[Candidate, ...]) -> Decis
         laws, quiet = [stated], replace(quiet, reasons=(MISSTATED.format(stated.element),))
         e = replace(e, laws=(stated,))
     kinds = kinds_alike(e, best.score, t)
-    laws = _admissible(laws, kinds, t)
+    laws = _admissible(laws, kinds, t, e.classes)
     law = _best_law(laws, t)
     if law is not None and _shows(e.plain, law.score, t) and _fits(law, kinds, e, t):
         if not _matters(law, e, t):
@@ -199,6 +199,9 @@ HALF = 0.5
 
 def _fits(law: Scored, kinds: Sequence[KindScore], e: Evidence, t: Thresholds) -> bool:
     """Whether a law explains what flexible forms do, at its own place and elsewhere."""
+    if e.located and law.left.most > max(MUCH, PART * e.before.most):
+        # an input at its place leaves nothing: what is missing there is no law that leaves so much
+        return False
     best = best_of([law, *e.kinds])
     assert best is not None
     own = law.trial.insertion.kind
@@ -223,6 +226,10 @@ def _fits(law: Scored, kinds: Sequence[KindScore], e: Evidence, t: Thresholds) -
     return explained(law, e.plain, best.score) >= least * max(map(part, rivals), default=0.0)
 
 
+MUCH = 5.0
+"""Times the noise that a law may leave where an input at its place alone explains everything."""
+
+
 def _alone(law: Scored, kinds: Sequence[KindScore], classes: Isolability | None) -> bool:
     """Whether the set holds a law's own kind at its place, and nothing else but richer forms."""
     own = law.trial.insertion.kind
@@ -238,16 +245,20 @@ NEAR = 0.9
 """Part that suffices where no other kind of physics and no other place is in the set."""
 
 
-def _admissible(laws: Sequence[Scored], kinds: Sequence[KindScore], t: Thresholds) -> list[Scored]:
+def _admissible(
+    laws: Sequence[Scored], kinds: Sequence[KindScore], t: Thresholds, classes: Isolability | None
+) -> list[Scored]:
     """Leave out laws at places that are out of question, whatever law sits there.
 
-    A flexible form at another place does better than the law, and no form at its own place does as
-    well as that.
+    A flexible form at another place does better than the law, and no form at its own place, or at
+    one that the readings cannot tell from it, does as well as that.
     """
     if not kinds:
         return list(laws)
-    where = {k.element for k in kinds}
-    return [s for s in laws if s.element in where or s.score.behind(kinds[0].score) < t.z]
+    def asked(s: Scored) -> bool:
+        return any(together(k.element, s.element, classes) for k in kinds)
+
+    return [s for s in laws if asked(s) or s.score.behind(kinds[0].score) < t.z]
 
 
 def _rest_of(decision: Decision, e: Evidence, best: BlockScore, t: Thresholds) -> Decision:

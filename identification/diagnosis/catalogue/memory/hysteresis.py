@@ -7,17 +7,24 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from bondgraph.graph.bond_graph import BondGraph
-from bondgraph.graph.elements import C, Element, Source
+from bondgraph.graph.elements import C, Element, R, Source
 from bondgraph.graph.sensors import Sensor
-from bondgraph.laws import Law, Parametrised, StopSum
+from bondgraph.laws import Law, MaxwellSlip, Parametrised, StopSum
+from bondgraph.laws.along import along
 from bondgraph.support.arrays import Array
 from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion
-from identification.diagnosis.catalogue.places import commands, sensors, storages
-from identification.diagnosis.catalogue.site import Site, Values, of_element
-from identification.diagnosis.catalogue.starts import law_units
+from identification.diagnosis.catalogue.friction.forms import way_of
+from identification.diagnosis.catalogue.places import (
+    commands,
+    electrical_resistors,
+    sensors,
+    storages,
+)
+from identification.diagnosis.catalogue.site import Site, Values, numbers, of_element
+from identification.diagnosis.catalogue.starts import at_least, law_units
 from identification.diagnosis.screening.port_history import FittedModel, PortHistory
 
-SHARES = (0.03, 0.09, 0.18, 0.3, 0.45, 0.65, 0.9)
+SHARES = np.array([0.03, 0.09, 0.18, 0.3, 0.45, 0.65, 0.9])
 """Thresholds over half of the argument's range; seven stops draw loops of all sizes."""
 
 
@@ -28,7 +35,7 @@ class Hysteresis(Effect):
     family = "memory"
     kind = "memory"
     law = "prandtl_ishlinskii"
-    laws = (StopSum,)
+    laws = (StopSum, MaxwellSlip)
     sentence = "its output depends on the turning points of the past, whatever the speed"
     looks = (
         "loops that open at every reversal, close at the old turning point and keep their area at "
@@ -42,40 +49,60 @@ class Hysteresis(Effect):
     )
     richer = (
         "hysteresis_with_creep", "stops_in_a_potential", "rate_dependent_prandtl_ishlinskii",
-        "bouc_wen",
+        "bouc_wen", "maxwell_slip",
     )  # fmt: skip
     source = "Krasnosel'skii and Pokrovskii, Systems with Hysteresis, 1989"
 
     def places(self, graph: BondGraph) -> tuple[Element, ...]:
-        """Storages; drives and sensors as the unusual places."""
-        return (*storages(graph), *commands(graph), *sensors(graph))
+        """Storages, and what a charge passes; drives and sensors as the unusual places."""
+        passed = electrical_resistors(graph)
+        return (*storages(graph), *passed, *commands(graph), *sensors(graph))
 
     def home(self, element: Element) -> bool:
-        """Storages."""
-        return isinstance(element, C)
+        """Storages and resistors."""
+        return isinstance(element, C | R)
 
-    weights = tuple(f"h_{i}" for i in range(1, len(SHARES) + 1))
+    weights = tuple(f"{n}_{i}" for n in "hF" for i in range(1, len(SHARES) + 1))
     rebalances = False
 
     def made(self, at: Site) -> Law:
-        """Return a stop sum beside the linear law."""
+        """Return a stop sum beside the linear law; in a resistor its charge drives it."""
+        if isinstance(at.element, R):
+            ways, (effort, flow, way) = SHARES * _half_way(at), at.units
+            level = at_least(at.past.swing, 1e-12) / (5 * len(SHARES))
+            return MaxwellSlip(
+                tuple(map(float, ways)), level, unit=effort, flow_unit=flow, way_unit=way,
+                fitted="levels",
+            )  # fmt: skip
         stops = stops_at(at.element, at.past)
         return Parametrised(stops, ("thresholds",), law_units(at.element)[1:])
 
+    def added(self, at: Site, law: Law, values: Values) -> Array:
+        """Return the effort along the charge as such: the law would add up the current anew."""
+        if not isinstance(law, MaxwellSlip):
+            return super().added(at, law, values)
+        way, p = way_of(at.scene, at.element), np.array(numbers(law, values))
+        if not np.isfinite(way).all():
+            return np.full(way.size, np.nan)
+        levels, ends = np.split(p, 2)
+        return along(StopSum(tuple(map(float, ends))), way - way[0], at.past.dt, levels / ends)
+
     def tried(self, at: Site, law: Law, hint: Hint | None) -> Sequence[Values]:
         """Return the heights of the hint, and what hardly is a spring any more."""
+        if isinstance(law, MaxwellSlip):
+            return super().tried(at, law, hint)
         found: Values = {}
         if hint is not None:
             slope = _slope(at.element, at.past)
             # a height at its lower bound of zero would stay there
             weights = np.clip(hint.weights, 1e-3 * slope, 3.0 * slope)
-            found = dict(zip(self.weights, map(float, weights), strict=True))
+            found = dict(zip(self._weights(law), map(float, weights), strict=True))
         return (found, *_switching(at))
 
     def forms(
         self, scene: FittedModel, element: Element, ended: Mapping[str, Mapping[str, float]]
     ) -> tuple[Insertion, ...]:
-        """Return stops that creep, saturate, or slip later in fast motion, and Bouc-Wen."""
+        """Return richer laws of the memory, see `hysteresis_forms`."""
         from identification.diagnosis.catalogue.memory.hysteresis_forms import hysteresis_forms
 
         return hysteresis_forms(scene, element, ended)
@@ -116,7 +143,11 @@ def _switching(at: Site) -> tuple[Values, ...]:
 
 
 def _thresholds(past: PortHistory) -> Array:
-    return np.asarray(past.half * np.array(SHARES))
+    return np.asarray(past.half * SHARES)
+
+
+def _half_way(at: Site) -> float:
+    return 0.5 * float(np.ptp(way_of(at.scene, at.element))) or 1.0
 
 
 def _sign(element: Element) -> float:

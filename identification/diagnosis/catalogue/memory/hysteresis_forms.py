@@ -8,8 +8,8 @@ from types import MappingProxyType
 
 import numpy as np
 
-from bondgraph.graph.elements import C, Element
-from bondgraph.laws import BoucWenMemory, Law, LawSum, Parametrised, Polynomial
+from bondgraph.graph.elements import C, Element, R
+from bondgraph.laws import BoucWenMemory, Law, LawSum, MaxwellSlip, Parametrised, Polynomial
 from identification.diagnosis.catalogue.effect import Insertion
 from identification.diagnosis.catalogue.memory.creep import Creep
 from identification.diagnosis.catalogue.memory.hysteresis import Hysteresis, stops_at
@@ -28,7 +28,8 @@ def hysteresis_forms(
     Creep in series: Kuhnen and Janocha 1998. Third and fifth power of a Landau potential:
     Devonshire, Phil. Mag. 40 (1949) 1040; Landis, J. Mech. Phys. Solids 50 (2002) 127. Thresholds
     that grow with the rate: Al Janaideh and Krejci, IEEE/ASME Trans. Mechatronics 18 (2013) 1498.
-    Stops only soften after a turn; loops of Bouc and Wen may harden too.
+    Stops only soften after a turn; loops of Bouc and Wen may harden too. Stops in a resistor are
+    tried with slip lengths that are fitted.
 
     Parameters
     ----------
@@ -36,6 +37,8 @@ def hysteresis_forms(
         Where the laws at `element` ended, by effect: the forms start from the plain stops there.
         Without them only Bouc-Wen is left, which holds no stops.
     """
+    if isinstance(element, R):
+        return _at_their_ways(scene, element, ended.get(PLAIN.name, {}))
     if not isinstance(element, C):
         return ()
     past, known = scene.of(element), ended.get(PLAIN.name, {})
@@ -91,6 +94,25 @@ def _bouc_wen(scene: FittedModel, element: Element, reach: float) -> Insertion:
 
 OPEN = 0.01
 """Part by which the slope after a turn differs, over the reach, below which there is no loop."""
+
+
+STRONG = 0.05
+"""Share of all levels from which a stop of a resistor is kept where its slip length is fitted."""
+
+
+def _at_their_ways(scene: FittedModel, element: Element, known: Values) -> tuple[Insertion, ...]:
+    """Insert the strong ones of a resistor's stops, their slip lengths free."""
+    plain = PLAIN.made(PLAIN.site(scene, element))
+    assert isinstance(plain, MaxwellSlip)
+    levels = [known.get(f"F_{i}_{element.name}", 0.0) for i in range(1, len(plain.ways) + 1)]
+    kept = [i for i, level in enumerate(levels) if level > STRONG * sum(levels)]
+    if not kept:
+        return ()
+    law = replace(plain, ways=tuple(plain.ways[i] for i in kept), fitted="ways")
+    graph, names = PLAIN.with_law(scene, element, law)
+    start = {n: levels[i] for n, i in zip(names, kept, strict=False)}
+    made = PLAIN.inserted(element, graph, (), names[: len(kept)])
+    return (replace(made, law="maxwell_slip", form=True, starts=({**known, **start},)),)
 
 
 def _creeping(scene: FittedModel, element: Element, known: Values) -> Insertion:
