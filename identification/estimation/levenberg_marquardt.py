@@ -137,12 +137,15 @@ def _steps(stack: JointProblem, at: _Stand, tolerance: float) -> Trial[_Stand]:
     """Linearise at a point; what makes the damped steps from there."""
     system = stack.normal(at.evaluations, at.point)
     total = at.cost * stack.count(at.evaluations)  # more than that is not taken
+    exact = all(p.engine.exact_step for p in stack.problems)
 
     def trial(damping: float, number: int) -> _Stand | Ended | None:
         if number == 1:
             if _promised(stack, system, at.point) < tolerance * total:
                 return Ended.ARRIVED  # what a step could gain is rounding
-        point = stack.step(system, at.point, damping)
+        # beside a law with kinks a whole step of the initial states may lead away, however small
+        # that of the parameters is
+        point = stack.step(system, at.point, damping, 1.0 if exact or number == 0 else 0.0)
         if not np.isfinite(point.theta).all():  # derivatives too large to compute with
             return Ended.STUCK
         # a step that must be shortened is likely to be shortened again

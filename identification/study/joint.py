@@ -220,8 +220,10 @@ class JointProblem:
         compressed = triangle(stacked)
         return NormalEquations(compressed[:, : self.n], compressed[:, self.n], tuple(states))
 
-    def step(self, system: NormalEquations, point: JointPoint, damping: float) -> JointPoint:
-        """Damped Gauss-Newton step within the bounds."""
+    def step(
+        self, system: NormalEquations, point: JointPoint, damping: float, settling: float = 1.0
+    ) -> JointPoint:
+        """Damped Gauss-Newton step within the bounds; `settling` as `followed` has it."""
         size = np.linalg.norm(system.factor, axis=0) + 1e-12
         if not np.isfinite(size).all() or not np.isfinite(system.right).all():
             return JointPoint(point.theta * np.nan, point.states)
@@ -231,18 +233,18 @@ class JointProblem:
         a = np.vstack([system.factor, np.sqrt(damping) * np.diag(size)])
         b = np.concatenate([system.right, np.zeros(size.size)])
         delta = bounded_step(a, b, low, high)
-        return JointPoint(point.theta + delta, self.followed(system, point, delta))
+        return JointPoint(point.theta + delta, self.followed(system, point, delta, settling))
 
     def followed(
-        self, system: NormalEquations, point: JointPoint, delta: Array, *, settling: bool = True
+        self, system: NormalEquations, point: JointPoint, delta: Array, settling: float = 1.0
     ) -> tuple[Array, ...]:
         """Return the initial states after a step of theta, to first order.
 
         Parameters
         ----------
         delta : ndarray, shape (n,)
-        settling : bool
-            Take up what the residual asks of them too, not only what the step does.
+        settling : float
+            Part of what the residual asks of them that is taken up, beside what the step does.
         """
         states = []
         for r, p in enumerate(self.problems):
@@ -252,8 +254,7 @@ class JointProblem:
             if at.size:
                 scale = p.state_scale[at]
                 for i, (by_theta, by_residual) in zip(_scored(p), system.states[r], strict=True):
-                    own = by_residual if settling else 0.0
-                    moved[i, at] += (own - by_theta @ by_local) * scale
+                    moved[i, at] += (settling * by_residual - by_theta @ by_local) * scale
             states.append(moved)
         return tuple(states)
 

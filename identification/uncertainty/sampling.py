@@ -262,6 +262,6 @@ def _follow(fit: FitView) -> Callable[[FloatArray], JointPoint]:
         delta[others] = drag @ delta[own]
         moved = np.clip(at.theta + delta, lower, upper)
         delta = moved - at.theta
-        return JointPoint(moved, stack.followed(system, at, delta, settling=False))
+        return JointPoint(moved, stack.followed(system, at, delta, settling=0.0))
 
     return follow

@@ -150,6 +150,10 @@ def _forward(
             decision = decided(here or searched(base, task, number, places), task)
         except KeyboardInterrupt:
             raise Halted(decisions) from None
+        other = _in_its_valley(base, decisions, decision)
+        if other is not None:
+            decisions[-1], base = replace(decisions[-1], chosen=other), base_of(other.fit)
+            decision = decided(searched(base, task, number, places), task)
         decisions.append(decision)
         more = decision.kind == "missing_physics" or _promising(decision, number, task.options)
         if decision.chosen is None or not more or number + 1 == begin + count:
@@ -159,6 +163,20 @@ def _forward(
         if decision.kind == "missing_physics":
             places = (*places, decision.chosen.element)
     return decisions
+
+
+def _in_its_valley(
+    base: Base, before: Sequence[Decision], decision: Decision
+) -> Candidate | None:
+    """Return a better fit of the last repair if a further law owes what it explains to that.
+
+    As at first: nothing more is missing where better values of what is there explain it.
+    """
+    last = before[-1].chosen if before else None
+    if last is None or decision.kind != "missing_physics" or decision.chosen is None:
+        return None
+    other = deeper(base.fit, decision.chosen.fit.values)
+    return None if other is None else trial_of(last.insertion, last.home, other)
 
 
 def _resumed(base: Base, known: Sequence[Decision], task: SearchTask) -> list[Decision]:
