@@ -99,6 +99,12 @@ def minimise(
             begun, lambda at: _steps(stack, at, tolerance), DAMPING, max_iterations, arrived,
             rescue=lambda at, why: _unstick(stack, at), taken=taken,
         )  # fmt: skip
+        left = max_iterations - made.steps
+        if made.ended is Ended.STUCK and left and not _eliminated(stack):
+            made = descend(
+                best, lambda at: _steps(stack, at, tolerance, _at_first), DAMPING, left, arrived,
+                rescue=lambda at, why: _unstick(stack, at), taken=taken,
+            )  # fmt: skip
         status = STATUS[made.ended]
     except KeyboardInterrupt:
         if not keep_on_interrupt:
@@ -133,19 +139,22 @@ def _at(
     return _Stand(point, made, stack.cost(made, point))
 
 
-def _steps(stack: JointProblem, at: _Stand, tolerance: float) -> Trial[_Stand]:
+Settling = Callable[[int], float]
+"""Part of their own step that initial states take, told how many were tried before."""
+
+
+def _steps(
+    stack: JointProblem, at: _Stand, tolerance: float, settling: Settling = lambda number: 1.0
+) -> Trial[_Stand]:
     """Linearise at a point; what makes the damped steps from there."""
     system = stack.normal(at.evaluations, at.point)
     total = at.cost * stack.count(at.evaluations)  # more than that is not taken
-    exact = all(p.engine.exact_step for p in stack.problems)
 
     def trial(damping: float, number: int) -> _Stand | Ended | None:
         if number == 1:
             if _promised(stack, system, at.point) < tolerance * total:
                 return Ended.ARRIVED  # what a step could gain is rounding
-        # beside a law with kinks a whole step of the initial states may lead away, however small
-        # that of the parameters is
-        point = stack.step(system, at.point, damping, 1.0 if exact or number == 0 else 0.0)
+        point = stack.step(system, at.point, damping, settling(number))
         if not np.isfinite(point.theta).all():  # derivatives too large to compute with
             return Ended.STUCK
         # a step that must be shortened is likely to be shortened again
@@ -203,12 +212,25 @@ def foreseen(stack: JointProblem, system: NormalEquations, point: JointPoint) ->
     return float(after @ after)
 
 
+def _at_first(number: int) -> float:
+    """Let the states take their whole step once, and then what the parameters' step asks alone.
+
+    Beside a law with kinks theirs may lead away, however small that of the parameters is.
+    """
+    return float(number == 0)
+
+
+def _eliminated(stack: JointProblem) -> bool:
+    """Whether no model has initial states, or all have eliminated them exactly."""
+    return all(p.engine.exact_step or not p.free_states.size for p in stack.problems)
+
+
 def _unstick(stack: JointProblem, at: _Stand) -> _Stand | None:
     """Move initial states on their own, damped, when no joint step lowers the misfit.
 
     A linear model has nothing to gain: joint steps eliminate its states exactly.
     """
-    if all(p.engine.exact_step or not p.free_states.size for p in stack.problems):
+    if _eliminated(stack):
         return None
     states = tuple(
         refine_states(p, stack.local(at.point, r), passes=4).states
