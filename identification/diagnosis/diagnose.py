@@ -69,7 +69,7 @@ from identification.diagnosis.search.nominal import (
     seen_in_training,
     split_that_shows,
 )
-from identification.diagnosis.search.refining import WRITING, completed
+from identification.diagnosis.search.refining import WRITING, completed, finely
 from identification.estimation.levenberg_marquardt import FitStatus
 from identification.estimation.single_record import Fit
 from identification.estimation.threads import calm
@@ -395,9 +395,12 @@ def _diagnosed(
             told = replace(told, advice=(*file_first(told), *to_record))
             return _mistaken(told, back) if gives_way(finer.kind, back) else told
     decisions, stopped = completed(made.decisions, template, options, result.limits, say, stopped)
+    kind = kind_of(made.decisions, judged_on(declared, unseen), judged_on(nominal, unseen))
+    coarse = ""
+    if not (stopped or asked.disturbed):  # a filter has sub-steps of its own
+        decisions, nominal, coarse = finely(decisions, kind, nominal)
     declared, nominal = judged_on(declared, unseen), judged_on(nominal, unseen)
     decisions = tuple(judged(d, unseen, data.n) for d in decisions)
-    kind = kind_of(made.decisions, declared, nominal)
     last = last_named(decisions, kind) or nominal
     together = tied_in(last)
     result = replace(result, data=nominal.problem.data, declared=declared, nominal=nominal)
@@ -407,7 +410,7 @@ def _diagnosed(
     result = replace(
         result, kind=kind, steps=decisions, trials=decisions[0].trials,
         experiments=experiments_of(decisions), tied=together,
-        notes=asked.notes_of(last) + (STOPPED,) * stopped + notes_of(
+        notes=asked.notes_of(last) + (STOPPED,) * stopped + (coarse,) * bool(coarse) + notes_of(
             material, nominal, last, () if stopped else options.holds, known,
             all_named(decisions, kind), together,
         ),
