@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import partial
+from functools import cached_property, partial
 from pathlib import Path
 from time import monotonic, perf_counter
 from typing import Any
@@ -70,6 +70,7 @@ from identification.diagnosis.search.nominal import (
     split_that_shows,
 )
 from identification.diagnosis.search.refining import WRITING, completed, finely
+from identification.estimation.leaning import Leaning, leanings
 from identification.estimation.levenberg_marquardt import FitStatus
 from identification.estimation.single_record import Fit
 from identification.estimation.threads import calm
@@ -179,6 +180,12 @@ class Diagnosis:
     def stopped(self) -> str:
         """The note on a search that Ctrl-C ended, or its time; empty where it has ended itself."""
         return next((n for n in (STOPPED, STOPPED_AT_ONCE) if n in self.notes), "")
+
+    @cached_property
+    def leanings(self) -> tuple[Leaning, ...]:
+        """Offsets, lags, gains and clocks that the last fit makes use of, where it explains all."""
+        last = self.repaired or (None if self.kind == "unknown_physics" else self.nominal)
+        return () if last is None or self.mistakes else leanings(last)
 
     @property
     def study(self) -> Study:
