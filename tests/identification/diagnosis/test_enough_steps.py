@@ -7,6 +7,7 @@ import pytest
 from identification.diagnosis.verdict import in_words
 from identification.estimation import enough_steps
 from identification.estimation.estimate import estimate
+from tests.identification.diagnosis import rubbing_spring
 from tests.identification.diagnosis.dragged_spring import TRUE, diagnosed
 
 
@@ -31,3 +32,11 @@ def test_where_enough_sub_steps_would_take_too_long_it_is_said(
     (said,) = [n for n in found.notes if "sub-steps a sample" in n]
     assert "its interval is too narrow" in said
     assert said in in_words(found)
+
+
+def test_steps_in_which_a_recording_was_simulated_are_kept() -> None:
+    found = rubbing_spring.diagnosed()  # simulated in the steps of its samples
+    assert found.repaired is not None
+    (said,) = [n for n in found.notes if "sub-steps a sample" in n]
+    assert "fit worse" in said
+    assert said.endswith(f"the numbers are those of {found.repaired.problem.n_sub}")

@@ -121,8 +121,7 @@ def test_residuals_with_a_memory_are_told_beside_the_answer(found: Diagnosis) ->
     assert told[1] == f"{note[0].upper()}{note[1:]}."
     assert sum(COLOURED[1:] in line for line in told) == 1
     shown = page(replace(found, notes=(note, *found.notes)))
-    # a nuisance that the fit leans on may follow
-    assert f'<div class="callout"><ul><li>{told[1]}</li>' in "".join(shown.split("\n"))
+    assert f'<div class="callout"><ul><li>{told[1]}</li></ul></div>' in "".join(shown.split("\n"))
     assert beside(found) == ""
 
 
