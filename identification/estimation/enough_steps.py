@@ -17,10 +17,13 @@ from identification.estimation.levenberg_marquardt import FitStatus
 from identification.estimation.settling import BIAS
 from identification.estimation.single_record import Fit, alone
 from identification.estimation.sub_steps import IN_ALL, LEAST, fit_from
+from identification.study.problem import Problem
 from identification.study.residual import evaluate
 
 MOST = 256
 """Sub-steps of a sample at the most."""
+DEARER = 16
+"""Times the price of a step where no linear model with scalar laws is stepped exactly."""
 ITERATIONS = 25
 PASSES = 3
 FAR = 10.0
@@ -116,7 +119,7 @@ def _bias(made: Fit) -> Bias | None:
     # halving a step takes three quarters of the error away, half of it where a law jumps
     ahead = 1.0 if problem.engine.jumps else 1.0 / 3.0
     n, before = problem.n_sub, now[0].residual
-    most = max(n, _most(problem.data.n))
+    most = max(n, _most(problem))
     while True:
         twice = replace(problem, n_sub=2 * n, built=problem.engine)
         after = evaluate(twice, made.point, derivatives=False).residual
@@ -130,9 +133,10 @@ def _bias(made: Fit) -> Bias | None:
             return Bias(n, ahead * change, name, error)
 
 
-def _most(samples: int) -> int:
-    """Return the sub-steps of a sample that are worth their time in a record of so many."""
-    most = MOST
-    while most > LEAST and most * samples > IN_ALL:
+def _most(problem: Problem) -> int:
+    """Return the sub-steps of a sample that are worth their time in a record of this length."""
+    general = problem.engine.lure is None
+    most, least = MOST, 1 if general else LEAST
+    while most > least and most * problem.data.n > (IN_ALL // DEARER if general else IN_ALL):
         most //= 2
     return most

@@ -12,7 +12,7 @@ from identification.estimation.single_record import Fit, alone
 from identification.report.numbers import interval, quantity
 from identification.study.residual import evaluate
 
-WORTH = 0.1
+WORTH = 0.3
 """Times the noise of a reading that a nuisance changes it by, from which it is worth a word."""
 LOUD = 1.0
 """The same for one that may be none: it hides in something else."""
@@ -44,13 +44,17 @@ class Leaning:
 
 
 def leanings(made: Fit) -> tuple[Leaning, ...]:
-    """Return the nuisances that a fit makes use of, in their order."""
+    """Return the nuisances that a fit makes use of, in their order.
+
+    The offset of a sensor that holds a law of its own is part of that law.
+    """
     if made.status is FitStatus.BROKEN:
         return ()
     problem, (stack, _) = made.problem, alone(made)
     mask, still = problem.data.mask("train"), evaluate(problem, made.point, derivatives=False).y
     found = []
-    for e in made.nuisances:
+    own = {f"offset {n}" for n in problem.data.names if getattr(problem.graph[n], "law", None)}
+    for e in (e for e in made.nuisances if e.name not in own):
         at = list(stack.columns[0]).index(stack.names.index(e.name))
         theta = made.point.theta.copy()
         free = problem.free[at] if at < len(problem.free) else None

@@ -73,10 +73,11 @@ def _at(expr: sp.Expr, trial: Candidate) -> float:
 
 
 def _level(trial: Candidate) -> float:
-    """Return what a line adds to a reading of zero."""
+    """Return what a line adds to a reading of zero, the offset of the sensor with it."""
     law = law_of(trial.fit.problem.graph[trial.element])
     added = None if law is None else deviation_of(trial)
-    return 0.0 if added is None else _at(added.subs(sp.Symbol("s"), 0.0), trial)
+    level = 0.0 if added is None else _at(added.subs(sp.Symbol("s"), 0.0), trial)
+    return level + sum(e.value for e in trial.fit.nuisances if e.name == f"offset {trial.element}")
 
 
 class Clip(sp.Function):  # type: ignore[misc]
