@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import partial
+from functools import cached_property, partial
 from pathlib import Path
 from time import monotonic, perf_counter
 from typing import Any
@@ -69,7 +69,8 @@ from identification.diagnosis.search.nominal import (
     seen_in_training,
     split_that_shows,
 )
-from identification.diagnosis.search.refining import WRITING, completed
+from identification.diagnosis.search.refining import WRITING, completed, finely
+from identification.estimation.leaning import Leaning, leanings
 from identification.estimation.levenberg_marquardt import FitStatus
 from identification.estimation.single_record import Fit
 from identification.estimation.threads import calm
@@ -179,6 +180,12 @@ class Diagnosis:
     def stopped(self) -> str:
         """The note on a search that Ctrl-C ended, or its time; empty where it has ended itself."""
         return next((n for n in (STOPPED, STOPPED_AT_ONCE) if n in self.notes), "")
+
+    @cached_property
+    def leanings(self) -> tuple[Leaning, ...]:
+        """Offsets, lags, gains and clocks that the last fit makes use of, where it explains all."""
+        last = self.repaired or (None if self.kind == "unknown_physics" else self.nominal)
+        return () if last is None or self.mistakes else leanings(last)
 
     @property
     def study(self) -> Study:
@@ -395,9 +402,12 @@ def _diagnosed(
             told = replace(told, advice=(*file_first(told), *to_record))
             return _mistaken(told, back) if gives_way(finer.kind, back) else told
     decisions, stopped = completed(made.decisions, template, options, result.limits, say, stopped)
+    kind = kind_of(made.decisions, judged_on(declared, unseen), judged_on(nominal, unseen))
+    coarse = ""
+    if not (stopped or asked.disturbed):  # a filter has sub-steps of its own
+        decisions, nominal, coarse = finely(decisions, kind, nominal)
     declared, nominal = judged_on(declared, unseen), judged_on(nominal, unseen)
     decisions = tuple(judged(d, unseen, data.n) for d in decisions)
-    kind = kind_of(made.decisions, declared, nominal)
     last = last_named(decisions, kind) or nominal
     together = tied_in(last)
     result = replace(result, data=nominal.problem.data, declared=declared, nominal=nominal)
@@ -407,7 +417,7 @@ def _diagnosed(
     result = replace(
         result, kind=kind, steps=decisions, trials=decisions[0].trials,
         experiments=experiments_of(decisions), tied=together,
-        notes=asked.notes_of(last) + (STOPPED,) * stopped + notes_of(
+        notes=asked.notes_of(last) + (STOPPED,) * stopped + (coarse,) * bool(coarse) + notes_of(
             material, nominal, last, () if stopped else options.holds, known,
             all_named(decisions, kind), together,
         ),

@@ -13,7 +13,7 @@ a block without one is said to have none that is short.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -90,6 +90,22 @@ class Combination:
         return made
 
 
+@dataclass(frozen=True, eq=False)
+class ToldAt:
+    """A point of the parameters, and the one combination of a block that is told there.
+
+    Attributes
+    ----------
+    values : dict of str to float
+        All parameters, SI.
+    slopes : ndarray, shape (n,)
+        Its change by relative changes of the block's parameters; of any length.
+    """
+
+    values: dict[str, float]
+    slopes: FloatArray
+
+
 @dataclass(frozen=True, slots=True)
 class FlatBlock:
     """Parameters that no data of this kind determine one by one.
@@ -104,12 +120,15 @@ class FlatBlock:
         Independent combinations that are determined; ``len(names) - missing`` if all were found.
     direction : tuple of tuple of float
         Flat directions in relative changes of `names`.
+    at : tuple of ToldAt
+        Where just one combination is determined: what it is at every point.
     """
 
     names: tuple[str, ...]
     missing: int
     determined: tuple[Combination, ...]
     direction: tuple[tuple[float, ...], ...] = ()
+    at: tuple[ToldAt, ...] = field(default=(), compare=False)
 
     @property
     def complete(self) -> bool:
@@ -211,12 +230,25 @@ def flat_blocks(
             found.append(FlatBlock(own, 1, (), ((1.0,),)))
             continue
         determined: tuple[Combination, ...] = ()
+        at: tuple[ToldAt, ...] = ()
         if all(null.shape[1] == missing for null in inside):
             there = [v[part] for v in values]
             determined = _determined(own, there, inside, forms, [units[i] for i in part])
+            if missing == len(part) - 1:
+                at = tuple(
+                    ToldAt(dict(zip(names, v.tolist(), strict=True)), _told_slopes(null))
+                    for v, null in zip(values, inside, strict=True)
+                )
         directions = tuple(tuple(map(float, d)) for d in inside[0].T)
-        found.append(FlatBlock(own, missing, determined, directions))
+        found.append(FlatBlock(own, missing, determined, directions, at))
     return tuple(found)
+
+
+def _told_slopes(null: FloatArray) -> FloatArray:
+    """Return the one direction at right angles to flat ones, in relative changes, shape (n,)."""
+    size = np.abs(null).max(axis=1, keepdims=True).clip(1e-300)  # one may move far, one hardly
+    u, _, _ = np.linalg.svd(null / size, full_matrices=True)
+    return np.asarray(u[:, -1] / size[:, 0])
 
 
 def _components(null: FloatArray) -> list[list[int]]:

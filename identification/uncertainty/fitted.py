@@ -14,13 +14,18 @@ from bondgraph.support.arrays import FloatArray
 from bondgraph.support.errors import UnusableInput
 from identification.estimation.result import Estimation
 from identification.study.joint import JointPoint, JointProblem
-from identification.study.residual import ResidualEvaluation, slots
+from identification.study.residual import ResidualEvaluation, slots, values_at
 from identification.study.scaled import Free
 from identification.uncertainty.information import Information, Sensitivities, information
 
 SIMULATED = ("single_shooting", "multiple_shooting", "collocation")
 EARLY = 11.5
 """Logarithmic bounds beyond this distance are those that only keep numbers finite."""
+VANISHED = 1e-3
+"""Part of the usual change of the readings below which a parameter has vanished."""
+RESTORED = 3
+FARTHEST = 30.0
+"""Logarithm by which one that has vanished is changed at the most."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -155,6 +160,46 @@ class FitView:
         plain, robust = self.plain.covariance[i, i], self.robust.covariance[i, i]
         return float(max(robust / plain, 1.0)) if plain > 0 else 1.0
 
+    @cached_property
+    def known(self) -> dict[str, float]:
+        """Parameters of the model that are not fitted, SI."""
+        free = {n.partition(" @")[0] for n in self.sensitivities.names}
+        problem = self.stack.problems[0]
+        values = values_at(problem, self.stack.local(self.point, 0).theta)
+        return {n: v for n, v in values.items() if n in problem.graph.parameters and n not in free}
+
+    def restored(self) -> FitView:
+        """Return the fit where no positive parameter has vanished, as a part of a sum may.
+
+        Those that hardly move the readings are changed until they do as others: at such a point a
+        structure shows that is not seen beside a part of nothing.
+        """
+        seen = self
+        for _ in range(RESTORED):  # how far is only foretold well from near by
+            if (moved := seen._less_vanished()) is None:
+                break
+            seen = moved
+        return seen
+
+    def _less_vanished(self) -> FitView | None:
+        size = self.sensitivities.strength
+        usual = float(np.median(size))
+        small = [
+            i for i, u in enumerate(self.parameters)
+            if u.free.log and 0.0 < size[i] < VANISHED * usual
+        ]  # fmt: skip
+        if not small:
+            return None
+
+        def moved(by: FloatArray) -> FitView:
+            theta = self.point.theta.copy()
+            theta[[self.parameters[i].place for i in small]] += by
+            return fitted(self.stack, JointPoint(theta, self.point.states))
+
+        lack = np.log(usual / size[small])
+        more = moved(np.ones(len(small))).sensitivities.strength[small] > size[small]
+        return moved(np.where(more, 1.0, -1.0) * np.minimum(lack, FARTHEST))
+
     def elsewhere(self, shift: float = 0.1, seed: int = 0) -> Sensitivities:
         """Return the sensitivities at parameters moved by about `shift` (relative).
 
@@ -165,7 +210,9 @@ class FitView:
         lower, upper = self.stack.bounds
         for u in self.parameters:
             theta[u.place] += shift * rng.uniform(-1, 1)
-        moved = JointPoint(np.clip(theta, lower, upper), self.point.states)
+        here = self.point.theta  # one that was restored may be beyond a bound
+        theta = np.clip(theta, np.minimum(lower, here), np.maximum(upper, here))
+        moved = JointPoint(theta, self.point.states)
         return fitted(self.stack, moved).sensitivities
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -16,6 +16,7 @@ from identification.uncertainty.fitted import FitView
 from identification.uncertainty.information import Information
 from identification.uncertainty.postflight import practical_of
 from identification.uncertainty.practical import Limits
+from identification.uncertainty.weighted_sums import WeightedSum, weighted_sum
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,7 +74,12 @@ class Tied:
     @property
     def remark(self) -> str:
         """What stands beside each of the parameters instead of an interval."""
-        return f"only {self.only} is determined" if self.told else "not determined by itself"
+        return f"only {self.only} is determined" if self._whole else "not determined by itself"
+
+    @property
+    def _whole(self) -> bool:
+        """Whether all that is told of them is in `told`."""
+        return len(self.told) == len(self.names) - self.missing
 
     @property
     def document(self) -> dict[str, Any]:
@@ -86,26 +92,42 @@ class Tied:
         """One sentence without its beginning: the recording tells ..."""
         if not self.told:
             return f"{listed(self.names)} only in combinations that are no short sum or product"
-        return f"{listed(self.names)} only as {self.form}: {'; '.join(map(str, self.told))}"
+        more = "" if self._whole else ", and by others that are no short sum or product"
+        return f"{listed(self.names)} only as {self.form}: {'; '.join(map(str, self.told))}{more}"
 
 
 def tied(view: FitView) -> tuple[Tied, ...]:
     """Return the parameters of a fit that are told only together; empty where it cannot be said.
 
     Bounds count for nothing: where one stops a parameter, the others only seem to be determined.
-    Nor does how little a part of a sum that ended small moves the readings.
+    Nor does how little a part of a sum that ended small moves the readings: it is looked at where
+    no part has vanished.
     """
     loose = tuple(replace(u, lower=-np.inf, upper=np.inf) for u in view.parameters)
     try:
         with np.errstate(all="ignore"):
-            known = practical_of(replace(view, parameters=loose), Limits(dead=0.0))
+            seen = view.restored()
+            known = practical_of(replace(seen, parameters=loose), ALL)
+            here = known if seen is view else practical_of(replace(view, parameters=loose), ALL)
     except (BondsightError, np.linalg.LinAlgError):
         return ()
-    blocks = (b for b in known.flat if len(b.names) > 1)
-    return tuple(
-        Tied(b.names, _form(b), tuple(_told(c, known.information) for c in b.determined), b.missing)
-        for b in blocks
-    )
+    return tuple(_tied(b, view, here.information) for b in known.flat if len(b.names) > 1)
+
+
+ALL = Limits(dead=0.0)
+
+
+def _tied(b: FlatBlock, view: FitView, info: Information) -> Tied:
+    known = view.known
+    if not b.determined and b.at:
+        points = [replace(p, values={**p.values, **known}) for p in b.at]
+        declared = view.stack.problems[0].graph.parameters
+        units = {n: declared[n].unit for n in known} | _units(info)
+        found = weighted_sum(b.names, points, units)
+        if found is not None:
+            return Tied(b.names, "a weighted sum", (_told(found, info, known),), b.missing)
+    told = tuple(_told(c, info, known) for c in b.determined)
+    return Tied(b.names, _form(b), told, b.missing)
 
 
 def remark_on(name: str, found: Sequence[Tied]) -> str:
@@ -130,9 +152,9 @@ def _form(b: FlatBlock) -> str:
     return next((_FORMS[c.form, s] for s in signs), "a combination")
 
 
-def _told(c: Combination, info: Information) -> Told:
+def _told(c: Combination | WeightedSum, info: Information, known: Mapping[str, float]) -> Told:
     s = info.sensitivities
-    values = dict(zip(s.names, s.values.tolist(), strict=True))
+    values = {**known, **dict(zip(s.names, s.values.tolist(), strict=True))}
     gradient = c.gradient(values, dict(zip(s.names, s.slopes.tolist(), strict=True)))
     reach = 1.96 * info.error_of(np.array([gradient.get(n, 0.0) for n in s.names]))
     v = c.value(values)
@@ -140,4 +162,8 @@ def _told(c: Combination, info: Information) -> Told:
     if c.form == "product":
         low, high = sorted(v * np.exp(e) for e in np.clip((-reach, reach), -700.0, 700.0))
         ends = (float(low), float(high))
-    return Told(str(c), v, c.unit(dict(zip(s.names, s.units, strict=True))), ends)
+    return Told(str(c), v, c.unit(_units(info)), ends)
+
+
+def _units(info: Information) -> dict[str, str]:
+    return dict(zip(info.sensitivities.names, info.sensitivities.units, strict=True))

@@ -63,7 +63,9 @@ def contract(v: dict[str, Any]) -> None:
             assert all(e >= 0 for e in errors.values())
     assert all(f > 0 for f in v["fit"]["noise_floor"].values())
     for n in v["nuisances"]:
-        assert set(n) == {"name", "value", "unit", "within_bounds"}
+        assert set(n) - {"words", "over_noise"} == {
+            "name", "value", "unit", "within_bounds", "ci95"
+        }  # fmt: skip
         assert isinstance(n["within_bounds"], bool)
     for left in v["remaining"].values():
         assert set(left) == {"over_noise", "place", "kind", "regions"}

@@ -33,6 +33,10 @@ def in_symbols(trial: Candidate) -> str:
     """
     graph = trial.fit.problem.graph
     e = graph.elements.get(trial.element)
+    if e is not None and (gain := gain_of(trial)) is not None:
+        level = _level(trial)
+        beside = f" {'-' if level < 0 else '+'} {abs(level):.4g}" if level else ""
+        return f"reading of {e.name} = {gain:.4g}*s{beside}, where s is the true value at {e.name}"
     law = None if e is None else law_of(e)
     found = None if law is None else deviation_of(trial)
     if e is None or law is None or found is None:
@@ -49,6 +53,31 @@ def in_symbols(trial: Candidate) -> str:
         added = sp.Mul(own, sp.Symbol(s) + sp.expand(found / own), evaluate=False)
     whole = _Text().doprint(added).replace("**", "^")
     return f"{left} = {whole}, where {s} is the {argument}{beside}"
+
+
+def gain_of(trial: Candidate) -> float | None:
+    """Return the whole gain of a sensor whose calibration is off, as a number; else None."""
+    graph, (name, *_) = trial.fit.problem.graph, (*trial.insertion.strengths, "")
+    if trial.effect != "sensor_gain" or name not in trial.fit.values:
+        return None
+    e = graph[trial.element]
+    if law_of(e) is not None:
+        return 1.0 + trial.fit.values[name]
+    own = graph.channel_value(e, "gain") if isinstance(e, Sensor) else None
+    return None if own is None else _at(own, trial)
+
+
+def _at(expr: sp.Expr, trial: Candidate) -> float:
+    known = trial.fit.values
+    return float(expr.subs({s: known[str(s)] for s in expr.free_symbols if str(s) in known}))
+
+
+def _level(trial: Candidate) -> float:
+    """Return what a line adds to a reading of zero, the offset of the sensor with it."""
+    law = law_of(trial.fit.problem.graph[trial.element])
+    added = None if law is None else deviation_of(trial)
+    level = 0.0 if added is None else _at(added.subs(sp.Symbol("s"), 0.0), trial)
+    return level + sum(e.value for e in trial.fit.nuisances if e.name == f"offset {trial.element}")
 
 
 class Clip(sp.Function):  # type: ignore[misc]
@@ -134,16 +163,19 @@ def _plain(text: str) -> str:
 
 
 def meaning_of(name: str, trial: Candidate) -> str:
-    """Return what a parameter is that an effect brought in, in the words of its law or effect."""
+    """Return what a parameter is that an effect brought in, in the words of its effect or law."""
+    try:
+        own = by_name(trial.effect).meanings
+    except BondsightError:
+        own = {}
+    if said := said_of(name.removesuffix(f"_{trial.element}"), own):
+        gain = gain_of(trial)
+        return said if gain is None else f"{said}; the gain is {gain:.4g}"
     for e in trial.fit.problem.graph.elements.values():
         law = law_of(e)
         if law is not None and any(p.name == name for p in law.parameters(e.name)):
             return law.meaning(name.removesuffix(f"_{e.name}"))
-    try:
-        own = by_name(trial.effect).meanings
-    except BondsightError:
-        return ""
-    return said_of(name.removesuffix(f"_{trial.element}"), own)
+    return ""
 
 
 def deviation_of(trial: Candidate) -> sp.Expr | None:

@@ -141,7 +141,9 @@ def parameters(d: Diagnosis) -> str:
         ),
         html.heading("nuisances: offsets and small delays of the readings") if f.nuisances else "",
         html.table(
-            ("nuisance", "fitted", "95 % interval", "remark"), [row(e) for e in f.nuisances], (1, 2)
+            ("nuisance", "fitted", "95 % interval", "remark"),
+            [_with_size(row(e), d) for e in f.nuisances],
+            (1, 2),
         ),
         html.paragraph(INTERVALS),
         html.bullets(n for n in d.notes if n.startswith(COLOURED)),
@@ -149,6 +151,13 @@ def parameters(d: Diagnosis) -> str:
             f"The fit {'' if f.status.value.startswith('stopped') else 'has '}{f.status.value}."
         ),
     )  # fmt: skip
+
+
+def _with_size(row: list[str], d: Diagnosis) -> list[str]:
+    """Say of a nuisance that the fit leans on what it does to a reading."""
+    said = (f"moves {n.reading} by {n.over_noise:.2g} times its noise" for n in d.leanings
+            if n.estimate.name == row[0])  # fmt: skip
+    return [*row[:-1], row[-1] or next(said, "")]
 
 
 def _remark(e: Estimate) -> str:

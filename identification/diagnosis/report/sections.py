@@ -23,7 +23,12 @@ from identification.diagnosis.report.views import unit_of
 from identification.diagnosis.search.candidates import Candidate
 from identification.diagnosis.verdict import effect_parameters, normalised_error, sentence
 from identification.diagnosis.verdict.document import ERROR, law_constants, parts_of
-from identification.diagnosis.verdict.lines import certainty_lines, colour, together_lines
+from identification.diagnosis.verdict.lines import (
+    certainty_lines,
+    colour,
+    nuisance_lines,
+    together_lines,
+)
 from identification.diagnosis.verdict.text import what_remains
 from identification.estimation.estimates import Estimate
 from identification.estimation.single_record import Fit
@@ -81,7 +86,7 @@ def _doubted(d: Diagnosis) -> tuple[str, str] | None:
 
 def beside(d: Diagnosis) -> str:
     """Say what is left where it is more than noise, or has a memory: it qualifies the answer."""
-    said = (what_remains(d), *map(stopped, (*colour(d), *together_lines(d))))
+    said = (what_remains(d), *map(stopped, (*colour(d), *nuisance_lines(d), *together_lines(d))))
     mend = not d.mistakes and file_first(d)
     first = (
         "The values on this page are those of the file as it was read: mend it first.",

@@ -5,6 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
+import numpy as np
+
+from bondgraph.support.errors import BondsightError
 from identification.diagnosis.evidence.answer import Decision
 from identification.diagnosis.evidence.hypotheses import Scored, Thresholds
 from identification.diagnosis.evidence.remaining import remaining
@@ -19,9 +22,11 @@ from identification.diagnosis.search.candidates import (
     trial_of,
 )
 from identification.diagnosis.search.one_step import scored
+from identification.estimation.enough_steps import with_enough_steps
+from identification.estimation.single_record import Fit
 from identification.study.problem import Problem
 
-__all__ = ["WRITING", "completed", "refined"]
+__all__ = ["WRITING", "completed", "finely", "refined"]
 
 
 def completed(
@@ -50,6 +55,29 @@ def completed(
 
 WRITING = 0.95
 """Fraction of a diagnosis from which on nobody ends it in good time."""
+
+
+def finely(
+    decisions: tuple[Decision, ...], kind: str, nominal: Fit
+) -> tuple[tuple[Decision, ...], Fit, str]:
+    """Give the numbers of the answer the sub-steps that their intervals ask for; it stays.
+
+    Those of the repaired model, or of the model as it is where it explains the recording. Returns
+    the decisions, the model as it is, and a line where the steps would be too many.
+    """
+    try:
+        if kind in ("explained", "parameters_only"):
+            return decisions, *with_enough_steps(nominal)
+        named = [i for i, d in enumerate(decisions) if d.kind == kind == "missing_physics"]
+        chosen = decisions[named[-1]].chosen if named else None
+        if chosen is None:
+            return decisions, nominal, ""
+        fit, said = with_enough_steps(chosen.fit)
+    except (KeyboardInterrupt, BondsightError, np.linalg.LinAlgError):
+        return decisions, nominal, ""
+    made = list(decisions)
+    made[named[-1]] = replace(made[named[-1]], chosen=trial_of(chosen.insertion, chosen.home, fit))
+    return tuple(made), nominal, said
 
 
 def refined(

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from functools import partial
 from types import MappingProxyType
 from typing import Any
 
@@ -16,11 +15,10 @@ from bondgraph.graph.elements import C, I, Source, TwoPort
 from bondgraph.graph.sensors import Sensor
 from bondgraph.signals.split import Split, stretches
 from bondgraph.support.arrays import Array
-from bondgraph.support.errors import BondsightError
 from identification.diagnosis.catalogue.places import law_of
 from identification.diagnosis.diagnose import Diagnosis
-from identification.diagnosis.explanation.latent_signal import latent
 from identification.diagnosis.explanation.law_formula import variable_names
+from identification.diagnosis.explanation.recovered import NO_POINTS, lost, recovered
 from identification.diagnosis.localisation.recording.variables import (
     two_port_variables,
     variables_of,
@@ -37,7 +35,6 @@ from identification.estimation.single_record import Fit
 from identification.report.numbers import axis_scale
 from identification.report.words import spaced
 from identification.study.problem import Data
-from identification.study.residual import windows
 
 POINTS = 4000
 """Points of a plane at most."""
@@ -61,9 +58,9 @@ def planes(d: Diagnosis, share: float = 1.0) -> dict[str, Any]:
     """Return the times of the points and, by element, argument, recovered output and laws.
 
     The missing addition is rebuilt at one element at a time, as if it sat there alone, from the
-    residual of the fit of the model as it is (`explanation.latent_signal`). What the parameters of
+    residual of the fit of the model as it is (`explanation.recovered`). What the parameters of
     that fit imitate is not in it, such as a level beside a free offset of the reading: laws are
-    drawn without it, too.
+    drawn without it, too. A plane whose law is not seen in what was rebuilt has no points.
     """
     if d.scene is None:
         return {"time": packed([], "<f8"), "of": {}}
@@ -81,14 +78,15 @@ def planes(d: Diagnosis, share: float = 1.0) -> dict[str, Any]:
     for name, past in scene.past.items():
         if name not in d.graph.elements or not np.ptp(past.argument[known]) > 0:
             continue
-        added = _added(scene, probed, tangents, known, name)
-        if added is None:
+        signal = recovered(d, probed, tangents, known, name)
+        if signal is None:
             continue
+        added = signal.signal
         if _bends_flux(d, name):
             found[name] = _flux_plane(d, name, past, added, known, at, line)
             continue
         if (turning := repeating(d, name, past)) is not None:
-            found[name] = turned_plane(d, name, past, added, at, turning)
+            found[name] = turned_plane(d, name, past, added, known, at, turning)
             continue
         free = _imitated(scene, probed, basis, known, name)
         points = (data.time[known], (past.output + added)[known])
@@ -102,23 +100,6 @@ def _over_all(fit: Fit, data: Data) -> Fit:
     rest = (*stretches(split.test), *stretches(split.looked_at))
     whole = replace(data, split=Split(split.train, rest, split.rule))
     return replace(fit, problem=replace(fit.problem, data=whole))
-
-
-def _added(
-    scene: FittedModel, probed: Probes, tangents: Array, known: Array, name: str
-) -> Array | None:
-    """Return the addition at one element that explains the residual, None without an answer."""
-    if not probed.knows(name):
-        return None
-    data, fit = scene.data, scene.nominal
-    residual = np.where(known[:, None], data.readings - fit.simulated, 0.0)
-    try:
-        return latent(
-            partial(probed.respond, name), residual, data.floor, data.dt, tangents=tangents,
-            windows=windows(fit.problem), scored=known,
-        ).signal  # fmt: skip
-    except (BondsightError, np.linalg.LinAlgError, ValueError):
-        return None
 
 
 def _basis(tangents: Array) -> Array:
@@ -160,19 +141,28 @@ def _plane(
     fx, ux = axis_scale(xu, float(np.nanmax(np.abs(x))))
     fy, uy = axis_scale(yu, float(np.nanmax(np.abs(y))))
     line = _stretch(at.size, most)
+    own = next(((s, w) for _, on, s, w in laws if on), None)
+    no_points = own is not None and lost(_bend(x[at], y[at]), _bend(*own))
+    shown = at[:0] if no_points else at
     return {
-        "x": packed(fx * x[at]),
-        "y": packed(fy * y[at]),
-        "power": packed((added * _flow(d.graph, name, past))[at]),
+        "x": packed(fx * x[shown]),
+        "y": packed(fy * y[shown]),
+        "power": packed((added * _flow(d.graph, name, past))[shown]),
         "xLabel": f"{xw} ({ux})" if ux else xw,
         "yLabel": f"{yw} ({uy})" if uy else yw,
-        "open": OPEN[free],
+        "open": NO_POINTS if no_points else OPEN[free],
         "nominal": {"x": packed(fx * x[at][line]), "y": packed(fy * past.output[at][line])},
         "laws": [
             {"label": label, "on": on, "x": packed(fx * s), "y": packed(fy * w)}
             for label, on, s, w in laws
         ],
     }  # fmt: skip
+
+
+def _bend(x: Array, y: Array) -> Array:
+    """Return what a path adds to its straight line."""
+    powers = np.column_stack([np.ones(x.size), x / (np.abs(x).max(initial=0.0) or 1.0)])
+    return np.asarray(y - powers @ np.linalg.lstsq(powers, y, rcond=None)[0])
 
 
 def _bends_flux(d: Diagnosis, name: str) -> bool:

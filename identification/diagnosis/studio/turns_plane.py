@@ -11,6 +11,7 @@ from bondgraph.laws import Periodic
 from bondgraph.support.arrays import Array
 from identification.diagnosis.catalogue.places import law_of
 from identification.diagnosis.diagnose import Diagnosis
+from identification.diagnosis.explanation.recovered import NO_POINTS, lost
 from identification.diagnosis.localisation.recording.variables import variables_of
 from identification.diagnosis.screening.observation import traced
 from identification.diagnosis.screening.port_history import PortHistory
@@ -36,7 +37,7 @@ def repeating(d: Diagnosis, name: str, past: PortHistory) -> Candidate | None:
 
 
 def turned_plane(
-    d: Diagnosis, name: str, past: PortHistory, added: Array, at: Array, t: Candidate
+    d: Diagnosis, name: str, past: PortHistory, added: Array, known: Array, at: Array, t: Candidate
 ) -> dict[str, Any]:
     """Return what is missing over its way within one period, and the law that was found.
 
@@ -51,7 +52,10 @@ def turned_plane(
     s = np.linspace(0.0, period, SMOOTH)
     w = a * np.sin(2 * np.pi * s / period) + b * np.cos(2 * np.pi * s / period)
     fx, ux = axis_scale(law.way_unit, period)
-    fy, uy = axis_scale(law.unit, float(np.nanmax(np.abs(added))))
+    no_points = lost(added[known], w)
+    largest = max(float(np.abs(x).max()) for x in (added[known], w))
+    fy, uy = axis_scale(law.unit, largest)
+    at = at[:0] if no_points else at
     v = variables_of(d.graph[name])
     what = f"error of {name}" if isinstance(d.graph[name], Sensor) else f"{v.effort} at {name}"
     zero = {"x": packed(fx * s[[0, -1]]), "y": packed(np.zeros(2))}
@@ -62,7 +66,8 @@ def turned_plane(
         "power": packed((added * flow)[at]),
         "xLabel": f"way within its period ({ux})" if ux else "way within its period",
         "yLabel": f"missing {what} ({uy})" if uy else f"missing {what}",
-        "open": f" Drawn within the period of {quantity(period, law.way_unit)} that was found.",
+        "open": f" Drawn within the period of {quantity(period, law.way_unit)} that was found."
+        + NO_POINTS * no_points,
         "nominal": zero,
         "laws": [
             {"label": spaced(t.effect), "on": True, "x": packed(fx * s), "y": packed(fy * w)}

@@ -97,7 +97,7 @@ def verdict(d: Diagnosis) -> dict[str, Any]:
         "steps": [_step(step, d) for step in d.steps],
         # those that were bent to a wrong recording mean nothing
         "parameters": [_estimate(e, d) for e in last.estimates] if last and not d.mistakes else [],
-        "nuisances": [_nuisance(e) for e in last.nuisances] if last else [],
+        "nuisances": [_nuisance(e, d) for e in last.nuisances] if last else [],
         "advice": list(d.advice),
         "notes": list(d.notes),
         "seconds": round(d.seconds, 3),
@@ -377,9 +377,17 @@ def _estimate(e: Estimate, d: Diagnosis) -> dict[str, Any]:
     return made | ({"remark": remark} if (remark := remark_of(e, d)) else {})
 
 
-def _nuisance(e: Estimate) -> dict[str, Any]:
-    value = _number(e.value)
-    return {"name": e.name, "value": value, "unit": e.unit, "within_bounds": not e.at_bound}
+def _nuisance(e: Estimate, d: Diagnosis) -> dict[str, Any]:
+    """Return a nuisance; one that the answer leans on with what it does to a reading."""
+    made = {
+        "name": e.name,
+        "value": _number(e.value),
+        "unit": e.unit,
+        "within_bounds": not e.at_bound,
+        "ci95": [_number(v) for v in e.ci95],
+    }
+    own = (n for n in d.leanings if n.estimate.name == e.name)
+    return made | next(({"words": str(n), "over_noise": _rounded(n.over_noise)} for n in own), {})
 
 
 def _number(v: float) -> float | None:

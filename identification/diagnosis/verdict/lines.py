@@ -102,6 +102,11 @@ def together_lines(d: Diagnosis) -> list[str]:
     return [f"the recording tells {t.words}" for t in d.tied]
 
 
+def nuisance_lines(d: Diagnosis) -> list[str]:
+    """Offsets, lags, gains and clocks of the measuring chain that the last fit makes use of."""
+    return [f"the fit leans on {n}" for n in d.leanings]
+
+
 def reason_lines(d: Diagnosis) -> list[str]:
     """Why each step ended as it did; after the first they say which one they belong to."""
     lines = []

@@ -67,6 +67,9 @@ class _Nuisance:
     unit: str
     value: float | None
     within_bounds: bool
+    ci95: tuple[float | None, float | None] = (None, None)
+    words: str = ""
+    over_noise: float | None = None
 
 
 @dataclass(frozen=True, slots=True)

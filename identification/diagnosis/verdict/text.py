@@ -17,6 +17,7 @@ from identification.diagnosis.diagnose import Diagnosis
 from identification.diagnosis.evidence.answer import Decision
 from identification.diagnosis.evidence.kinds_told import EXACT, open_kinds
 from identification.diagnosis.explanation.doubts import doubts
+from identification.diagnosis.explanation.law_formula import gain_of
 from identification.diagnosis.explanation.undetermined import UNDETERMINED
 from identification.diagnosis.localisation.element_kind import element_kind
 from identification.diagnosis.localisation.recording.region import multiple
@@ -24,6 +25,7 @@ from identification.diagnosis.localisation.regions import summary
 from identification.diagnosis.search.candidates import Candidate
 from identification.diagnosis.verdict.document import (
     SORTS,
+    as_repaired,
     near_of,
     normalised_error,
     sort_at,
@@ -33,6 +35,7 @@ from identification.diagnosis.verdict.lines import (
     certainty_lines,
     colour,
     error_lines,
+    nuisance_lines,
     parameter_lines,
     reason_lines,
     sure_words,
@@ -97,7 +100,7 @@ def _answered(d: Diagnosis) -> str:
             names = [spaced(n) for n in dict.fromkeys(t.effect for t in step.possible)]
             several = step.answer == "family" and len(names) > 1
             effect = f"one of {listed(names)}" if several else names[0] + _by_law(step.chosen)
-            says = "" if several else step.chosen.insertion.sentence
+            says = "" if several else step.chosen.insertion.sentence + _gain(step.chosen, d)
             sure = effect.capitalize() if step.confidence > 0 else f"Perhaps {effect}"
             parts.append(
                 f"{sure} is missing at the {where} {step.chosen.element}{also}"
@@ -112,6 +115,12 @@ def _answered(d: Diagnosis) -> str:
             f"{100 * before[n]:.3g} % to {100 * after[n]:.3g} % of its standard deviation."
         )
     return _without_name(d)
+
+
+def _gain(t: Candidate, d: Diagnosis) -> str:
+    """Tell the number of a gain that is off."""
+    gain = gain_of(as_repaired(t, d))
+    return "" if gain is None else f", its gain is {gain:.4g}"
 
 
 def _mistaken(d: Diagnosis) -> str:
@@ -229,7 +238,7 @@ def in_words(d: Diagnosis) -> str:
     lines = [s for s in (answer, what_remains(d), *map(stopped, colour(d))) if s] + [""]
     lines += [f"note: {s}" for s in d.notes if s not in answer and s not in colour(d)]
     lines += error_lines(d)
-    lines += [*parameter_lines(d), *together_lines(d), *certainty_lines(d)]
+    lines += [*parameter_lines(d), *nuisance_lines(d), *together_lines(d), *certainty_lines(d)]
     if d.kind in ("missing_physics", "unknown_physics"):
         lines += [f"seen: {s}" for s in summary(d.regions)[:3]]
     lines += reason_lines(d)
@@ -531,6 +540,7 @@ def _basis(v: Data) -> list[str]:
             more = f"; {len(chosen) - MOST} more in the file" if len(chosen) > MOST else ""
             lines.append(f"Of its law, not fitted: {'; '.join(chosen[:MOST])}{more}.")
     lines += [f"The recording tells {t['words']}." for t in v.get("together", ())]
+    lines += [f"The fit leans on {n['words']}." for n in v["nuisances"] if n.get("words")]
     beyond = [n["name"] for n in v["nuisances"] if not n["within_bounds"]]
     if beyond:
         lines.append(f"At the end of what a nuisance may be: {listed(beyond)}. Look at it.")

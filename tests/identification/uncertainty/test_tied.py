@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bondgraph import BondGraph, C, Dq, I, One, R, Se
+from bondgraph import TF, BondGraph, C, Dq, I, One, R, Se
 from bondgraph.graph.parameter import Parameter, symbol
 from bondgraph.signals.recording import Recording
 from identification.diagnosis.diagnose import Diagnosis, diagnose
@@ -112,3 +112,40 @@ def test_a_verdict_says_it_in_text_page_and_file(found: Diagnosis) -> None:
     assert known["b_f"]["remark"] == "only b_m + b_f is determined"
     assert None not in known["m"]["ci95"]
     assert f"The recording tells {SUM}" in " ".join(retold(document).split())
+
+
+def screw(b: float, lead_known: bool, d_g: float = 1.5e-5) -> BondGraph:
+    """A slide that turns a motor: both are damped, and the readings tell one damping."""
+    with BondGraph("screw") as g:
+        v = One("slide")
+        Se("F", unit="N") >> v >> I("m", 2.0, unit="kg")
+        v >> R("b", b, unit="N*s/m")
+        v >> C("k", stiffness=4000.0, unit="N/m")
+        v >> Dq("x", unit="m")
+        w = One("motor")
+        v >> TF("pitch", 1000.0, unit="rad/m", fixed=lead_known) >> w
+        w >> R("d_g", d_g, unit="N*m*s/rad")
+    return g
+
+
+@pytest.mark.parametrize("lead_known", [False, True])
+@pytest.mark.parametrize("b", [30.0, 1e-7, 1e-13])  # a part of nothing hides that it is one
+def test_a_sum_in_which_each_counts_by_a_factor(b: float, lead_known: bool) -> None:
+    t = np.asarray(0.005 * np.arange(2000), np.float64)
+    push = sum(np.sin(2 * np.pi * f * t + 3.0 * f * f) for f in np.arange(0.5, 9.0, 0.61))
+    x = np.asarray(simulate(screw(20.0, lead_known, 1e-5), t, {"F": push})["x"])
+    x = x + 1e-5 * np.random.default_rng(2).standard_normal(t.size)
+    run = Recording.from_arrays("run", {"t[s]": t, "F[N]": push, "x[m]": x})
+    near = screw(b, lead_known)
+    found = diagnose(near, run, options=DiagnosisOptions(jobs=1, effects=1, keep=2, more=0))
+    fitted = tied(from_estimation(estimate(Study(near, run))))
+    for (t_,) in (fitted, found.tied):
+        assert set(t_.names) == ({"b", "d_g"} if lead_known else {"b", "d_g", "pitch"})
+        (told,) = t_.told
+        assert told.text == ("b + d_g*pitch^2" if lead_known else "b + pitch^2*d_g")
+        assert (told.unit, t_.form) == ("N*s/m", "a weighted sum")
+        assert told.ci95[0] < 30.0 < told.ci95[1]
+        assert told.ci95[1] - told.ci95[0] < 1.0
+    assert "d_g only as a weighted sum: b + " in in_words(found)
+    known = {p["name"]: p for p in verdict(found)["parameters"]}
+    assert known["d_g"]["ci95"] == [None, None]

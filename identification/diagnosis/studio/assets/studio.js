@@ -139,7 +139,7 @@ function runs() {
 // Whether what a law bends is lost beside the line that it bends.
 function slight(p) {
   const [a, b] = lineOf(p.nominal), span = v => Math.max(...v) - Math.min(...v);
-  return p.laws.length > 0 && span(p.y.map((v, i) => v - a * p.x[i] - b)) < 0.05 * span(p.y);
+  return p.laws.length > 0 && p.x.length > 0 && span(p.y.map((v, i) => v - a * p.x[i] - b)) < 0.05 * span(p.y);
 }
 
 function choose(name) {
@@ -225,8 +225,9 @@ function saidPlane() {
   if (!p) return;
   const on = p.laws.filter(l => l.on).map(l => l.label).join(', ') || 'none';
   const chosen = state.picked ? ` ${state.count} of them selected.` : '';
-  const text = `${p.x.length} points of ${p.yLabel} over ${p.xLabel}, recovered at ${state.element} as if ` +
-    `what is missing sat there alone.${p.open}${chosen} Laws that are drawn (at first those that the data do not exclude): ${on}.`;
+  const points = p.x.length ? `${p.x.length} points of ${p.yLabel} over ${p.xLabel}, recovered at ${state.element} ` +
+    'as if what is missing sat there alone.' : `${p.yLabel} over ${p.xLabel}.`;
+  const text = `${points}${p.open}${chosen} Laws that are drawn (at first those that the data do not exclude): ${on}.`;
   $('plane-said').textContent = text;
   plots.plane.say(text);
 }

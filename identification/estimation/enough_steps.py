@@ -1,0 +1,142 @@
+"""A fit with as many sub-steps as its intervals ask for, and what is said where they are too many.
+
+A search refines sub-steps until they no longer matter beside the noise of a sample. A misfit that
+all samples share counts with the root of their number, and may move a value by several of its
+standard errors.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from bondgraph.support.arrays import Array
+from identification.estimation.covariance import information_root
+from identification.estimation.levenberg_marquardt import FitStatus
+from identification.estimation.settling import BIAS
+from identification.estimation.single_record import Fit, alone
+from identification.estimation.sub_steps import IN_ALL, LEAST, fit_from
+from identification.study.problem import Problem
+from identification.study.residual import evaluate
+
+MOST = 256
+"""Sub-steps of a sample at the most."""
+DEARER = 16
+"""Times the price of a step where no linear model with scalar laws is stepped exactly."""
+ITERATIONS = 25
+PASSES = 3
+FAR = 10.0
+"""Standard errors from which the steps that are enough are judged again where a fit has ended."""
+SURELY = 10.0
+"""Sum of squares by which more sub-steps surely fit worse."""
+WORSE = (
+    "more than {n} sub-steps a sample fit worse, as they do where a recording was simulated in "
+    "few steps or a law is slightly wrong: the numbers are those of {n}"
+)
+WORTH = 1.0
+"""Standard errors of a bias from which it is worth a word."""
+
+
+@dataclass(frozen=True, eq=False)
+class Bias:
+    """What the size of the sub-steps still does to the values of a fit.
+
+    Attributes
+    ----------
+    enough : int
+        Sub-steps of which twice as many move no value by much, or the most that are taken.
+    left : float
+        Standard errors by which `enough` leave the unknown `name` off.
+    error : ndarray
+        Standard errors of the scaled unknowns.
+    """
+
+    enough: int
+    left: float
+    name: str
+    error: Array
+
+
+def with_enough_steps(made: Fit) -> tuple[Fit, str]:
+    """Refit with sub-steps that bias no value by more than a fifth of its standard error.
+
+    Returns the fit, and a line where that would take too many. A fit that does not come to an end
+    with more sub-steps, or fits worse, stays as it is.
+    """
+    if made.problem.exact or made.status is FitStatus.BROKEN:
+        return made, ""
+    for _ in range(PASSES):
+        bias = _bias(made)
+        if bias is None or bias.enough <= made.problem.n_sub:
+            return made, _words(made, bias)
+        finer = replace(made.problem, n_sub=bias.enough, built=made.problem.engine)
+        again = fit_from(finer, made.point, ITERATIONS)
+        if again.status is FitStatus.BROKEN or not np.isfinite(again.cost):
+            return made, ""
+        if _worse(again, made):
+            return made, WORSE.format(n=made.problem.n_sub)
+        far = np.abs((again.point.theta - made.point.theta) / bias.error).max(initial=0.0)
+        made = again
+        if far < FAR:
+            return made, _words(made, bias)
+    return made, _words(made, _bias(made))
+
+
+def _worse(finer: Fit, made: Fit) -> bool:
+    """Whether finer steps lose what the numbers of coarser ones have gained."""
+    rows = int(made.problem.data.mask("train").sum()) * len(made.problem.data.names)
+    return rows * (finer.cost - made.cost) > SURELY * max(1.0, made.cost)
+
+
+def _words(made: Fit, bias: Bias | None) -> str:
+    if bias is None or bias.left < WORTH:
+        return ""
+    jumps = made.problem.engine.jumps
+    cure = "sample faster" if jumps else "estimate(found.study.changed(n_sub=None)) corrects it"
+    return (
+        f"{made.problem.n_sub} sub-steps a sample may leave {bias.name} off by {bias.left:.2g} "
+        f"standard errors, and more would take too long: its interval is too narrow; {cure}"
+    )
+
+
+def _bias(made: Fit) -> Bias | None:
+    """Return how many sub-steps are enough at the point of a fit; None where it tells nothing."""
+    problem, (stack, point) = made.problem, alone(made)
+    now = stack.evaluate(point)
+    factor = stack.normal(now, point).factor
+    if not np.isfinite(factor).all():
+        return None
+    root, jacobian = information_root(stack, factor), stack.projected(now, point)
+    # standard errors with the misfit as it is, not with the noise that was expected
+    error = max(1.0, float(np.sqrt(made.cost))) * np.linalg.norm(root, axis=1) + 1e-300
+
+    def moved(change: Array) -> tuple[float, str]:
+        by = np.abs(root @ (root.T @ (jacobian.T @ change))) / error
+        at = int(np.argmax(by))
+        return float(by[at]), stack.names[at]
+
+    # halving a step takes three quarters of the error away, half of it where a law jumps
+    ahead = 1.0 if problem.engine.jumps else 1.0 / 3.0
+    n, before = problem.n_sub, now[0].residual
+    most = max(n, _most(problem))
+    while True:
+        twice = replace(problem, n_sub=2 * n, built=problem.engine)
+        after = evaluate(twice, made.point, derivatives=False).residual
+        if not np.isfinite(after).all():
+            return None
+        change, name = moved(after - before)
+        if (1.0 + ahead) * change < BIAS or n >= most:
+            return Bias(n, (1.0 + ahead) * change, name, error)
+        n, before = 2 * n, after
+        if ahead * change < BIAS:
+            return Bias(n, ahead * change, name, error)
+
+
+def _most(problem: Problem) -> int:
+    """Return the sub-steps of a sample that are worth their time in a record of this length."""
+    general = problem.engine.lure is None
+    most, least = MOST, 1 if general else LEAST
+    while most > least and most * problem.data.n > (IN_ALL // DEARER if general else IN_ALL):
+        most //= 2
+    return most

@@ -1,0 +1,69 @@
+"""What of the measuring chain a fit makes use of: offsets, lags, gains and clocks that matter."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from identification.estimation.estimates import Estimate
+from identification.estimation.levenberg_marquardt import FitStatus
+from identification.estimation.single_record import Fit, alone
+from identification.report.numbers import interval, quantity
+from identification.study.residual import evaluate
+
+WORTH = 0.3
+"""Times the noise of a reading that a nuisance changes it by, from which it is worth a word."""
+LOUD = 1.0
+"""The same for one that may be none: it hides in something else."""
+
+
+@dataclass(frozen=True, slots=True)
+class Leaning:
+    """A nuisance that changes a reading by more than a part of its noise.
+
+    Attributes
+    ----------
+    over_noise : float
+        Root mean square change of the reading that it changes most, over its noise.
+    """
+
+    estimate: Estimate
+    reading: str
+    over_noise: float
+
+    def __str__(self) -> str:
+        """Name, number, interval and what it does to the reading."""
+        e = self.estimate
+        unit = "" if e.unit == "1" else e.unit
+        ends = interval(*e.ci95, unit, e.value)
+        return (
+            f"{e.name} = {quantity(e.value, unit)} (95 %: {ends}), which moves {self.reading} by "
+            f"{self.over_noise:.2g} times its noise"
+        )
+
+
+def leanings(made: Fit) -> tuple[Leaning, ...]:
+    """Return the nuisances that a fit makes use of, in their order.
+
+    The offset of a sensor that holds a law of its own is part of that law.
+    """
+    if made.status is FitStatus.BROKEN:
+        return ()
+    problem, (stack, _) = made.problem, alone(made)
+    mask, still = problem.data.mask("train"), evaluate(problem, made.point, derivatives=False).y
+    found = []
+    own = {f"offset {n}" for n in problem.data.names if getattr(problem.graph[n], "law", None)}
+    for e in (e for e in made.nuisances if e.name not in own):
+        at = list(stack.columns[0]).index(stack.names.index(e.name))
+        theta = made.point.theta.copy()
+        free = problem.free[at] if at < len(problem.free) else None
+        none = 0.0 if free is None else free.parameter.value
+        theta[at] = 0.0 if free is None else free.theta(none)
+        sure = e.ci95[1] < none or none < e.ci95[0]
+        y = evaluate(problem, replace(made.point, theta=theta), derivatives=False).y
+        change = np.sqrt(np.mean((y - still)[mask] ** 2, axis=0)) / problem.data.floor
+        c = int(np.argmax(change))
+        if (WORTH if sure else LOUD) <= change[c] < np.inf:
+            found.append(Leaning(e, problem.data.names[c], float(change[c])))
+    return tuple(found)
