@@ -23,6 +23,7 @@ from bondsight.cli.arguments import (
     reading_of,
 )
 from bondsight.cli.output import INTERRUPTED, Stopped, ended_like_ctrl_c, writable
+from bondsight.cli.spoken import at_shell
 
 if TYPE_CHECKING:
     from bondgraph.graph.bond_graph import BondGraph
@@ -103,6 +104,7 @@ def diagnose_files(
     from identification.diagnosis.studio import write_report
     from identification.diagnosis.verdict import in_words, verdict, write_verdict
 
+    result = at_shell(result)
     path = write_verdict(result, options.out)
     report = write_report(characterised(result), options.out)
     if options.json:

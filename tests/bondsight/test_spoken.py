@@ -23,6 +23,8 @@ from tests.bondsight.carriage_files import HEAD, ROWS, table
         ("map={NAME: COLUMN}", "--map NAME=COLUMN"),
         ("recording.select({'x': 'p', '*': '*'})", "--map x=p"),
         ("the rate (fs=HZ) if", "the rate (--fs HZ) if"),
+        ("map={'F': 'COLUMN[N]', 'x': 'a b'}", "--map 'F=COLUMN[N]' --map 'x=a b'"),
+        ("noise={SENSOR: VALUE}", "--noise SENSOR=VALUE"), ("noise={'x': 1}", "noise={'x': 1}"),
         ("rows=(3, 9)", "--rows 3:9"), ("(resample=12.5)", "(--resample 12.5)"),
         ("leave out fs=, fill=", "leave out --fs, --fill"),
         ("map={'w': COLUMN} or Recording.select, or leave it out of the model: graph.remove('w')",

@@ -30,7 +30,7 @@ from identification.estimation.single_record import Fit
 from identification.report import html
 from identification.report.numbers import interval, percent, quantity
 from identification.report.style import BAD, GOOD, SOFT
-from identification.report.words import spaced, stopped
+from identification.report.words import gathered, spaced, stopped
 from identification.study.problem import Data
 from identification.uncertainty.tied import remark_on
 
@@ -101,7 +101,7 @@ def raw(d: Diagnosis) -> str:
     return html.section(
         "What was recorded",
         html.figure(recording_figure(d), "All channels over time."),
-        html.bullets(n for n in d.notes if n not in d.advice),
+        html.bullets(gathered(n for n in d.notes if n not in d.advice)),
     )
 
 
