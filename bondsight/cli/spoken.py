@@ -23,6 +23,15 @@ _PLAIN = re.compile(r"(?<![\w-])(fs|resample|fill)=(?=[\w.])")
 _BARE = re.compile(r"(?<![\w-])(map|fs|rows|resample|fill)=(?=[);,.]|$)")
 _PYTHON_ALONE = re.compile(
     r" (?:or|by) Recording\.select|: (?:graph\.)?remove\('\w+'\)|, silent=\('\w+',\) is 0"
+    r"| or initial=\{'\w+': value\}| where a diagnosis ends \(diagnose\(study\)\.study\),"
+)
+_CALLS = (
+    (re.compile(r"\bmany_starts\(study, (\d+)\)"), r"--starts \1"),
+    (re.compile(r"\bmany_starts\b"), "--starts 32"),
+    (re.compile(r"\bstudy\.starting\(\{NAME: VALUE\}\)"), "--start NAME=VALUE (may be repeated)"),
+    (re.compile(r"\b(method|noise)='(\w+)'"), r"--\1 \2"),
+    (re.compile(r"\bNuisances\(offsets=False\)"), "--no-offsets"),
+    (re.compile(r"\bNuisances\(commands=True\)"), "--command-offsets"),
 )
 
 
@@ -37,6 +46,8 @@ def as_options(text: str) -> str:
     no channel 'x'; name it with --map 'x=two words[m]', --rows 3:9
     """
     text = _PYTHON_ALONE.sub("", _ENTRY.sub(_option, text))
+    for call, option in _CALLS:
+        text = call.sub(option, text)
     text = _NOISE.sub(r"--noise \1=\2", _ROWS.sub(r"--rows \1:\2", text))
     return _BARE.sub(r"--\1", _PLAIN.sub(r"--\1 ", text))
 
