@@ -116,7 +116,7 @@ def parameters(d: Diagnosis) -> str:
             remark_of(e, d) or _remark(e),
         ]
 
-    known = ([declared, nominal], ["fitted, nominal", "fitted, repaired"])
+    known = ([declared, nominal], ["fitted as it is", "fitted, repaired"])
     columns, heads = known if d.repaired else ([declared], ["fitted"])
     chosen = {p.name: p for t in found_of(d) if d.repaired for p in law_constants(t, d)}
     constants = [

@@ -126,7 +126,7 @@ def _apart(data: Data) -> str:
 def _errors(d: Diagnosis) -> str:
     assert d.data is not None
     fits: list[tuple[str, Fit | None]] = [
-        ("declared values", d.declared), ("nominal structure, fitted", d.nominal)
+        ("declared values", d.declared), ("as it is, fitted", d.nominal)
     ]  # fmt: skip
     after = after_of(d)
     if after is not None:

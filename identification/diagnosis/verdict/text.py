@@ -13,7 +13,7 @@ import numpy as np
 from bondgraph.graph.elements import Source
 from bondgraph.support.errors import BondsightError
 from identification.diagnosis.catalogue import by_name
-from identification.diagnosis.catalogue.words import briefly
+from identification.diagnosis.catalogue.words import briefly, spoken
 from identification.diagnosis.diagnose import Diagnosis
 from identification.diagnosis.evidence.answer import Decision
 from identification.diagnosis.evidence.kinds_told import EXACT, open_kinds
@@ -236,7 +236,7 @@ def in_words(d: Diagnosis) -> str:
         lines += [f"seen: {s}" for s in summary(d.regions)[:3]]
     lines += reason_lines(d)
     lines += [f"nearest: {said}" for said in hints(d)]
-    lines += [f"next: {a}" for a in d.advice if a not in answer]
+    lines += [f"next: {spoken(a)}" for a in d.advice if a not in answer]
     lines.append(f"{d.seconds:.1f} s")
     return "\n".join(lines)
 
@@ -266,7 +266,7 @@ def retold(v: Data) -> str:
         _paragraph("What else is possible", [t for f in findings for t in _rivals(f)]),
         _paragraph("What it rests on", _basis(v)),
         _paragraph("What was noticed on the way", gathered(v.get("notes", ()))),
-        _paragraph("What to do next", v["advice"] or [_nothing_to_do(v)]),
+        _paragraph("What to do next", list(map(spoken, v["advice"])) or [_nothing_to_do(v)]),
     ]
     return "\n\n".join(p for p in parts if p)
 

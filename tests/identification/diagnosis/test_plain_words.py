@@ -131,6 +131,12 @@ def test_a_second_step_says_so_and_a_kind_is_told_in_words(found: Diagnosis) -> 
     assert not [w for w in ("step 2", "surface", "may not be named") if w in told]
 
 
+def test_what_comes_next_is_told_without_names_of_the_catalogue(found: Diagnosis) -> None:
+    d = replace(found, advice=("a step: tells coulomb_friction at d from creep at k",))
+    for text in (str(d), retold(parse_verdict(json.dumps(verdict(d))))):
+        assert "a step: tells coulomb friction at d from creep at k" in text
+
+
 def test_what_many_recordings_say_alike_is_told_once(found: Diagnosis) -> None:
     notes = (*(f"run {n}: every third sample is kept" for n in range(48)), "held out: the last")
     names = " + ".join(f"run {n}" for n in range(48))
