@@ -104,7 +104,6 @@ def diagnose_files(
     from identification.diagnosis.studio import write_report
     from identification.diagnosis.verdict import in_words, verdict, write_verdict
 
-    result = at_shell(result)
     path = write_verdict(result, options.out)
     report = write_report(characterised(result), options.out)
     if options.json:
@@ -173,7 +172,7 @@ def _found(
                 )  # fmt: skip
         except KeyboardInterrupt as stop:
             raise KeyboardInterrupt("the time was over" if deadline.over else str(stop)) from None
-    return result
+    return at_shell(result)
 
 
 def noise_of(texts: Sequence[str]) -> dict[str, float]:
