@@ -24,6 +24,7 @@ from bondgraph.support.parallel import results
 from bondgraph.support.whole_file import write_atomically
 from bondsight.cli.judged import Outcome, judge, summary
 from bondsight.cli.progress import Bar
+from bondsight.cli.spoken import at_shell
 from hardware.simulators.generator.prepared import PREPARED, prepared
 from hardware.simulators.generator.showing import SHOWN, effects_of, plants_of, shown
 from hardware.simulators.judging.truths import truth_of
@@ -159,6 +160,7 @@ def demo(seed: int | None, folder: Path, jobs: int, wish: Wish) -> int:
     print(f"declared model: {made.plant} (bondsight models {made.plant} describes it)")
     with Bar() as bar:
         found = run(made, jobs, bar)
+    found = at_shell(found)
     print(f"\n{in_words(found)}")
     written, report = write_verdict(found, folder), write_report(found, folder)
     outcome = made.opened(found)

@@ -23,6 +23,7 @@ from bondsight.cli.arguments import (
     reading_of,
 )
 from bondsight.cli.output import INTERRUPTED, Stopped, ended_like_ctrl_c, writable
+from bondsight.cli.spoken import at_shell
 
 if TYPE_CHECKING:
     from bondgraph.graph.bond_graph import BondGraph
@@ -171,7 +172,7 @@ def _found(
                 )  # fmt: skip
         except KeyboardInterrupt as stop:
             raise KeyboardInterrupt("the time was over" if deadline.over else str(stop)) from None
-    return result
+    return at_shell(result)
 
 
 def noise_of(texts: Sequence[str]) -> dict[str, float]:

@@ -9,7 +9,10 @@ from typing import Any
 def add_effects_command(verbs: Any) -> None:
     """Add the command to the sub-parsers of ``bondsight``."""
     p = verbs.add_parser("effects", help="print the catalogue of effects, or one in full")
-    p.add_argument("names", nargs="*", metavar="EFFECT", help="print all that is known of these")
+    p.add_argument(
+        "names", nargs="*", metavar="EFFECT",
+        help="print all that is known of these effects, or of the effects that have such a law",
+    )  # fmt: skip
     p.set_defaults(run=_effects)
 
 

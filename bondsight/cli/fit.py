@@ -5,6 +5,8 @@ from __future__ import annotations
 import argparse
 import shlex
 import sys
+from collections.abc import Iterable
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,8 +18,15 @@ from bondsight.cli.spoken import as_options
 
 if TYPE_CHECKING:
     from bondsight.cli.progress import Bar
+    from identification.diagnosis.screening.undoing import Mixup
     from identification.estimation import Estimation, Study
     from identification.estimation.starts import Starts
+    from identification.uncertainty.finding import Finding
+    from identification.validation import Judgement
+
+
+BETTER = 0.9
+"""Part of the misfit that another way down leaves at most to be taken."""
 
 
 def add_fit_command(verbs: Any) -> None:
@@ -30,7 +39,12 @@ def add_fit_command(verbs: Any) -> None:
     p.add_argument("--optimiser", choices=("gauss_newton", "ipopt"), default=None,
                    help="default: the first that the method runs with")  # fmt: skip
     p.add_argument("--guess", action="store_true", help="take start values from the data")
-    p.add_argument("--starts", type=positive, default=None, help="fit from that many starts")
+    p.add_argument(
+        "--starts", type=positive, default=None, metavar="N",
+        help="fit from N starts spread over the bounds, a decade either way where there are none; "
+        "without it, a fit that ends far above the noise is begun once more from values that short "
+        "stretches give, and mixed-up columns are looked for",
+    )  # fmt: skip
     p.add_argument("--profiles", action="store_true", help="profile every free parameter")
     p.add_argument("--iterations", type=positive, default=60,
                    help="at most so many (default: %(default)s)")  # fmt: skip
@@ -70,19 +84,23 @@ def _fit(options: argparse.Namespace) -> int:
         print(f"bondsight: warning: {finding}", file=sys.stderr)
     with Bar(options.quiet) as bar:
         found, starts = _run(options, study, bar)
+        found, again, mistakes = _looked_again(options, study, found, bar)
         archive, values = options.out / "fit.npz", options.out / "fit.json"
         save_fit(found, archive, command=command)  # before anything else can be stopped
         write_values(found, values)
         kinds = _profiled(options, found, bar)
-    judgement = judge(starts or found, kinds=kinds).with_findings(postflight(found))
+    judgement = _at_shell(
+        judge(found, kinds=kinds, starts=[] if starts is None else starts.costs.tolist()),
+        mistakes, postflight(found),
+    )  # fmt: skip
     write_values(found, values, judgement.material.tied)
     report = write_report(judgement, options.out / "fit.html", findings=before, command=command)
     if options.json:
         print(values.read_text(encoding="utf-8"), end="")
     else:
-        for line in (*said, *([str(starts)] if starts else [])):
+        for line in (*said, *([str(starts)] if starts else []), *again):
             print(line)
-        print(as_options(str(judgement)))
+        print(judgement)
         print(f"fit:    {archive}\nvalues: {values}\nreport: {report}")
     if found.status is FitStatus.CANCELLED:
         print("bondsight: cancelled; the best values so far are kept", file=sys.stderr)
@@ -123,6 +141,65 @@ def _run(options: argparse.Namespace, study: Study, bar: Bar) -> tuple[Estimatio
         progress=bar,
     )  # fmt: skip
     return found, None
+
+
+def _looked_again(
+    options: argparse.Namespace, study: Study, found: Estimation, bar: Bar
+) -> tuple[Estimation, list[str], tuple[Mixup, ...]]:
+    """Begin once more where a fit ended far above the noise, unless columns are mixed up.
+
+    Returns
+    -------
+    the better fit, lines on how it came about, what looks wrong with the recording
+    """
+    from identification.diagnosis.search.second_look import second_look
+    from identification.estimation import FitStatus, estimate
+    from identification.report.numbers import times_noise
+    from identification.validation import judge
+
+    if found.status is FitStatus.CANCELLED or not any(r.leads for r in judge(found).faults):
+        return found, [], ()
+    bar("far above the noise: looking for mixed-up columns and another way down", 0.5)
+    try:
+        look = second_look(study, options.jobs)
+    except KeyboardInterrupt:
+        return found, ["the search for another way down was stopped"], ()
+    if not look.values:
+        return found, [], look.mistakes
+    other = estimate(
+        study.starting(look.values), options.method, optimiser=options.optimiser,
+        max_iterations=options.iterations, progress=bar,
+    )  # fmt: skip
+    before, after = found.chi2("train"), other.chi2("train")
+    if not after < BETTER * before:
+        return found, [], ()
+    line = (
+        f"the first fit ended at {times_noise(before):.3g} times the noise; begun again from what "
+        f"short stretches gave it ends at {times_noise(after):.3g}"
+    )
+    return other, [line], ()
+
+
+def _at_shell(
+    judged: Judgement, mistakes: tuple[Mixup, ...], findings: Iterable[Finding]
+) -> Judgement:
+    """Return the judgement, mixed-up columns first, with options in place of arguments."""
+    from identification.validation.remark import fault
+
+    judged = judged.with_findings(findings)
+    first = [
+        fault(
+            f"{' or '.join(m.claim for m in mistakes)}: {mistakes[0].undoing}",
+            f"{'; or '.join(m.remedy for m in mistakes)}, then fit again",
+            "the recording looks wrong",
+        )
+        for _ in mistakes[:1]
+    ]
+    told = (
+        replace(r, text=as_options(r.text), advice=as_options(r.advice))
+        for r in (*first, *judged.remarks)
+    )
+    return replace(judged, remarks=tuple(told))
 
 
 def _profiled(options: argparse.Namespace, found: Estimation, bar: Bar) -> dict[str, str]:

@@ -24,11 +24,11 @@ def add_study_options(p: argparse.ArgumentParser) -> None:
     add_reading(p)
     add_several(p, "--free", "NAME", None, "parameters that are fitted (default: all not fixed)")
     p.add_argument("--fix", action="append", default=[], metavar="NAME=VALUE",
-                   help="hold a parameter at a value, SI")  # fmt: skip
+                   help="hold a parameter at a value, SI; may be repeated")  # fmt: skip
     p.add_argument("--start", action="append", default=[], metavar="NAME=VALUE",
-                   help="begin there, SI")  # fmt: skip
+                   help="begin there, SI; may be repeated")  # fmt: skip
     p.add_argument("--bound", action="append", default=[], metavar="NAME=LOW:HIGH",
-                   help="keep it between, SI; one may be left empty")  # fmt: skip
+                   help="keep it between, SI; one may be left empty; may be repeated")  # fmt: skip
     p.add_argument(
         "--prior",
         action="append",

@@ -120,6 +120,8 @@ class Diagnosis:
         Mistakes that the fitted values make up for, to the noise.
     tied : tuple of Tied
         Parameters of the last fit that the recording tells only together, as a sum or a product.
+    written : callable
+        Writes a remedy for its reader: arguments of Python as they are, or a shell's options.
 
     Examples
     --------
@@ -157,6 +159,7 @@ class Diagnosis:
     mistakes: tuple[Mixup, ...] = ()
     doubted: tuple[Mixup, ...] = ()
     tied: tuple[Tied, ...] = ()
+    written: Callable[[str], str] = str
 
     @property
     def decision(self) -> Decision | None:

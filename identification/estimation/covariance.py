@@ -78,7 +78,7 @@ def interval_covariance(
         return inverse, ""
     robust = sandwich(stack, found, point, inverse)
     why = "the residuals are coloured" if coloured else "; ".join(grown)
-    return robust, f"{why}: intervals are robust ones (block sandwich)"
+    return robust, f"{why}: the intervals are widened for it (robust)"
 
 
 def _grown(stack: JointProblem, found: Sequence[ResidualEvaluation]) -> list[str]:

@@ -366,8 +366,8 @@ def _finished(
         covariance, words = interval_covariance(stack, found, point)
         if words.startswith("the residuals") and study.noise == "white":
             words += (
-                "; blocks that are few, or laws with memory, leave them a few per cent short of "
-                "95 %: noise='coloured' fits the colour too"
+                "; where samples are few or laws have a memory, they may still be a few per cent "
+                "short of 95 %: noise='coloured' fits the colour too"
             )
     covariance, doubt = widened(study, stack, found, solution, covariance)
     estimates, nuisances = estimates_of(stack, point, covariance)

@@ -210,5 +210,6 @@ def declared_noise(recording: Recording, sensors: Collection[str]) -> dict[str, 
         return {n: float(found[n]) for n in sensors if n in found}
     except (TypeError, ValueError):
         raise UnusableInput(
-            f"{recording.name}: what it says of its noise is no number; give --noise SENSOR=VALUE"
+            f"{recording.name}: what it says of its noise is no number; give "
+            "noise={SENSOR: VALUE}"
         ) from None

@@ -102,7 +102,8 @@ def _landed(e: Estimation) -> Iterator[Finding]:
     for entry in e.estimates:
         name = entry.name.partition(" @")[0]
         nominal = known[name].value if name in known else 0.0
-        if not nominal * entry.value > 0:
+        # an interval that holds what is declared tells nothing against it
+        if not nominal * entry.value > 0 or entry.ci95[0] <= nominal <= entry.ci95[1]:
             continue
         ratio = entry.value / nominal
         power, said = thousand(ratio), f"{entry.name} = {quantity(entry.value, entry.unit)} is"

@@ -71,6 +71,12 @@ class Judgement:
         return tuple(r for r in self.remarks if r.weight is Weight.NOTE)
 
     @property
+    def leading(self) -> tuple[Remark, ...]:
+        """The faults up to the one that all others most likely come of; all if there is none."""
+        ends = [n for n, r in enumerate(self.faults, start=1) if r.leads]
+        return self.faults[: ends[0]] if ends else self.faults
+
+    @property
     def acceptable(self) -> bool:
         """Whether there is no fault."""
         return not self.faults
@@ -78,7 +84,7 @@ class Judgement:
     def with_findings(self, findings: Iterable[Finding]) -> Judgement:
         """Return the judgement with what was found after the fit among its faults.
 
-        One remark a kind; units come first, for they make all the rest.
+        One remark a kind; units and bounds come first, for they make all the rest.
         """
         kinds: dict[str, list[Finding]] = {}
         for f in findings:
@@ -91,7 +97,7 @@ class Judgement:
             for kind, every in kinds.items()
             for why in ["; ".join(dict.fromkeys(f.why for f in every))]
         }
-        first = [found.pop("unit")] if "unit" in found else []
+        first = [found.pop(kind) for kind in ("unit", "at bound") if kind in found]
         said = (*first, *self.faults, *found.values(), *self.notes, *self.fine)
         return replace(self, remarks=said)
 

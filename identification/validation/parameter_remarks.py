@@ -36,7 +36,8 @@ def _values(m: ValidationData) -> Iterator[Remark]:
     for n in m.nuisances:
         if n.at_bound:
             yield fault(
-                f"the nuisance {n.name} lies at its bound, {quantity(n.value, n.unit)}",
+                f"the {n.name}, fitted beside the parameters, lies at its bound, "
+                f"{quantity(n.value, n.unit)}",
                 "it stands for more than the measuring chain: declare a delay, an offset or a "
                 "law in the model",
             )

@@ -24,11 +24,14 @@ class Remark:
     text : str
     advice : str
         What to try; empty where nothing is asked.
+    leads : str
+        The fit in a few words, where all faults after this one most likely come of it.
     """
 
     weight: Weight
     text: str
     advice: str = ""
+    leads: str = ""
 
 
 def fine(text: str) -> Remark:
@@ -41,6 +44,6 @@ def note(text: str, advice: str = "") -> Remark:
     return Remark(Weight.NOTE, text, advice)
 
 
-def fault(text: str, advice: str) -> Remark:
+def fault(text: str, advice: str, leads: str = "") -> Remark:
     """Return a remark that asks for something."""
-    return Remark(Weight.FAULT, text, advice)
+    return Remark(Weight.FAULT, text, advice, leads)

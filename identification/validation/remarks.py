@@ -8,6 +8,7 @@ import numpy as np
 
 from identification.experiments.frequency import DistortionLevel
 from identification.report.numbers import quantity, short, times_noise
+from identification.report.words import listed
 from identification.validation.channel import ChannelJudgement
 from identification.validation.distortion import Separated
 from identification.validation.parameter_remarks import parameter_remarks
@@ -28,10 +29,10 @@ def remarks(
     separated: tuple[Separated, ...] = (),
 ) -> tuple[Remark, ...]:
     """Return all remarks, faults first, then notes, then what is fine."""
-    found = [*_ending(material), *map(note, material.notes)]
     several = len(material.records) > 1
+    found = [*_far(channels, several), *_ending(material), *map(note, material.notes)]
     for c in channels:
-        where = f"{c.channel} of {c.record}" if several else c.channel
+        where = _where(c, several)
         for said in (_level, _gap, _memory, _timing, _inputs):
             found += said(c, where)
     for s in separated:
@@ -39,6 +40,34 @@ def remarks(
     found += parameter_remarks(material)
     order = (Weight.FAULT, Weight.NOTE, Weight.FINE)
     return tuple(sorted(found, key=lambda r: order.index(r.weight)))
+
+
+FAR = 5.0
+"""Times the noise from which nothing else that is said of a fit means much."""
+
+
+def _where(c: ChannelJudgement, several: bool) -> str:
+    return f"{c.channel} of {c.record}" if several else c.channel
+
+
+def _far(channels: tuple[ChannelJudgement, ...], several: bool) -> Iterator[Remark]:
+    over = [(times_noise(c.judged.chi2), _where(c, several)) for c in channels if c.judged.n]
+    worst = sorted((o for o in over if o[0] >= FAR), reverse=True)
+    if worst:
+        told = listed([f"{short(times, 3)} times that of {name}" for times, name in worst[:3]])
+        yield fault(
+            f"the fit ended far above the noise, {told}: most likely in a valley from which no "
+            "small step leads down (dry friction, stops and plays make many), or the model lacks "
+            "something",
+            "begin where a diagnosis ends (diagnose(study).study), from many_starts(study, 32) or "
+            "from study.starting({NAME: VALUE}); where all end as far above, the model lacks "
+            "something, which a diagnosis names",
+            LEADS,
+        )
+
+
+LEADS = "far above the noise"
+"""Such a fit in a few words."""
 
 
 def _ending(m: ValidationData) -> Iterator[Remark]:

@@ -48,7 +48,7 @@ def from_fit(fit: Fit) -> ValidationData:
     return ValidationData(
         problem.graph.name, (record,), numbers,
         len(fit.estimates) + len(fit.nuisances) + _states(problem), fit.status.value, run,
-        nuisances=tuple(number(e) for e in fit.nuisances),
+        nuisances=tuple(number(e) for e in fit.nuisances), states=_states(problem),
     )  # fmt: skip
 
 
@@ -71,14 +71,15 @@ def from_estimation(found: Estimation, kinds: Mapping[str, str] | None = None) -
     together = _tied(found, numbers)
     numbers = [replace(n, only=remark_on(n.name, together)) for n in numbers]
     lower, upper = stack.bounds
-    unknowns = int(np.sum(upper > lower)) + sum(map(_states, stack.problems))
+    states = sum(map(_states, stack.problems))
+    unknowns = int(np.sum(upper > lower)) + states
     orders = sum(max(v.size - 1, 0) for w in found.setting.whitening for v in w)
     at = [stack.names.index(e.name) for e in found.estimates]
     records = tuple(_record(found, r) for r in range(len(study.records)))
     return ValidationData(
         study.graph.name, records, tuple(numbers), unknowns + orders, found.status.value,
         _run_words(found), (), tuple(number(e) for e in found.nuisances),
-        correlations(found.covariance)[np.ix_(at, at)], tuple(found.notes), together,
+        correlations(found.covariance)[np.ix_(at, at)], tuple(found.notes), together, states,
     )  # fmt: skip
 
 

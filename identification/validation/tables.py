@@ -13,6 +13,7 @@ from identification.report.numbers import interval, prefixed, quantity, short, t
 from identification.report.tables import aligned
 from identification.report.words import listed
 from identification.validation.held_out import Error
+from identification.validation.remark import fault
 
 if TYPE_CHECKING:
     from identification.validation.judge import Judgement
@@ -102,22 +103,51 @@ def criteria_text(j: Judgement) -> str:
     if c is None:
         return ""
     return (
-        f"{c.parameters} numbers fitted, noise levels included, to {c.n:.0f} scored samples, worth "
-        f"{c.effective:.0f} independent ones\nto compare models of the same recordings (smaller is "
-        f"better): AIC {c.aic:.1f}, AICc {c.aicc:.1f}, BIC {c.bic:.1f}"
+        f"fitted to {c.n:.0f} scored samples, worth {c.effective:.0f} independent ones:\n"
+        f"{fitted_words(j.material, c.parameters)}\nto compare models of the same recordings "
+        f"(smaller is better): AIC {c.aic:.1f}, AICc {c.aicc:.1f}, BIC {c.bic:.1f}"
     )
+
+
+def fitted_words(m: ValidationData, total: int) -> str:
+    """Return what the numbers are that were fitted, noise levels included."""
+    levels = total - m.n_free
+    sorts = (
+        (len(m.numbers), "value", "of the model and its laws"), (m.states, "initial state", ""),
+        (m.n_free - len(m.numbers) - m.states, "offset, lag or the like", "of the readings"),
+        (levels, "noise level", ""),
+    )  # fmt: skip
+    said = [
+        f"{n} {one if n == 1 else one.replace('offset, lag or', 'offsets, lags and')}"
+        f"{'s' if n > 1 and ',' not in one else ''} {of}".strip()
+        for n, one, of in sorts
+        if n > 0
+    ]
+    return listed(said)
 
 
 def in_a_word(j: Judgement) -> str:
     """Return whether there is anything to object to."""
     count = len(j.faults)
+    if leads := next((r.leads for r in j.faults if r.leads), ""):
+        return leads
     more = "s of the fit are" if count > 1 else " of the fit is"
     return "nothing to object to" if j.acceptable else f"{count} thing{more} not fine"
 
 
-def groups(j: Judgement) -> list[tuple[str, Sequence[Remark]]]:
-    """Remarks under their titles; a title without remarks is left out."""
-    every = (("What is not fine", j.faults), ("To know", j.notes), ("What is fine", j.fine))
+def groups(j: Judgement, *, brief: bool = False) -> list[tuple[str, Sequence[Remark]]]:
+    """Remarks under their titles; a title without remarks is left out.
+
+    Parameters
+    ----------
+    brief : bool
+        Leave out the faults that most likely come of another one.
+    """
+    faults = j.leading if brief else j.faults
+    if more := len(j.faults) - len(faults):
+        said = f"{more} more that most likely come of it: in the report, and in judgement.faults"
+        faults = (*faults, fault(said, ""))
+    every = (("What is not fine", faults), ("To know", j.notes), ("What is fine", j.fine))
     return [(title, found) for title, found in every if found]
 
 
@@ -128,7 +158,7 @@ def text_judgement(j: Judgement) -> str:
     lines += [*aligned(ERROR_HEADS, error_rows(j)), LEGEND]
     if m.numbers:
         lines += ["", *aligned(NUMBER_HEADS, number_rows(m))]
-    for title, found in groups(j):
+    for title, found in groups(j, brief=True):
         lines += ["", title, *(line for r in found for line in _remark(r))]
     if j.criteria is not None:
         lines += ["", criteria_text(j)]
@@ -148,7 +178,7 @@ def html_judgement(j: Judgement) -> str:
     """Judgement as HTML without scripts; every text is escaped."""
     m = j.material
     said = []
-    for title, found in groups(j):
+    for title, found in groups(j, brief=True):
         tried = [f"{r.text}. Try: {r.advice}." if r.advice else f"{r.text}." for r in found]
         said += [html.heading(title), html.bullets(tried)]
     return html.block(

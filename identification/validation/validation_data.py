@@ -158,6 +158,8 @@ class ValidationData:
         What the fit itself wants known.
     tied : tuple of Tied
         Parameters that the recordings tell only together.
+    states : int
+        Initial states among the numbers fitted.
     """
 
     model: str
@@ -171,6 +173,7 @@ class ValidationData:
     correlation: Array = field(default_factory=lambda: np.zeros((0, 0)))
     notes: tuple[str, ...] = ()
     tied: tuple[Tied, ...] = ()
+    states: int = 0
 
     def __post_init__(self) -> None:
         """Refuse an empty judgement."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
+from html import unescape
 from pathlib import Path
 from typing import Any
 
@@ -285,3 +286,56 @@ def test_ctrl_c_keeps_the_best_so_far(
     values = {row["name"]: row["value"] for row in document["parameters"]}
     assert any(values[n] != start[n] for n in start)
     assert open_fit(out / "fit.npz").status is FitStatus.CANCELLED
+
+
+def not_fine(printed: str) -> list[str]:
+    """Return the lines of what is not fine, less those of its advice."""
+    told = printed.partition("What is not fine")[2].partition("\n\n")[0]
+    return [line for line in told.splitlines() if line.startswith("  - ")]
+
+
+def test_a_fit_that_ends_in_a_valley_begins_again_from_short_stretches(
+    model: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    run = record(tmp_path / "run.csv", model, k=2000.0, d=0.3)  # its resonance is far from declared
+    assert main(["fit", str(run), "--model", str(model), "--out", str(tmp_path), "--quiet"]) == 0
+    printed = capsys.readouterr().out
+    assert "the first fit ended at 5.6" in printed
+    assert fitted(tmp_path)["parameters"][2]["value"] == pytest.approx(2000.0, rel=0.01)
+    assert open_fit(tmp_path / "fit.npz").values["k"] == pytest.approx(2000.0, rel=0.01)
+
+
+def test_exchanged_columns_are_said_before_anything_that_comes_of_it(
+    model: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    u = force(600, 1)
+    run = table(tmp_path / "run.csv", "t[s],F[N],x[m]", np.arange(600) / RATE, moved(model, u), u)
+    assert main(["fit", str(run), "--model", str(model), "--out", str(tmp_path), "--quiet"]) == 0
+    printed = capsys.readouterr().out
+    assert printed.startswith("carriage: the recording looks wrong")
+    first, rest = not_fine(printed)
+    assert first.startswith("  - F and x look exchanged")
+    assert rest.endswith("judgement.faults")
+    assert "--map 'F=COLUMN[UNIT]' --map 'x=COLUMN[UNIT]'" in " ".join(printed.split())
+    page = unescape((tmp_path / "fit.html").read_text(encoding="utf-8"))
+    for told in (printed, page):
+        assert "map={" not in told
+    assert "--map 'x=COLUMN[UNIT]'" in page
+    assert page.count("look exchanged") >= 1
+
+
+def test_a_fit_far_above_the_noise_says_what_to_begin_from(
+    model: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A stop that the model lacks: no other way down helps, and no column is mixed up."""
+    u = force(600, 1)
+    y = np.clip(moved(model, u), -0.01, 0.01)
+    run = table(tmp_path / "run.csv", "t[s],F[N],x[m]", np.arange(600) / RATE, u, y)
+    assert main(["fit", str(run), "--model", str(model), "--out", str(tmp_path), "--quiet"]) == 0
+    printed = capsys.readouterr().out
+    assert "\ncarriage: far above the noise\n" in f"\n{printed}"
+    (*_, first, rest) = not_fine(printed)
+    assert first.startswith("  - the fit ended far above the noise, ")
+    assert "more that most likely come of it" in rest
+    told = " ".join(printed.split())
+    assert "try: begin from --starts 32 or from --start NAME=VALUE (may be repeated);" in told

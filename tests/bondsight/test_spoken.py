@@ -4,14 +4,17 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from actuators.models.opening import load_model
 from bondgraph.signals.files.checks import map_argument
 from bondgraph.signals.recording import Recording
 from bondgraph.support.errors import UnusableInput
 from bondsight.cli.main import main
 from bondsight.cli.spoken import as_options
 from tests.bondsight.carriage_files import HEAD, ROWS, table
+from tests.settled import simulate
 
 
 @pytest.mark.parametrize(
@@ -23,7 +26,13 @@ from tests.bondsight.carriage_files import HEAD, ROWS, table
         ("map={NAME: COLUMN}", "--map NAME=COLUMN"),
         ("recording.select({'x': 'p', '*': '*'})", "--map x=p"),
         ("the rate (fs=HZ) if", "the rate (--fs HZ) if"),
+        ("map={'F': 'COLUMN[N]', 'x': 'a b'}", "--map 'F=COLUMN[N]' --map 'x=a b'"),
+        ("noise={SENSOR: VALUE}", "--noise SENSOR=VALUE"), ("noise={'x': 1}", "noise={'x': 1}"),
         ("rows=(3, 9)", "--rows 3:9"), ("(resample=12.5)", "(--resample 12.5)"),
+        ("method='multiple_shooting' or many_starts", "--method multiple_shooting or --starts 32"),
+        ("noise='coloured' fits the colour", "--noise coloured fits the colour"),
+        ("by Nuisances(offsets=False) or initial={'q_x': value}", "by --no-offsets"),
+        ("or Nuisances(commands=True)", "or --command-offsets"),
         ("leave out fs=, fill=", "leave out --fs, --fill"),
         ("map={'w': COLUMN} or Recording.select, or leave it out of the model: graph.remove('w')",
          "--map w=COLUMN, or leave it out of the model"),
@@ -69,3 +78,20 @@ def test_a_sensor_without_a_column_at_the_shell(
         assert "--map x=COLUMN" in line
         assert "Recording" not in line
         assert "remove" not in line
+
+
+def test_a_verdict_at_the_shell_names_options_in_text_file_and_page(
+    model: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    t, rng = np.arange(500) / 100.0, np.random.default_rng(0)
+    force = np.cumsum(rng.standard_normal(t.size))
+    moved = simulate(load_model(str(model)), t, {"F": force}, hold="linear")["x"]
+    columns = np.column_stack([t, force, moved + 1e-4 * rng.standard_normal(t.size)])
+    run, out = tmp_path / "run.csv", tmp_path / "out"
+    np.savetxt(run, columns, delimiter=",", header="t[s],F[N],x[m]", comments="")
+    assert main(["diagnose", str(run), "--model", str(model), "--out", str(out), "--quiet"]) == 0
+    told = capsys.readouterr().out
+    files = [(out / n).read_text(encoding="utf-8") for n in ("verdict.json", "report.html")]
+    for text in (told, *files):
+        assert "noise={SENSOR" not in text
+        assert "--noise SENSOR=VALUE" in text

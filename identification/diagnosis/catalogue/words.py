@@ -6,7 +6,8 @@ import inspect
 from collections.abc import Iterator
 
 from bondgraph.laws.law import Law, law_words
-from identification.diagnosis.catalogue import CATALOGUE, by_name
+from bondgraph.support.errors import unknown_name
+from identification.diagnosis.catalogue import CATALOGUE, UNNAMED
 from identification.diagnosis.catalogue.effect import Effect
 from identification.report.tables import markdown
 from identification.report.words import spaced
@@ -21,15 +22,29 @@ def catalogue_table() -> str:
 def described(name: str) -> str:
     """Return everything the catalogue says of one effect, one line each.
 
-    The name of a law that one effect has is understood too.
+    The name of a law, a richer one too, stands for every effect that has it; blanks are as good as
+    underscores.
 
     Raises
     ------
     UnknownName
         If there is none of that name; the nearest names are given.
     """
-    known = [e for e in CATALOGUE if e.law == name]
-    e = known[0] if len(known) == 1 else by_name(name)
+    plain = "_".join(name.split())
+    if plain == UNNAMED.name:
+        return _in_full(UNNAMED)
+    known = {e.name: [e] for e in CATALOGUE}
+    laws: dict[str, list[Effect]] = {}
+    for e in CATALOGUE:
+        for law in dict.fromkeys((e.law, *e.richer, *(law.name for law in e.laws))):
+            laws.setdefault(law, []).append(e)
+    found = (laws | known).get(plain)
+    if found is None:
+        raise unknown_name("effect", plain, "the catalogue", laws | known)
+    return "\n\n".join(map(_in_full, found))
+
+
+def _in_full(e: Effect) -> str:
     lines = [f"{e.name} ({e.family}): {e.sentence}"]
     said = (
         ("law", f"{e.law}: {formula(e).replace('`', '')}"), *parameters(e),
@@ -77,6 +92,26 @@ def usual_units(law: type[Law]) -> dict[str, str]:
     except TypeError:  # some need to know their place
         return {}
     return {p.name.removesuffix("_"): p.unit for p in made.parameters("")}
+
+
+MOST = 3
+"""Labels of a list that are told in words; a verdict's data hold all."""
+
+
+def briefly(reason: str) -> str:
+    """Return a reason in words, a long list of labels in it cut.
+
+    Examples
+    --------
+    >>> print(briefly("as good: creep at a, creep at b, creep at c, creep at d, low_pass at u"))
+    as good: creep at a, creep at b, creep at c and 2 more (all in verdict.json)
+    """
+    head, sign, rest = reason.rpartition(": ")
+    labels = rest.split(", ")
+    if len(labels) > MOST + 1 and all(" at " in one for one in labels):
+        more = f"{len(labels) - MOST} more (all in verdict.json)"
+        reason = f"{head}{sign}{', '.join(labels[:MOST])} and {more}"
+    return spoken(reason)
 
 
 def spoken(text: str) -> str:

@@ -395,7 +395,7 @@ def _named(
     if disproved:
         reasons.append("held-out samples refute " + ", ".join(s.trial.label for s in disproved))
     if others:
-        reasons.append("as good: " + ", ".join(s.trial.label for s in others))
+        reasons.append("these do as well: " + ", ".join(s.trial.label for s in others))
     if richer:
         reasons.append("not needed but not excluded: " + ", ".join(r.label for r in richer))
     answer = _answer(chosen, others, fit)

@@ -123,7 +123,7 @@ def _decided(
         f"{scores[chosen.label].levels}"
     )
     if rivals:
-        reason += "; as good: " + ", ".join(c.label for c in rivals)
+        reason += "; these do as well: " + ", ".join(c.label for c in rivals)
     found = replace(
         step, chosen=chosen, rivals=rivals, reasons=(reason, *step.reasons),
         answer=_answer(chosen, rivals, step, scores[chosen.label]),

@@ -30,7 +30,11 @@ from identification.diagnosis.evidence.leave_out import (
     states_of,
     stretched,
 )
-from identification.diagnosis.screening.flexible_forms import flexible_forms, linear_forms
+from identification.diagnosis.screening.flexible_forms import (
+    flexible_forms,
+    linear_forms,
+    sort_anywhere,
+)
 from identification.diagnosis.screening.mode_forms import mode_forms
 from identification.diagnosis.screening.port_history import FittedModel, PortHistory
 from identification.diagnosis.screening.port_response import Probes, probes
@@ -64,8 +68,7 @@ class KindScore:
     @property
     def label(self) -> str:
         """Text such as ``a memory at C_nl``."""
-        article = "an" if self.kind[0] in "aeiou" else "a"
-        return f"{article} {self.kind} effect at {self.element}"
+        return f"{sort_anywhere(self.kind)} at {self.element}"
 
 
 @dataclass(frozen=True, eq=False)

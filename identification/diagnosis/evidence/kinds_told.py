@@ -148,7 +148,7 @@ def kind_told(
         fit = law_fit(law, kind, e)
         reasons.append(f"{law.trial.label} explains {100 * fit:.0f} % of what that explains")
     if len(kinds) > 1:
-        reasons.append("as good: " + ", ".join(k.label for k in kinds[1:]))
+        reasons.append("these do as well: " + ", ".join(k.label for k in kinds[1:]))
     decided = replace(
         quiet, kind="unknown_physics", chosen=law.trial if law else None, law_fit=fit,
         reasons=(*quiet.reasons, *reasons), answer="kind" if physics else "unknown",

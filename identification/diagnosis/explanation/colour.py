@@ -47,7 +47,6 @@ def colour_notes(last: Fit) -> tuple[str, ...]:
     shares = listed([f"{100 * v:.0f} % of that of {n}" for n, v in found.items()])
     return (
         f"{COLOURED}, not white: its own past foretells {shares}. It is noise with a memory, or "
-        "something small is still missing. The 95 % intervals, the wider ones of two, allow for "
-        "such noise (block sandwich), but not for a law that is slightly wrong: then they are too "
-        "narrow",
+        "something small is still missing. The 95 % intervals allow for such noise, but not for a "
+        "law that is slightly wrong: then they are too narrow",
     )

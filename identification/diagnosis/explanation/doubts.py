@@ -55,7 +55,7 @@ def doubts(d: Diagnosis) -> tuple[str, ...]:
     found = in_doubt(last, d.graph.parameters, _not_known(d))
     units = of_units(found)
     told = found if d.kind == "parameters_only" else units or absurd(d)
-    so = " or ".join(f"{m.claim} ({m.remedy})" for m in d.doubted)
+    so = d.written(" or ".join(f"{m.claim} ({m.remedy})" for m in d.doubted))
     return ("; so ".join((*told[-1:], so)),) if so else told
 
 
@@ -65,6 +65,10 @@ AFTER = "the values told here are those of the file as it was read: use them onl
 
 def file_first(d: Diagnosis) -> tuple[str, ...]:
     """Return what to mend in the file before any value is used; empty where nothing is in doubt."""
+    return tuple(map(d.written, _to_mend(d)))
+
+
+def _to_mend(d: Diagnosis) -> tuple[str, ...]:
     last = d.repaired or d.nominal
     if d.mistakes or last is None:
         return (what_to_do(d.mistakes),) if d.mistakes else ()

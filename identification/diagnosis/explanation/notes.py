@@ -185,7 +185,7 @@ def _noise_notes(
         notes.append(
             f"the noise{whose} could only be estimated (nothing repeats, and no stretch rests long "
             "and quietly enough to tell it): slow noise may lie above it; state what you know with "
-            "--noise SENSOR=VALUE"
+            "noise={SENSOR: VALUE}"
         )
     return tuple(notes)
 

@@ -15,7 +15,7 @@ from identification.diagnosis.screening.score_test import Screened
 from identification.diagnosis.verdict.text import hints
 from identification.report import html
 from identification.report.numbers import interval, percent, short
-from identification.report.words import stopped
+from identification.report.words import gathered, stopped
 
 SCREENED = 15
 
@@ -107,7 +107,10 @@ def limits(d: Diagnosis) -> str:
         return ""
     lines = _range(d) if d.mistakes else [*_range(d), *_undetermined(d), *_unsaid(d)]
     return html.section(
-        "What this does not say", html.bullets(lines), html.heading("notes"), html.bullets(d.notes)
+        "What this does not say",
+        html.bullets(lines),
+        html.heading("notes"),
+        html.bullets(gathered(d.notes)),
     )
 
 

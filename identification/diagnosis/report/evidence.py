@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from identification.diagnosis.catalogue.words import spoken
+from identification.diagnosis.catalogue.words import briefly, spoken
 from identification.diagnosis.diagnose import Diagnosis
 from identification.diagnosis.evidence.answer import Decision
 from identification.diagnosis.explanation.colour import COLOURED
@@ -18,12 +18,12 @@ from identification.diagnosis.verdict.document import law_constants
 from identification.estimation.estimates import Estimate
 from identification.report import html
 from identification.report.numbers import interval, quantity, short, times_noise
-from identification.report.words import listed
+from identification.report.words import listed, ordinal
 from identification.uncertainty.tied import remark_on
 
 INTERVALS = (
-    "The intervals are the wider ones of two: those of white noise, and robust ones from how much "
-    "stretches of the recording differ (block sandwich), which hold for coloured residuals too."
+    "The intervals are the wider ones of two: those of white noise, and those from how much "
+    "stretches of the recording differ, which hold where what is left has a memory, too."
 )
 KINDS = {"winner": "named", "alike": "maybe", "locates": "quiet"}
 SHOWN = 12
@@ -37,13 +37,13 @@ DIVERGED = 1e3
 def rivals(d: Diagnosis) -> str:
     """All trials of every step, and why they lost."""
     parts: list[str] = []
-    for k, step in enumerate(d.steps):
+    for k, step in enumerate(d.steps, start=1):
         found = standings(d, step)
         if not found and not step.reasons:
             continue
         if len(d.steps) > 1:
             parts.append(html.heading(_step_title(k, step)))
-        parts.append(html.bullets(map(spoken, step.reasons)))
+        parts.append(html.bullets(map(briefly, step.reasons)))
         if found:
             parts += _rival_tables(found, nominal_misfit(d, step))
     if not parts:
@@ -60,10 +60,9 @@ def rivals(d: Diagnosis) -> str:
 
 
 def _step_title(k: int, step: Decision) -> str:
-    which = ("first", "second", "third", "fourth")[k] if k < 4 else f"{k + 1}th"
     if step.chosen is not None and step.kind == "missing_physics":
-        return f"{which} step: {spoken(step.chosen.label)}"
-    return f"{which} step: nothing more to name"
+        return f"{ordinal(k)} step: {spoken(step.chosen.label)}"
+    return f"{ordinal(k)} step: nothing more to name"
 
 
 def _rival_tables(found: Sequence[Standing], nominal: float) -> list[str]:
@@ -117,7 +116,7 @@ def parameters(d: Diagnosis) -> str:
             remark_of(e, d) or _remark(e),
         ]
 
-    known = ([declared, nominal], ["fitted, nominal", "fitted, repaired"])
+    known = ([declared, nominal], ["fitted as it is", "fitted, repaired"])
     columns, heads = known if d.repaired else ([declared], ["fitted"])
     chosen = {p.name: p for t in found_of(d) if d.repaired for p in law_constants(t, d)}
     constants = [

@@ -35,7 +35,7 @@ from identification.estimation.single_record import Fit
 from identification.report import html
 from identification.report.numbers import interval, percent, quantity
 from identification.report.style import BAD, GOOD, SOFT
-from identification.report.words import spaced, stopped
+from identification.report.words import gathered, spaced, stopped
 from identification.study.problem import Data
 from identification.uncertainty.tied import remark_on
 
@@ -106,7 +106,7 @@ def raw(d: Diagnosis) -> str:
     return html.section(
         "What was recorded",
         html.figure(recording_figure(d), "All channels over time."),
-        html.bullets(n for n in d.notes if n not in d.advice),
+        html.bullets(gathered(n for n in d.notes if n not in d.advice)),
     )
 
 
@@ -131,7 +131,7 @@ def _apart(data: Data) -> str:
 def _errors(d: Diagnosis) -> str:
     assert d.data is not None
     fits: list[tuple[str, Fit | None]] = [
-        ("declared values", d.declared), ("nominal structure, fitted", d.nominal)
+        ("declared values", d.declared), ("as it is, fitted", d.nominal)
     ]  # fmt: skip
     after = after_of(d)
     if after is not None:

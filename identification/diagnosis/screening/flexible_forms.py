@@ -29,6 +29,20 @@ KINDS = (
     "time", "exogenous",
 )  # fmt: skip
 """Kinds of physics, in the order in which they are told."""
+SORTS = {
+    "restoring": "a force that depends on the displacement",
+    "dissipative": "a loss that depends on the flow",
+    "surface": "an effort that depends on displacement and flow together",
+    "memory": "a memory",
+    "slow": "a slow after-effect",
+    "mode": "a resonance",
+    "ratio": "a ratio that is not constant",
+    "command": "a distortion of the command",
+    "sensing": "an error of the reading",
+    "time": "a coefficient that changes in time",
+    "exogenous": "an influence from outside",
+}
+"""Kinds of physics in words."""
 HATS = 9
 """Columns of a curve over its argument."""
 WIDTHS = (0.02, 0.06, 0.15, 0.3, 0.5, 0.75)
@@ -43,6 +57,18 @@ WAVES = 10
 """Periods in a record up to which a coefficient may swing, along known histories."""
 TIMES = 7
 """Columns of a coefficient that changes in time."""
+
+
+def sort_anywhere(kind: str) -> str:
+    """Return a kind of physics in words that hold in every domain.
+
+    Examples
+    --------
+    >>> sort_anywhere("restoring")
+    'an effort that depends on the displacement'
+    """
+    known = SORTS | {"restoring": "an effort that depends on the displacement"}
+    return known.get(kind, f"something {kind}")
 
 
 def flexible_forms(element: Element, past: PortHistory) -> Mapping[str, Signature]:

@@ -12,6 +12,7 @@ import numpy as np
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.parameter import Parameter
 from bondgraph.graph.sensors import Da, Df, Dq, Sensor
+from bondgraph.signals.files.checks import map_argument
 from bondgraph.signals.files.time_base import TIME
 from bondgraph.signals.recording import Recording
 from bondgraph.signals.units import read_unit
@@ -132,21 +133,21 @@ class Mixup:
             other = others[0]
             return (
                 f"exchange the headers of {first} and {other} in the file, each with its unit, or, "
-                f"where they have none, write --map {first}=COLUMN[UNIT] and --map "
-                f"{other}=COLUMN[UNIT] with the column of the other"
+                f"where they have none, write map={{{first!r}: 'COLUMN[UNIT]', {other!r}: "
+                "'COLUMN[UNIT]'} with the column of the other"
             )
         if self.kind == "sign":
             return f"multiply {first} by -1 in the file"
         if self.kind in ("dead", "quantity"):
-            return f"name the right column by --map {first}=COLUMN"
+            return f"name the right column by {map_argument(first)}"
         unit = self.unit or "UNIT"
         if self.channels == (TIME,):
-            return f"write t[{unit}] as the header of the time, or correct --fs"
+            return f"write t[{unit}] as the header of the time, or correct fs="
         if not self.unit:
             return f"write the unit it was recorded in as {first}[UNIT] in the header"
         heads = " and ".join(f"{n}[{self.unit}]" for n in self.channels)
         return (
-            f"write {heads} in the header, or --map {self.channels[0]}=COLUMN[{self.unit}] where "
+            f"write {heads} in the header, or {map_argument(first, f'COLUMN[{self.unit}]')} where "
             "it has no unit"
         )
 

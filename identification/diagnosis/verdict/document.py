@@ -32,6 +32,7 @@ from identification.diagnosis.localisation.element_kind import element_kind
 from identification.diagnosis.localisation.places_without_name import places_of
 from identification.diagnosis.localisation.recording.variables import restoring_words
 from identification.diagnosis.localisation.regions import summary
+from identification.diagnosis.screening.flexible_forms import SORTS
 from identification.diagnosis.search.candidates import Candidate
 from identification.estimation.estimates import Estimate
 from identification.estimation.single_record import Fit
@@ -42,20 +43,6 @@ KINDS = (
     "explained", "parameters_only", "missing_physics", "unknown_physics", "insufficient_data"
 )  # fmt: skip
 SCHEMA = "bondsight.verdict/1"
-SORTS = {
-    "restoring": "a force that depends on the displacement",
-    "dissipative": "a loss that depends on the flow",
-    "surface": "an effort that depends on displacement and flow together",
-    "memory": "a memory",
-    "slow": "a slow after-effect",
-    "mode": "a resonance",
-    "ratio": "a ratio that is not constant",
-    "command": "a distortion of the command",
-    "sensing": "an error of the reading",
-    "time": "a coefficient that changes in time",
-    "exogenous": "an influence from outside",
-}
-"""Kinds of physics in words."""
 _PART = {"name": str, "sha256": str, "samples": int}
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from identification.diagnosis.catalogue.words import spoken
+from identification.diagnosis.catalogue.words import briefly
 from identification.diagnosis.diagnose import Diagnosis
 from identification.diagnosis.explanation.colour import COLOURED
 from identification.diagnosis.explanation.law_formula import in_symbols, meaning_of
@@ -14,6 +14,7 @@ from identification.diagnosis.verdict.document import (
     law_constants,
     normalised_error,
 )
+from identification.report.words import ordinal
 from identification.uncertainty.tied import remark_on
 
 
@@ -112,10 +113,10 @@ def reason_lines(d: Diagnosis) -> list[str]:
     lines = []
     noise = d.left is not None and d.left.is_noise(d.limits.noise)
     for number, step in enumerate(d.steps, start=1):
-        word = "because" if number == 1 else f"step {number}"
-        lines += [f"{word}: {spoken(r)}" for r in step.reasons if r not in d.notes]
+        word = "because" if number == 1 else f"{ordinal(number)} step"
+        lines += [f"{word}: {briefly(r)}" for r in step.reasons if r not in d.notes]
         if number > 1 and step.kind == "unknown_physics" and not noise:
-            lines.append(f"step {number}: something more is missing that may not be named")
+            lines.append(f"{word}: something more is missing, and these data do not tell its name")
     return lines
 
 

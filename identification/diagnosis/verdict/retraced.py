@@ -7,14 +7,13 @@ from typing import Any
 
 from bondgraph.support.errors import BondsightError
 from identification.diagnosis.catalogue import by_name
-from identification.diagnosis.catalogue.words import spoken
-from identification.report.words import spaced
+from identification.diagnosis.catalogue.words import briefly
+from identification.report.words import ordinal, spaced
 
 Data = Mapping[str, Any]
 REGIONS = 3
 SHOWN = 6
 """Regions, and rivals of a step, that are told."""
-ORDINALS = ("first", "second", "third", "fourth")
 
 
 def traces(v: Data) -> Iterator[str]:
@@ -26,10 +25,10 @@ def traces(v: Data) -> Iterator[str]:
             looks = by_name(name).looks
         except (BondsightError, KeyError):
             continue
-        if looks:
+        if looks and name != "unknown":
             yield f"What {spaced(name)} looks like as a rule: {looks}."
     for reason in (r for s in v.get("steps", ()) for r in s["reasons"]):
-        yield f"{_begun(spoken(reason))}."
+        yield f"{_begun(briefly(reason))}."
 
 
 def tried(v: Data) -> Iterator[str]:
@@ -38,11 +37,10 @@ def tried(v: Data) -> Iterator[str]:
     The measure is the root mean square of what is left of all readings together, over the noise,
     on the held-out samples that choices look at.
     """
-    for k, step in enumerate(s for s in v.get("steps", ()) if s["tried"]):
+    for k, step in enumerate((s for s in v.get("steps", ()) if s["tried"]), start=1):
         found, before = step["tried"], step["before"]
-        which = ORDINALS[k] if k < len(ORDINALS) else f"{k + 1}th"
         level = "" if before is None else f", before it {before:.3g} times the noise was left"
-        yield f"In the {which} step{level}; all readings together, on held-out samples:"
+        yield f"In the {ordinal(k)} step{level}; all readings together, on held-out samples:"
         yield from (f"- {_one(t)}" for t in found[:SHOWN])
         if len(found) > SHOWN:
             yield f"- {len(found) - SHOWN} more in the file"

@@ -13,6 +13,7 @@ import numpy as np
 from bondgraph.graph.elements import Source
 from bondgraph.support.errors import BondsightError
 from identification.diagnosis.catalogue import by_name
+from identification.diagnosis.catalogue.words import briefly, spoken
 from identification.diagnosis.diagnose import Diagnosis
 from identification.diagnosis.evidence.answer import Decision
 from identification.diagnosis.evidence.kinds_told import EXACT, open_kinds
@@ -22,9 +23,9 @@ from identification.diagnosis.explanation.undetermined import UNDETERMINED
 from identification.diagnosis.localisation.element_kind import element_kind
 from identification.diagnosis.localisation.recording.region import multiple
 from identification.diagnosis.localisation.regions import summary
+from identification.diagnosis.screening.flexible_forms import SORTS, sort_anywhere
 from identification.diagnosis.search.candidates import Candidate
 from identification.diagnosis.verdict.document import (
-    SORTS,
     as_repaired,
     near_of,
     normalised_error,
@@ -42,7 +43,7 @@ from identification.diagnosis.verdict.lines import (
     together_lines,
 )
 from identification.diagnosis.verdict.retraced import traces, tried
-from identification.report.words import ended, listed, spaced, stopped
+from identification.report.words import ended, gathered, listed, shortened, spaced, stopped
 
 Data = Mapping[str, Any]
 WIDTH = 96
@@ -82,13 +83,13 @@ def _answered(d: Diagnosis) -> str:
         return f"There is too little to go on: {d.notes[0] if d.notes else 'no excitation'}."
     if d.kind == "explained":
         return (
-            f"The model {d.model} explains {d.recording.name} as far as its noise allows; "
-            "nothing missing shows."
+            f"The model {d.model} explains {shortened(d.recording.name)} as far as its noise "
+            "allows; nothing missing shows."
         )
     if d.kind == "parameters_only":
         return (
-            f"With other parameter values the model {d.model} explains {d.recording.name} as far "
-            "as its noise allows; nothing missing shows."
+            f"With other parameter values the model {d.model} explains "
+            f"{shortened(d.recording.name)} as far as its noise allows; nothing missing shows."
         )
     if d.kind == "missing_physics" and d.nominal is not None and d.repaired is not None:
         parts = []
@@ -125,7 +126,7 @@ def _gain(t: Candidate, d: Diagnosis) -> str:
 
 def _mistaken(d: Diagnosis) -> str:
     """Say what looks wrong with the recording, and that no physics is told."""
-    first, name = d.mistakes[0], d.recording.name
+    first, name = d.mistakes[0], shortened(d.recording.name)
     claims = " or ".join(m.claim for m in d.mistakes)
     return (
         f"The recording {name} rather than the model {d.model} looks wrong: {claims}; "
@@ -150,8 +151,8 @@ def _without_name(d: Diagnosis) -> str:
             text += f"; {_no_law(_title(step.chosen), step.law_fit)}"
         return f"{text}."
     if step is not None and step.answer == "look_alikes":
-        names = ", ".join(_title(t) for t in step.possible)
-        return f"Something is missing in {d.model} that looks alike for {names}."
+        names = briefly(", ".join(t.label for t in step.possible))
+        return f"Something is missing in {d.model}; these explain it alike: {names}."
     hint = f"; closest is {_title(step.chosen)}" if step and step.chosen else ""
     if step is not None and step.nearest and not hint:
         hint = f"; what comes nearest is {coming_near(near_of(step.nearest[:1], d))}"
@@ -236,14 +237,15 @@ def in_words(d: Diagnosis) -> str:
     """Answer, numbers, place in the recording, every step, rivals, advice."""
     answer = sentence(d)
     lines = [s for s in (answer, what_remains(d), *map(stopped, colour(d))) if s] + [""]
-    lines += [f"note: {s}" for s in d.notes if s not in answer and s not in colour(d)]
+    notes = (s for s in d.notes if s not in answer and s not in colour(d))
+    lines += [f"note: {s}" for s in gathered(notes)]
     lines += error_lines(d)
     lines += [*parameter_lines(d), *nuisance_lines(d), *together_lines(d), *certainty_lines(d)]
     if d.kind in ("missing_physics", "unknown_physics"):
         lines += [f"seen: {s}" for s in summary(d.regions)[:3]]
     lines += reason_lines(d)
     lines += [f"nearest: {said}" for said in hints(d)]
-    lines += [f"next: {a}" for a in d.advice if a not in answer]
+    lines += [f"next: {spoken(a)}" for a in d.advice if a not in answer]
     lines.append(f"{d.seconds:.1f} s")
     return "\n".join(lines)
 
@@ -272,8 +274,8 @@ def retold(v: Data) -> str:
         _paragraph("What remains", _left(v)),
         _paragraph("What else is possible", [t for f in findings for t in _rivals(f)]),
         _paragraph("What it rests on", _basis(v)),
-        _paragraph("What was noticed on the way", v.get("notes", ())),
-        _paragraph("What to do next", v["advice"] or [_nothing_to_do(v)]),
+        _paragraph("What was noticed on the way", gathered(v.get("notes", ()))),
+        _paragraph("What to do next", list(map(spoken, v["advice"])) or [_nothing_to_do(v)]),
     ]
     return "\n\n".join(p for p in parts if p)
 
@@ -301,7 +303,7 @@ def _paragraph(title: str, sentences: Iterable[str]) -> str:
 def _answer(v: Data) -> str:
     if _not_searched(v):
         return (
-            f"The recording {v['recording']['name']} rather than "
+            f"The recording {shortened(v['recording']['name'])} rather than "
             f"the model {v['model']} looks wrong: {' or '.join(v['suspects'])}. No physics "
             "is told before that is mended."
         )
@@ -317,7 +319,8 @@ def _found(v: Data) -> str:
     named = [f"{_effect(f)} at {f['location']['element']}" for f in v["findings"]]
     count = {1: "one effect", 2: "two effects", 3: "three effects"}.get(len(named))
     return _ANSWERS[v["verdict"]].format(
-        model=v["model"] or "the model", recording=v["recording"]["name"] or "the recording",
+        model=v["model"] or "the model",
+        recording=shortened(v["recording"]["name"]) or "the recording",
         count=count or f"{len(named)} effects", names=listed(named),
     )  # fmt: skip
 
@@ -482,8 +485,7 @@ def _left(v: Data) -> list[str]:
             continue
         at = f", at {listed(place)}" if place else ""
         # the file does not say in which domain it is
-        like = "an effort that depends on the displacement" if kind == "restoring" else _sort(kind)
-        like = f", like {like}" if kind else ""
+        like = f", like {sort_anywhere(kind)}" if kind else ""
         where = f"; above all {_apart(regions[0], n)}" if regions else ""
         lines.append(f"{n}: {r['over_noise']:.3g} times the noise{at}{like}{where}.")
     return lines
@@ -527,7 +529,7 @@ def _basis(v: Data) -> list[str]:
     r = v["recording"]
     lines = [
         f"{r['samples']} samples of {listed(r['channels']) or 'no channel'} in "
-        f"{r['name'] or 'the recording'}, SHA-256 {_hashes(r)}; "
+        f"{shortened(r['name']) or 'the recording'}, SHA-256 {_hashes(r)}; "
         f"{v['seconds']:.1f} s, seed {v['seed']}."
     ]
     for f in v["findings"]:
@@ -543,7 +545,10 @@ def _basis(v: Data) -> list[str]:
     lines += [f"The fit leans on {n['words']}." for n in v["nuisances"] if n.get("words")]
     beyond = [n["name"] for n in v["nuisances"] if not n["within_bounds"]]
     if beyond:
-        lines.append(f"At the end of what a nuisance may be: {listed(beyond)}. Look at it.")
+        lines.append(
+            f"Fitted beside the parameters, and at the end of what it may be: {listed(beyond)}. "
+            "Look at it."
+        )
     return lines
 
 

@@ -80,7 +80,7 @@ def test_a_named_effect() -> None:
         "error 1e-08 before, 2e-09 after the repair, 5 times smaller",
         "the noise of the recording is 1.9e-09, so nothing is left to gain",
         "h_1 = 1234 N/m;", "h_2 = 10 (95 %: 9 to 11)", "8192 samples of V_in and x",
-        "At the end of what a nuisance may be: offset x.",
+        "at the end of what it may be: offset x.",
     ):  # fmt: skip
         assert words in text, words
 

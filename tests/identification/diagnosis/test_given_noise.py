@@ -54,7 +54,7 @@ def test_what_is_given_is_used_and_counts_as_measured() -> None:
     assert verdict(told)["fit"]["noise_floor"] == {"x": 1.1 * NOISE}
     assert told.kind == read.kind == "explained"
     assert not read.data.floor_measured
-    assert any("--noise" in n for n in read.notes)
+    assert any("noise={SENSOR: VALUE}" in n for n in read.notes)
     assert not any("noise" in n for n in told.notes)
 
 

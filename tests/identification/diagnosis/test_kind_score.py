@@ -30,7 +30,7 @@ from identification.diagnosis.evidence.kind_score import (
 )
 from identification.diagnosis.evidence.kinds_told import alike_kinds
 from identification.diagnosis.evidence.remaining import remaining
-from identification.diagnosis.screening.flexible_forms import KINDS
+from identification.diagnosis.screening.flexible_forms import KINDS, sort_anywhere
 from identification.diagnosis.screening.observation import scene
 from identification.diagnosis.screening.port_history import FittedModel
 from identification.diagnosis.screening.port_response import probes
@@ -202,7 +202,7 @@ def test_scores_are_sorted_finite_and_of_one_kind_and_place_each(truth: str) -> 
     for k in found:
         assert k.addition.shape == (N,)
         assert np.isfinite(k.addition).all()
-        assert k.label.endswith(f"{k.kind} effect at {k.element}")
+        assert k.label == f"{sort_anywhere(k.kind)} at {k.element}"
 
 
 def test_the_fitted_form_is_the_force_that_was_left_out() -> None:

@@ -107,7 +107,7 @@ def test_laws_are_ranked_along_what_was_added() -> None:
 
 def test_pushes_follow_nothing_at_their_port() -> None:
     made = look(fitted(pushes=15.0, split=INTERLEAVED))
-    assert made.kinds[0].label == "an exogenous effect at m1"
+    assert made.kinds[0].label == "an influence from outside at m1"
 
 
 def test_what_acts_seldom_is_loud() -> None:

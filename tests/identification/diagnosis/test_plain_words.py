@@ -13,12 +13,14 @@ import pytest
 from scipy.signal import lfilter
 
 from bondgraph.signals.recording import Split
+from bondgraph.support.errors import UnknownName
 from bondsight.cli.main import main
 from identification.diagnosis.catalogue import CATALOGUE
 from identification.diagnosis.catalogue.places import law_of
-from identification.diagnosis.catalogue.words import described, formula, parameters
+from identification.diagnosis.catalogue.words import briefly, described, formula, parameters
 from identification.diagnosis.diagnose import Diagnosis
 from identification.diagnosis.evidence.judged import judged_on
+from identification.diagnosis.evidence.kind_score import KindScore
 from identification.diagnosis.explanation.colour import COLOURED, colour_notes, coloured
 from identification.diagnosis.explanation.law_formula import in_symbols, meaning_of
 from identification.diagnosis.report.sections import beside
@@ -89,6 +91,65 @@ def test_a_friction_is_told_in_its_own_formula() -> None:
     assert "    F_d: by how much the level at rest is higher (in N, say)" in text
 
 
+def test_every_name_that_is_printed_is_described() -> None:
+    for e in CATALOGUE:
+        for name in (e.name, e.law, *e.richer, *(law.name for law in e.laws)):
+            text = described(name)
+            assert f"{e.name} (" in text or name in {other.name for other in CATALOGUE}, name
+            assert described(name.replace("_", " ")) == text
+    assert described("backlash_with_damper") == described("backlash")
+    assert described("unknown").startswith("unknown (")
+    with pytest.raises(UnknownName, match="backlash_with_damper"):
+        described("backlash_with_dampr")
+
+
+def test_a_long_list_is_cut_in_words_and_whole_in_the_data(found: Diagnosis) -> None:
+    many = [f"creep at k_{n}" for n in range(28)]
+    (first,) = found.steps
+    long = replace(first, reasons=(f"these do as well: {', '.join(many)}",))
+    d = replace(found, steps=(long,))
+    for text in (str(d), " ".join(retold(parse_verdict(json.dumps(verdict(d)))).split()), page(d)):
+        assert "creep at k_2 and 25 more (all in verdict.json)" in text
+        assert "k_3" not in text
+    assert all(label in json.dumps(verdict(d)) for label in many)
+    assert (
+        briefly("held-out samples refute a at b, c at d")
+        == "held-out samples refute a at b, c at d"
+    )
+
+
+def test_a_second_step_says_so_and_a_kind_is_told_in_words(found: Diagnosis) -> None:
+    (first,) = found.steps
+    score = KindScore("k", "surface", None, np.zeros(1))  # type: ignore[arg-type]
+    assert score.label == "an effort that depends on displacement and flow together at k"
+    more = replace(
+        first, kind="unknown_physics", reasons=(f"{score.label} explains little of the misfit",)
+    )
+    told = str(replace(found, steps=(first, more), left=None))
+    assert f"second step: {score.label} explains little" in told
+    assert "second step: something more is missing, and these data do not tell its name" in told
+    assert not [w for w in ("step 2", "surface", "may not be named") if w in told]
+
+
+def test_what_comes_next_is_told_without_names_of_the_catalogue(found: Diagnosis) -> None:
+    d = replace(found, advice=("a step: tells coulomb_friction at d from creep at k",))
+    for text in (str(d), retold(parse_verdict(json.dumps(verdict(d))))):
+        assert "a step: tells coulomb friction at d from creep at k" in text
+
+
+def test_what_many_recordings_say_alike_is_told_once(found: Diagnosis) -> None:
+    notes = (*(f"run {n}: every third sample is kept" for n in range(48)), "held out: the last")
+    names = " + ".join(f"run {n}" for n in range(48))
+    d = replace(
+        found, kind="explained", notes=notes, recording=replace(found.recording, name=names)
+    )
+    for text in (str(d), " ".join(retold(parse_verdict(json.dumps(verdict(d)))).split())):
+        assert "run 0 and 47 more: every third sample is kept" in text
+        assert "run 0 + run 1 and 46 more" in text
+        assert "run 2" not in text
+    assert verdict(d)["notes"] == list(notes)
+
+
 def test_a_percentage_does_not_depend_on_which_stretches_were_held_out(found: Diagnosis) -> None:
     """Little moves in some stretches: their own spread made a small error of them a large one."""
     assert found.nominal is not None
@@ -116,7 +177,7 @@ def test_residuals_with_a_memory_are_told_beside_the_answer(found: Diagnosis) ->
     assert 0.25 < share < 0.45  # 0.36 of an autoregression with 0.6
     (note,) = colour_notes(with_residuals(found.repaired, slow))
     assert note.startswith(COLOURED)
-    assert "block sandwich" in note
+    assert "The 95 % intervals allow for such noise" in note
     told = str(replace(found, notes=(note, *found.notes))).splitlines()
     assert told[1] == f"{note[0].upper()}{note[1:]}."
     assert sum(COLOURED[1:] in line for line in told) == 1

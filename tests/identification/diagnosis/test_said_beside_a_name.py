@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 from dataclasses import replace
+from html import unescape
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -14,6 +15,7 @@ import pytest
 
 from bondgraph import GY, BondGraph, I, One, R, Se
 from bondgraph.export.graph_json.read_graph import from_json
+from bondsight.cli.spoken import at_shell
 from identification.diagnosis.catalogue import by_name
 from identification.diagnosis.diagnose import Diagnosis, _mistaken
 from identification.diagnosis.explanation import undetermined
@@ -120,13 +122,19 @@ def test_a_file_without_doubt_is_not_to_be_mended(found: Diagnosis) -> None:
     ("mistakes", "badge", "write"),
     [
         ((Mixup("sign", ("x",)),), "a sign looks wrong", "multiply x by -1 in the file"),
-        ((Mixup("exchange", ("F", "x")),), "columns look exchanged", "write --map F=COLUMN[UNIT]"),
+        (
+            (Mixup("exchange", ("F", "x")),), "columns look exchanged",
+            "write map={'F': 'COLUMN[UNIT]', 'x': 'COLUMN[UNIT]'} with",
+        ),
         (
             (Mixup("scale", ("x",), 1e3, unit="mm", said="m"),), "a unit looks wrong",
             "write x[mm] in the header",
         ),
         ((Mixup("scale", ("x",), 17.0),), "a unit looks wrong", "as x[UNIT] in the header"),
-        ((Mixup("sign", ("F",)), Mixup("dead", ("x",))), "the file looks mixed up", "--map x="),
+        (
+            (Mixup("sign", ("F",)), Mixup("dead", ("x",))), "the file looks mixed up",
+            "map={'x': COLUMN}",
+        ),
     ],
 )  # fmt: skip
 def test_a_mixed_up_file_is_called_so_and_what_to_write_is_said(
@@ -144,6 +152,22 @@ def test_a_mixed_up_file_is_called_so_and_what_to_write_is_said(
     assert d.advice[0].endswith(" and diagnose again")  # what scores verdicts reads it
     assert write in said(d)
     assert verdict(d)["verdict"] == "unknown_physics"
+    assert "--" not in said(d)
+
+
+def test_a_shell_reads_options_in_text_page_and_file(found: Diagnosis) -> None:
+    d = _mistaken(replace(found, steps=(), relations=()), (Mixup("exchange", ("F", "x")),))
+    doubted = replace(found, doubted=(Mixup("dead", ("x",)),))
+    python = page(replace(doubted, advice=file_first(doubted)))
+    assert "map={'x': COLUMN}" in unescape(python)
+    for told, option in ((d, "--map 'F=COLUMN[UNIT]' --map"), (doubted, "--map x=COLUMN")):
+        shell = at_shell(replace(told, advice=file_first(told)))
+        for text in (str(shell), said(shell), json.dumps(verdict(shell)), unescape(page(shell))):
+            assert option in text
+            assert "map={" not in text
+        assert page(shell).count("and diagnose again") == page(told).count("and diagnose again")
+    unknown = replace(found, notes=("state what you know with noise={SENSOR: VALUE}",))
+    assert "note: state what you know with --noise SENSOR=VALUE" in str(at_shell(unknown))
 
 
 def backlash() -> tuple[FittedModel, Candidate]:

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 from bondgraph import BondGraph, C, Dq, I, One, R, Se
 from bondgraph.signals.recording import Recording
 from identification.estimation import Study, Vary, estimate
+from identification.estimation.estimates import Estimate
 from identification.uncertainty.finding import Finding
-from identification.uncertainty.postflight import postflight
+from identification.uncertainty.postflight import _landed, postflight
 from identification.uncertainty.preflight import preflight, thousand
 from tests.identification.uncertainty.plants import NOISE, recorded, signals, spring
 from tests.spring import spring as shared_spring
@@ -105,3 +108,14 @@ def test_several_recordings_are_named() -> None:
     bad = Recording("second", T, {"F": U, "x": X * 1e3}, {"F": "N", "x": "m"})
     found = preflight(Study(spring(), (recorded(T, U, X), bad)))
     assert [f.where for f in found if f.kind == "unit"] == ["second, x"]
+
+
+def test_a_value_whose_interval_holds_what_is_declared_is_no_wrong_unit() -> None:
+    study = Study(spring(), recorded(T, U, X))
+    known = study.graph.parameters["d"].value
+    ends = {"known": (9e2 * known, 1.1e3 * known), "open": (0.5 * known, 1e6 * known)}
+    kinds = {}
+    for name, ci95 in ends.items():
+        e = SimpleNamespace(study=study, estimates=(Estimate("d", 1e3 * known, "N*s/m", ci95),))
+        kinds[name] = [f.kind for f in _landed(e)]  # type: ignore[arg-type]
+    assert kinds == {"known": ["unit"], "open": []}

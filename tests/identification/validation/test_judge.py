@@ -10,6 +10,7 @@ import pytest
 from bondgraph.support.errors import UnusableInput
 from identification.uncertainty.finding import Finding
 from identification.validation import Judgement, Number, judge
+from identification.validation.report.sections import words
 
 from .made import coloured, material, record
 
@@ -135,6 +136,34 @@ def test_what_is_found_after_a_fit_is_a_fault_and_units_come_first() -> None:
     assert "k is 1000 times" in told.faults[0].text
     assert "not pinned: d lies anywhere" in faults(told)
     assert j.with_findings(()).acceptable
+
+
+def test_far_above_the_noise_one_fault_leads_and_the_others_are_counted() -> None:
+    numbers = (Number("d", 1.0, "N*s/m", (0.01, 40.0)), Number("k", 9.0, "N/m", (0.01, 90.0)))
+    m = replace(material(record(8.0 * white(8)), numbers=numbers, n_free=6), states=2)
+    j = judge(m)
+    (first,) = j.leading
+    assert first.text.startswith("the fit ended far above the noise, 8.29 times that of x: ")
+    assert "many_starts(study, 32)" in first.advice
+    assert j.faults[0] is first
+    assert "do not determine d" in faults(j)
+    text = str(j)
+    assert text.startswith("plant: far above the noise")
+    assert "do not determine" not in text
+    assert f"{len(j.faults) - 1} more that most likely come of it" in text
+    assert "do not determine d" in words(j)  # the report lists all
+    near = judge(replace(m, records=(record(4.0 * white(8)),)))
+    assert near.leading == near.faults
+    assert "do not determine d" in str(near)
+
+
+def test_what_was_fitted_is_told_by_sort() -> None:
+    numbers = (Number("k", 9.0, "N/m", (8.9, 9.1)),)
+    m = replace(material(record(white(8)), numbers=numbers, n_free=5), states=2)
+    assert (
+        "1 value of the model and its laws, 2 initial states, 2 offsets, lags and the like of the "
+        "readings and 1 noise level"
+    ) in str(judge(m))
 
 
 def test_nothing_held_out_is_said() -> None:
