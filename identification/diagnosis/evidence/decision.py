@@ -92,7 +92,7 @@ def _decided(e: Evidence, t: Thresholds, trials: tuple[Candidate, ...]) -> Decis
         laws, quiet = [stated], replace(quiet, reasons=(MISSTATED.format(stated.element),))
         e = replace(e, laws=(stated,))
     kinds = kinds_alike(e, best.score, t)
-    laws = _admissible(laws, kinds, t, e.classes)
+    laws = _admissible(laws, kinds, e, t)
     law = _best_law(laws, t)
     if law is not None and _shows(e.plain, law.score, t) and _fits(law, kinds, e, t):
         if not _matters(law, e, t):
@@ -246,19 +246,26 @@ NEAR = 0.9
 
 
 def _admissible(
-    laws: Sequence[Scored], kinds: Sequence[KindScore], t: Thresholds, classes: Isolability | None
+    laws: Sequence[Scored], kinds: Sequence[KindScore], e: Evidence, t: Thresholds
 ) -> list[Scored]:
     """Leave out laws at places that are out of question, whatever law sits there.
 
-    A flexible form at another place does better than the law, and no form at its own place, or at
-    one that the readings cannot tell from it, does as well as that.
+    A flexible form at another place does better than the law, and no form at its own place does as
+    well as that. Where the readings cannot tell the two places apart, a law that explains as much
+    as the form stays.
     """
     if not kinds:
         return list(laws)
-    def asked(s: Scored) -> bool:
-        return any(together(k.element, s.element, classes) for k in kinds)
+    best, where = kinds[0], {k.element for k in kinds}
 
-    return [s for s in laws if asked(s) or s.score.behind(kinds[0].score) < t.z]
+    def asked(s: Scored) -> bool:
+        alike = any(together(k.element, s.element, e.classes) for k in kinds)
+        return alike and explained(s, e.plain, best.score) >= EXACT
+
+    return [
+        s for s in laws
+        if s.element in where or s.score.behind(best.score) < t.z or asked(s)
+    ]  # fmt: skip
 
 
 def _rest_of(decision: Decision, e: Evidence, best: BlockScore, t: Thresholds) -> Decision:

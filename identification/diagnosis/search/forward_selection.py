@@ -17,6 +17,7 @@ from identification.diagnosis.screening.port_history import FittedModel
 from identification.diagnosis.screening.score_test import Screened
 from identification.diagnosis.search.base import Base, base_of
 from identification.diagnosis.search.candidates import (
+    Candidate,
     DiagnosisOptions,
     finish,
     fitted,
@@ -165,9 +166,7 @@ def _forward(
     return decisions
 
 
-def _in_its_valley(
-    base: Base, before: Sequence[Decision], decision: Decision
-) -> Candidate | None:
+def _in_its_valley(base: Base, before: Sequence[Decision], decision: Decision) -> Candidate | None:
     """Return a better fit of the last repair if a further law owes what it explains to that.
 
     As at first: nothing more is missing where better values of what is there explain it.

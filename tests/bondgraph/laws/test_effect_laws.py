@@ -18,6 +18,7 @@ from bondgraph.laws import (
     ContactLoss,
     Coulomb,
     DahlFriction,
+    CurrentLimit,
     Diode,
     EndStop,
     GrowingDamping,
@@ -61,6 +62,7 @@ RESISTORS: dict[str, Law] = {
     "resistance": NonlinearResistance(0.3, 0.5),
     "diode": Diode(stiffness=0.4, share=0.7, onset=0.1, width=0.05),
     "diode backwards": Diode(stiffness=0.4, share=0.7, onset=0.1, width=0.05, sense=-1.0),
+    "current limit": CurrentLimit(stiffness=0.4, low=-0.3, high=0.5),
     "radiation": Radiation(0.7, 2.0, resistance=0.4),
 }
 STORES: dict[str, Law] = {**SPRINGS, "overflow": Overflow(stiffness=3.0, depth=0.8, top=1.0)}
@@ -85,6 +87,7 @@ def test_numbers_of_a_recording_are_no_structure() -> None:
     assert EndStop(sides="low").structure != EndStop(sides="high").structure
     assert ContactLoss(side=-1.0, edge=3.0).structure == ContactLoss().structure
     assert Overflow(top=4.0).structure == Overflow().structure
+    assert CurrentLimit(low=-3.0).structure == CurrentLimit(coefficient="r", high=2.0).structure
     assert SelfHeating(level=3.0).structure == SelfHeating().structure
 
 

@@ -47,6 +47,7 @@ LAWS: dict[str, Law] = {
     **DIRECTED,
     "letting go": LETTING_GO,
     "slip": MaxwellSlip((0.02, 0.1), 0.4, 0.5, 0.3),
+    "slip of one level": MaxwellSlip((0.02, 0.1), 0.4, fitted="ways"),
 }
 STEP = 0.01
 
@@ -193,15 +194,20 @@ def test_asymmetric_friction_is_coulomb_friction_and_a_constant_force() -> None:
 def test_bristles_without_a_drop_are_maxwell_slip() -> None:
     ways, forces = (0.02, 0.1), (0.3, 0.5)
     slip = MaxwellSlip(ways, 0.4, 0.0, 0.3)
+    steady = MaxwellSlip(ways, 0.4, fitted="levels")
     operator = MaxwellResistiveCapacitor(
         tuple(f / w for f, w in zip(forces, ways, strict=True)), forces
     )
     other = Sliding(operator)
     p = [*forces, 0.0, 0.3, *ways, STEP]
     a, b = slip.initial_memory(0.0), other.initial_memory(0.0)
+    c, q = steady.initial_memory(0.0), [*forces, *ways, STEP]
+    assert [x.fixed for x in steady.parameters("d")] == [False, False, True, True]
     for v in 0.8 * np.sin(2 * np.pi * np.arange(1, 2001) / 400):
         one, two = slip.deviation(NUMPY, v, a, p), other.deviation(NUMPY, v, b, [STEP])
+        assert float(steady.deviation(NUMPY, v, c, q)) == float(one)
         a, b = slip.advance(NUMPY, v, a, p), other.advance(NUMPY, v, b, [STEP])
+        c = steady.advance(NUMPY, v, c, q)
         assert float(one) == pytest.approx(float(two), abs=2e-3)  # a turn lies within a step
 
 
@@ -218,6 +224,7 @@ def test_bristles_bear_more_near_rest() -> None:
 def test_numbers_of_a_recording_are_no_structure() -> None:
     assert MaxwellSlip((0.1, 0.2)).structure == MaxwellSlip((0.3, 0.4), 2.0).structure
     assert MaxwellSlip((0.1,)).structure != MaxwellSlip((0.1, 0.2)).structure
+    assert MaxwellSlip((0.1,)).structure != MaxwellSlip((0.1,), fitted="ways").structure
     same = FrictionAlongWay("q_k"), FrictionAlongWay("q_way", 3.0, 0.2, 0.4)
     assert same[0].structure == same[1].structure
     assert FrictionUnderLoad("e_k").structure == FrictionUnderLoad("e_F", 2.0).structure

@@ -74,6 +74,18 @@ def test_a_law_in_the_class_of_the_best_kind_needs_a_kind_at_its_own_place() -> 
     assert "hysteresis" not in named(d)
 
 
+def test_a_law_at_a_place_that_looks_like_the_best_kinds_is_named_if_it_explains_as_much() -> None:
+    """A slew limit of the command is a slow effect behind it, where its own forms do less."""
+
+    def answer(*classes: tuple[str, ...]) -> tuple[str, str]:
+        case = Case(30.0, classes=Isolability(classes)).law("slew_limit at U", 0.8)
+        d = case.kind("slow", "C_f", 0.0).kind("command", "U", 6.0).decided()
+        return d.answer, label(d)
+
+    assert answer(("U", "C_f"), ("x",)) == ("exact", "slew_limit at U")
+    assert answer(("U",), ("C_f",), ("x",)) == ("unknown", "")
+
+
 @pytest.mark.parametrize(("kind", "place"), [("slow", "k"), ("surface", "k"), ("dissipative", "d")])
 def test_a_law_that_other_physics_clearly_outdoes_is_not_named(kind: str, place: str) -> None:
     def answer(other: float) -> Decision:

@@ -56,6 +56,19 @@ def test_a_place_stays_known_where_laws_explain_little_or_fail() -> None:
     assert (d.answer, d.physics, d.places) == ("unknown", "", ("k",))
 
 
+def test_a_law_that_leaves_much_where_an_input_at_its_place_leaves_nothing_is_not_named() -> None:
+    """One place explains everything: the law there is another one, not the first of several."""
+
+    def answer(misfit: float, located: tuple[str, ...]) -> tuple[str, str]:
+        case = Case(30.0, before=Remaining({"x": 30.0}, True, 0.0)).law("creep at k", misfit)
+        d = decide(replace(case.kind("slow", "k", misfit).evidence(), located=located))
+        return d.kind, label(d) if d.kind == "missing_physics" else ""
+
+    assert answer(8.0, ()) == ("missing_physics", "creep at k")
+    assert answer(8.0, ("k", "b")) == ("unknown_physics", "")
+    assert answer(4.0, ("k", "b")) == ("missing_physics", "creep at k")
+
+
 def test_what_comes_nearest_is_listed_where_neither_place_nor_kind_is_told() -> None:
     case = Case(9.0).law("backlash at k", 8.0).law("creep at k_2", 8.95).kind("restoring", "k", 7.5)
     d = case.kind("memory", "k", 8.5).decided()
