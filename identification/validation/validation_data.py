@@ -13,6 +13,7 @@ import numpy as np
 
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import UnusableInput
+from identification.estimation.estimates import Estimate
 from identification.statistics.autoregression import innovations
 from identification.uncertainty.tied import Tied
 
@@ -110,8 +111,8 @@ class ValidationRecord:
 
 
 @dataclass(frozen=True)
-class Number:
-    """A fitted number with its 95 % interval.
+class Number(Estimate):
+    """A fitted number beside what was declared, and what is said of it.
 
     Attributes
     ----------
@@ -123,11 +124,6 @@ class Number:
         Stands instead of an interval where it is told only together with others.
     """
 
-    name: str
-    value: float
-    unit: str
-    ci95: tuple[float, float]
-    at_bound: bool = False
     nominal: float = float("nan")
     kind: str = ""
     only: str = ""

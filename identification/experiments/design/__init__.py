@@ -26,7 +26,5 @@ from identification.experiments.design.signal import join as join
 from identification.experiments.design.steps import prbs as prbs
 from identification.experiments.design.steps import staircase as staircase
 from identification.experiments.design.sweep import sweep as sweep
-from identification.experiments.design.verification import VerifiedIntervals as VerifiedIntervals
-from identification.experiments.design.verification import verify as verify
 from identification.experiments.design.weights import Weights as Weights
 from identification.experiments.design.weights import optimal_weights as optimal_weights
