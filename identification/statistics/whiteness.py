@@ -35,7 +35,7 @@ class Whiteness:
     q, degrees, p : float, int, float
         Ljung-Box statistic, its degrees of freedom, and the chance of a larger one from white
         noise.
-    runs_z, runs_p : float
+    runs_z : float
         Runs above and below the median: negative z is fewer, longer runs than noise has.
     coloured_to : int
         Last lag of the first unbroken run of lags outside of the band; 0 if lag 1 is inside.
@@ -55,7 +55,6 @@ class Whiteness:
     degrees: int
     p: float
     runs_z: float
-    runs_p: float
     coloured_to: int
     memory: float
     predictable: float
@@ -124,19 +123,16 @@ def whiteness(
     UnusableInput
         Fewer than eight samples.
     """
-    from scipy.stats import norm
-
     pieces = pieces_of(residual, usable)
     n = sum(p.size for p in pieces)
     m = lags if lags is not None else round(10 * np.log10(n))
     m = int(max(predictor_parameters + 1, min(m, n // 4)))
     r = autocorrelation(pieces, min(n - 1, max(m, min(n // 4, LONGEST))))
     q, p = ljung_box(r, n, m, predictor_parameters)
-    z = runs(pieces)
     band = 1.96 / np.sqrt(n)
     return Whiteness(
         n, dt, r, float(band), q, m - predictor_parameters, p,
-        z, float(2 * norm.sf(abs(z))), _coloured_to(r, band), memory(r, n),
+        runs(pieces), _coloured_to(r, band), memory(r, n),
         1.0 - autoregression(r, n).innovation, level,
     )  # fmt: skip
 

@@ -153,11 +153,6 @@ class Information:
         return np.where(self.flat, np.inf, sd) if self.null.shape[1] else np.asarray(sd)
 
     @property
-    def standard_errors_si(self) -> FloatArray:
-        """Standard errors of the values, shape (n,), SI."""
-        return np.asarray(self.standard_errors * np.abs(self.sensitivities.slopes))
-
-    @property
     def correlation(self) -> FloatArray:
         """Correlation matrix, shape (n, n); NaN where a parameter has no finite variance."""
         sd = np.where(np.isfinite(self.standard_errors), self.standard_errors, np.nan)

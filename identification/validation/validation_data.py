@@ -178,8 +178,3 @@ class ValidationData:
                 f"{self.model}: two records are called {max(names, key=names.count)!r}; "
                 "rename one, or the tables cannot tell them apart"
             )
-
-    @property
-    def scored(self) -> int:
-        """Training samples times readings."""
-        return sum(int(r.train.sum()) * len(r.names) for r in self.records)

@@ -8,7 +8,7 @@ by steps four times shorter and allowed to the constraints (defect correction, S
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import ClassVar, final
 
 import numpy as np
@@ -52,20 +52,8 @@ FINE_RUNS = (1, 4, 16)
 
 
 @final
-@dataclass(frozen=True)
 class Collocation(Method):
-    """For unstable and integrating plants of moderate length.
-
-    Attributes
-    ----------
-    hessian : {"exact", "gauss_newton"}
-        Of the Lagrangian; the second leaves out the curvature of the constraints.
-    wall_time : float
-        Longest time of one run of IPOPT, s.
-    """
-
-    hessian: str = "exact"
-    wall_time: float = 600.0
+    """For unstable and integrating plants of moderate length."""
 
     name: ClassVar[str] = "collocation"
     memory: ClassVar[str] = "refused: what the memory keeps would need equations of its own"
@@ -119,7 +107,7 @@ class Collocation(Method):
         coarse = COARSE if options.tolerance <= ROUGH else LOOSE
         while True:
             made = programme(stack, records, w[: stack.n])
-            runner = Runner(made, options, trace, self.hessian, self.wall_time)
+            runner = Runner(made, options, trace)
             allowed = [np.zeros((r.step.n_x, r.steps)) for r in records]
             found = runner.run(w, allowed)
             reached.append((runner, found, np.inf))

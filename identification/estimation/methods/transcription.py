@@ -38,7 +38,6 @@ class Programme:
     p: ca.MX
     f: ca.MX
     g: ca.MX
-    residual: ca.MX
     readings: ca.Function
     count: int
 
@@ -146,7 +145,7 @@ def programme(
     w = ca.vertcat(*unknowns)
     return Programme(
         stack, records, w, ca.vertcat(*parameters), 0.5 * ca.sumsqr(residual) / max(count, 1),
-        ca.vertcat(*constraints), residual, ca.Function("readings", [w], shown), max(count, 1),
+        ca.vertcat(*constraints), ca.Function("readings", [w], shown), max(count, 1),
     )  # fmt: skip
 
 
