@@ -9,7 +9,6 @@ from identification.uncertainty.finding import Finding
 from identification.uncertainty.information import Information
 from identification.uncertainty.practical import Practical
 from identification.uncertainty.profile import Profile
-from identification.uncertainty.sampling import Sample
 from identification.uncertainty.structural import StructuralIdentifiability
 
 DOUBT = " (if the model were right: it leaves out more than noise)"
@@ -38,7 +37,6 @@ def report(
     plain: Information | None = None,
     robust: Information | None = None,
     profiles: Sequence[Profile] = (),
-    sample: Sample | None = None,
     after: Sequence[Finding] = (),
 ) -> str:
     """Return one text of all parts that are given, the verdict first.
@@ -51,8 +49,8 @@ def report(
         Of `preflight` and `postflight`; kinds that `practical` says already are left out.
     practical, plain, robust
         Of `practical_of` and of a `Fitted`.
-    profiles, sample
-        Of `profiles` and `sample`.
+    profiles
+        Of `profiles`.
     """
     parts: list[str] = []
     if practical is not None:
@@ -71,8 +69,6 @@ def report(
     if profiles:
         words = [f"{p} [{p.shape}]" for p in profiles]
         parts.append("profiles\n" + _indented("\n".join(words)))
-    if sample is not None:
-        parts.append(f"sample\n{_indented(str(sample))}")
     known = {s.kind for s in practical.statements} if practical is not None else set()
     rest = [f for f in after if f.kind not in known]
     if rest:

@@ -17,10 +17,8 @@ if TYPE_CHECKING:
 
 def heads(c: Comparison) -> list[str]:
     """Return the columns of the table of fits."""
-    several = len(c.best.judgement.material.records) > 1
-    readings = [
-        f"{x.channel} of {x.record}" if several else x.channel for x in c.best.judgement.channels
-    ]
+    best = c.best.judgement
+    readings = [best.material.label(x.channel, x.record) for x in best.channels]
     return [
         "fit", "error / noise", *(f"rms error {r}" for r in readings),
         "fitted numbers", "dAICc", "dBIC", "z behind", "standing",

@@ -29,13 +29,12 @@ def remarks(
 ) -> tuple[Remark, ...]:
     """Return all remarks, faults first, then notes, then what is fine."""
     found = [*_ending(material), *map(note, material.notes)]
-    several = len(material.records) > 1
     for c in channels:
-        where = f"{c.channel} of {c.record}" if several else c.channel
+        where = material.label(c.channel, c.record)
         for said in (_level, _gap, _memory, _timing, _inputs):
             found += said(c, where)
     for s in separated:
-        found += _distortion(s, several)
+        found += _distortion(s, material)
     found += parameter_remarks(material)
     order = (Weight.FAULT, Weight.NOTE, Weight.FINE)
     return tuple(sorted(found, key=lambda r: order.index(r.weight)))
@@ -154,14 +153,13 @@ def _distorts(level: DistortionLevel) -> float:
     return float(np.nan_to_num(max(odd, even)))
 
 
-def _distortion(s: Separated, several: bool) -> Iterator[Remark]:
+def _distortion(s: Separated, m: ValidationData) -> Iterator[Remark]:
     """Where the drive repeats: is the residual noise, and does the plant distort."""
     for name in s.reading.outputs:
         level, left = s.reading.level(name), s.left(name)
         if not (np.isfinite(left) and level.linear > 0 and level.noise > 0):
             continue
-        said = f"{name} of {s.record}: {s.words(name).removeprefix(f'{name}: ')}"
-        said = said if several else s.words(name)
+        said = f"{m.label(name, s.record)}: {s.words(name).removeprefix(f'{name}: ')}"
         if left <= 1.5 * level.noise:
             yield fine(said)
         elif _distorts(level) > 0.1 * left:

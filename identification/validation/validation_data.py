@@ -168,6 +168,10 @@ class ValidationData:
     notes: tuple[str, ...] = ()
     tied: tuple[Tied, ...] = ()
 
+    def label(self, channel: str, record: str) -> str:
+        """Return the name of a reading, with its record where there are several."""
+        return f"{channel} of {record}" if len(self.records) > 1 else channel
+
     def __post_init__(self) -> None:
         """Refuse an empty judgement."""
         if not self.records:
