@@ -19,7 +19,7 @@ from typing import Any
 from tqdm import tqdm
 
 from bondgraph.signals.files import checks
-from bondgraph.support.errors import BondsightError, UnusableInput, unknown_name
+from bondgraph.support.errors import BondsightError, UnusableInput, require_known
 from identification.datasets.catalogue import protocol_here, public_set
 from identification.datasets.places import FOLDER_VARIABLE, originals_folder
 from identification.datasets.public_set import RAW_FILES, Original, Protocol, PublicSet
@@ -107,8 +107,7 @@ def _digests(
     files = [o.file for o in wanted]
     found = {o.file: o.sha256 for o in wanted}
     for file, digest in given.items():
-        if file not in files:
-            raise unknown_name("file", file, f"data set {entry.name}", files)
+        require_known("file", f"data set {entry.name}", files, file)
         text = digest.strip().lower()
         if not re.fullmatch("[0-9a-f]{64}", text):
             raise UnusableInput(

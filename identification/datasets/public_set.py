@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 from bondgraph.signals.files.columns import OTHERS
 from bondgraph.signals.recording import Recording, Split, default_split
 from bondgraph.signals.split import whole
-from bondgraph.support.errors import UnknownName, UnusableInput, unknown_name
+from bondgraph.support.errors import UnknownName, UnusableInput, require_known
 
 Records = Mapping[str, Recording]
 
@@ -318,8 +318,7 @@ class Protocol:
         """
         every = {r.name.removeprefix(f"{self.about.name}/"): r for r in self.records}
         every |= self.tests
-        if name not in every:
-            raise unknown_name("part", name, self.about.name, every)
+        require_known("part", self.about.name, every, name)
         return every[name]
 
     @property

@@ -15,7 +15,7 @@ from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.sensors import Sensor
 from bondgraph.signals.recording import Recording
 from bondgraph.support.arrays import Array
-from bondgraph.support.errors import unknown_name
+from bondgraph.support.errors import require_known
 from identification.estimation.estimates import Estimate
 from identification.estimation.filtered import Filtered
 from identification.estimation.levenberg_marquardt import FitStatus
@@ -176,8 +176,7 @@ class Estimation:
     def estimate_of(self, name: str) -> Estimate:
         """Estimate of one parameter, nuisance or noise by name."""
         known = {e.name: e for e in (*self.estimates, *self.nuisances, *self.noises)}
-        if name not in known:
-            raise unknown_name("estimate", name, self.study.graph.name, known)
+        require_known("estimate", self.study.graph.name, known, name)
         return known[name]
 
     @property

@@ -19,7 +19,7 @@ from bondgraph.signals.files.checks import map_argument
 from bondgraph.signals.recording import Recording, Split
 from bondgraph.simulation.start import HOLDS
 from bondgraph.support.arrays import Array
-from bondgraph.support.errors import UnusableInput, real_number, unknown_name
+from bondgraph.support.errors import UnusableInput, real_number, require_known, unknown_name
 from bondgraph.support.spelled import spelled
 from identification.study.admission import (
     admit_counts,
@@ -228,8 +228,7 @@ class Study:
             raise UnusableInput(
                 f"{self.graph.name} has no sensor: add De, Df or Dq where the recording measures"
             )
-        if self.hold not in (*HOLDS, ESTIMATED):
-            raise unknown_name("inter-sample behaviour", self.hold, "Study", (*HOLDS, ESTIMATED))
+        require_known("inter-sample behaviour", "Study", (*HOLDS, ESTIMATED), self.hold)
         if isinstance(self.noise, str) and self.noise not in NOISES:
             raise unknown_name("noise", self.noise, "Study", NOISES)
         if isinstance(self.initial, str) and self.initial not in INITIALS:
@@ -237,13 +236,10 @@ class Study:
         sensors = [s.name for s in self.graph.of_type(Sensor)]
         if not isinstance(self.noise, str):
             for name, levels in self.noise.items():
-                if name not in sensors:
-                    raise unknown_name("sensor", name, self.graph.name, sensors)
+                require_known("sensor", self.graph.name, sensors, name)
                 admit_noise(name, levels, [r.n for r in self.records])
         sources = [*(s.name for s in self.graph.of_type(Source)), *external_signals(self.graph)]
-        for name in self.silent:
-            if name not in sources:
-                raise unknown_name("source", name, self.graph.name, sources)
+        require_known("source", self.graph.name, sources, *self.silent)
         admit_counts(self.window, self.n_sub, self.init, self.validation)
         for i, recording in enumerate(self.records):
             self._one(i, recording)
@@ -506,9 +502,7 @@ class Study:
     def _with_states(self, made: Problem) -> Problem:
         states = made.engine.state_names
         known = self.initial if isinstance(self.initial, Mapping) else {}
-        for n in known:
-            if n not in states:
-                raise unknown_name("state", n, self.graph.name, states)
+        require_known("state", self.graph.name, states, *known)
         if self.initial == "rest":
             return replace(made, initial="rest")
         if not known:

@@ -20,7 +20,7 @@ from bondgraph.graph.sensors import Sensor
 from bondgraph.signals.recording import Recording, Split
 from bondgraph.simulation.simulate import simulate
 from bondgraph.support.arrays import FloatArray
-from bondgraph.support.errors import BondsightError, UnusableInput, unknown_name
+from bondgraph.support.errors import BondsightError, UnusableInput, require_known
 from bondgraph.support.parallel import results
 from identification.estimation.estimate import estimate
 from identification.estimation.levenberg_marquardt import FitStatus
@@ -71,9 +71,7 @@ class Case:
         """Check names and colour."""
         if not -1 < self.colour < 1:
             raise UnusableInput(f"{self.name}: colour {self.colour} must lie between -1 and 1")
-        for n in self.free:
-            if n not in self.graph.parameters:
-                raise unknown_name("parameter", n, self.graph.name, self.graph.parameters)
+        require_known("parameter", self.graph.name, self.graph.parameters, *self.free)
 
     @cached_property
     def clean(self) -> dict[str, FloatArray]:
@@ -296,9 +294,7 @@ def coverage(
     """
     from joblib import delayed
 
-    for k in kinds:
-        if k not in KINDS:
-            raise unknown_name("kind of interval", k, "coverage", KINDS)
+    require_known("kind of interval", "coverage", KINDS, *kinds)
     outcomes: list[Outcome | None] = []
     case.clean
     work = (delayed(trial)(case, first + i, tuple(kinds), first) for i in range(trials))

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bondgraph.support.arrays import FloatArray
-from bondgraph.support.errors import UnusableInput, unknown_name
+from bondgraph.support.errors import UnusableInput, require_known
 from bondgraph.support.tall import triangle
 from identification.statistics.blocks import block_rows, block_scores, blocks_for, student
 
@@ -101,8 +101,7 @@ class Sensitivities:
         UnknownName
             There is none of that name.
         """
-        if name not in self.names:
-            raise unknown_name("free parameter", name, "the fit", self.names)
+        require_known("free parameter", "the fit", self.names, name)
         return self.names.index(name)
 
 

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from bondgraph.support.arrays import FloatArray
-from bondgraph.support.errors import BondsightError, UnusableInput, unknown_name
+from bondgraph.support.errors import BondsightError, UnusableInput, require_known
 from identification.estimation.threads import single_threaded
 from identification.report.tables import library
 from identification.study.joint import JointPoint
@@ -67,8 +67,7 @@ class Sample:
 
     def of(self, name: str) -> FloatArray:
         """Return the draws of a parameter, shape (n_draws,)."""
-        if name not in self.names:
-            raise unknown_name("parameter", name, "the sample", self.names)
+        require_known("parameter", "the sample", self.names, name)
         return self.flat[:, self.names.index(name)]
 
     def to_pandas(self) -> Any:

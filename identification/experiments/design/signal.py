@@ -10,7 +10,7 @@ import numpy as np
 from bondgraph.signals.recording import Recording
 from bondgraph.signals.units import parse_unit
 from bondgraph.support.arrays import FloatArray
-from bondgraph.support.errors import UnusableInput, unknown_name
+from bondgraph.support.errors import UnusableInput, require_known
 
 BETWEEN = ("band-limited", "linear", "hold")
 
@@ -65,8 +65,7 @@ class Signal:
 
     def __post_init__(self) -> None:
         """Check shape, finiteness, unit and the course between samples; freeze the arrays."""
-        if self.between not in BETWEEN:
-            raise unknown_name("inter-sample behaviour", self.between, self.name, BETWEEN)
+        require_known("inter-sample behaviour", self.name, BETWEEN, self.between)
         if self.values.shape != self.time.shape or self.time.ndim != 1 or self.time.size < 2:
             raise UnusableInput(f"{self.name}: values and time must be (N,) with N >= 2")
         if not np.isfinite(self.values).all():
