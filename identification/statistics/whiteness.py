@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from bondgraph.support.arrays import Array
-from identification.report.numbers import percent
+from identification.report.numbers import percent, quantity
 from identification.statistics.autoregression import autoregression
 from identification.statistics.correlation import autocorrelation, pieces_of
 from identification.statistics.memory import memory
@@ -85,10 +85,10 @@ class Whiteness:
         share = f"{percent(self.predictable)} of it predictable from its own past"
         if self.coloured_to == 0:
             lag = int(np.argmax(np.abs(self.correlations[1 : self.degrees + 1]))) + 1
-            return f"coloured, most at lag {lag} ({_time(lag * self.dt)}); {share}"
+            return f"coloured, most at lag {lag} ({quantity(lag * self.dt, 's', 3)}); {share}"
         k = self.coloured_to
         to = "beyond lag" if k >= self.correlations.size - 1 else "up to lag"
-        return f"coloured {to} {k} ({_time(k * self.dt)}); {share}"
+        return f"coloured {to} {k} ({quantity(k * self.dt, 's', 3)}); {share}"
 
 
 def whiteness(
@@ -198,10 +198,3 @@ def _coloured_to(r: Array, band: float) -> int:
     quiet = inside[:-2] & inside[1:-1] & inside[2:]
     first = np.flatnonzero(quiet)
     return int(first[0]) if first.size else int(inside.size)
-
-
-def _time(seconds: float) -> str:
-    for factor, unit in ((1.0, "s"), (1e3, "ms"), (1e6, "us")):
-        if seconds * factor >= 1:
-            return f"{seconds * factor:.3g} {unit}"
-    return f"{seconds * 1e9:.3g} ns"

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
-from html import escape
 
 import numpy as np
 
@@ -20,6 +19,7 @@ from bondgraph.signals.recording import Recording, Split
 from bondgraph.simulation.start import HOLDS
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import UnusableInput, real_number, require_known, unknown_name
+from bondgraph.support.html import html_table
 from bondgraph.support.spelled import spelled
 from identification.study.admission import (
     admit_counts,
@@ -564,14 +564,12 @@ class Study:
 
     def _repr_html_(self) -> str:
         """Return the free parameters with their starts and what is known of them."""
-        rows = "".join(
-            f"<tr><td>{escape(v.name)}</td><td>{self.starts[v.name]:.6g}</td>"
-            f"<td>{escape(self.graph.parameters[v.name].unit)}</td>"
-            f"<td>{escape(str(v.prior)) if v.prior else ''}</td></tr>"
+        known = self.graph.parameters
+        rows = (
+            (v.name, f"{self.starts[v.name]:.6g}", known[v.name].unit, v.prior or "")
             for v in self.free
         )
-        head = "<tr><th>free</th><th>start</th><th>unit</th><th>known</th></tr>"
-        return f"<p>{escape(repr(self))}</p><table>{head}{rows}</table>"
+        return html_table(repr(self), ("free", "start", "unit", "known"), rows)
 
 
 def _ends(p: Parameter) -> tuple[float, float]:

@@ -16,10 +16,10 @@ from typing import Any
 
 import numpy as np
 
+from bondgraph.signals.files.checks import optional
 from bondgraph.support.arrays import FloatArray
 from bondgraph.support.errors import BondsightError, UnusableInput, require_known
 from identification.estimation.threads import single_threaded
-from identification.report.tables import library
 from identification.study.joint import JointPoint
 from identification.uncertainty.fitted import FitView, sum_of_squares
 
@@ -72,12 +72,12 @@ class Sample:
 
     def to_pandas(self) -> Any:
         """Return a data frame of all draws (needs pandas)."""
-        pd = library("pandas", "to_pandas")
+        pd = optional("pandas", "to_pandas", "tables")
         return pd.DataFrame(self.flat, columns=list(self.names))
 
     def to_xarray(self) -> Any:
         """Return a data set with dimensions walker and step (needs xarray)."""
-        xr = library("xarray", "to_xarray")
+        xr = optional("xarray", "to_xarray", "tables")
         return xr.Dataset(
             {
                 n: (("walker", "step"), self.draws[:, :, i].T, {"units": u})
