@@ -77,7 +77,7 @@ def fetch(
     wanted = _wanted(entry)
     digests = _digests(entry, wanted, dict(sha256 or {}))
     where = originals_folder(cache) / entry.folder
-    pooch = _pooch()
+    pooch = checks.optional("pooch", "a download", "data")
     paths = tuple(
         _download(pooch, o, digests[o.file], where, server, retries, progress) for o in wanted
     )
@@ -126,15 +126,6 @@ def _digests(
             f"(--sha256 {missing[0].file}=HEX)"
         )
     return {file: digest for file, digest in found.items() if digest is not None}
-
-
-def _pooch() -> Any:
-    try:
-        return import_module("pooch")
-    except ImportError as error:
-        raise UnusableInput(
-            "downloads need pooch, which is not installed; pip install 'bondsight[data]'"
-        ) from error
 
 
 def _download(

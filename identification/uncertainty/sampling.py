@@ -9,7 +9,6 @@ judged by the autocorrelation time and by the split R-hat of Gelman et al. (Baye
 
 from __future__ import annotations
 
-import importlib
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
@@ -136,10 +135,7 @@ def draw(
     spread : ndarray, shape (n,) or (n, n)
         Standard deviations of the first walkers, or a root of their covariance.
     """
-    try:
-        emcee: Any = importlib.import_module("emcee")
-    except ImportError:
-        raise BondsightError("sampling needs emcee: pip install 'bondsight[sampling]'") from None
+    emcee = optional("emcee", "sampling", "sampling")
     n = start.size
     many = walkers or max(4 * n, 16)
     if many < 2 * n:

@@ -16,6 +16,12 @@ from identification.estimation.methods.method import FitOptions
 from identification.estimation.methods.transcription import Programme
 
 LARGE = 1e19
+ENDED = {
+    "Solve_Succeeded": FitStatus.CONVERGED, "Solved_To_Acceptable_Level": FitStatus.CONVERGED,
+    "Maximum_Iterations_Exceeded": FitStatus.ITERATIONS,
+    "Maximum_WallTime_Exceeded": FitStatus.ITERATIONS,
+}  # fmt: skip
+"""What IPOPT says, in the words of a fit; all else is no progress."""
 LONGEST = 600.0
 """Time of one run, s."""
 FEASIBLE = 1e-6
@@ -111,12 +117,7 @@ class Runner:
         heard = self.watch.interrupted or self.watch.flag.heard
         if heard or said == "User_Requested_Stop":
             return self._kept(w, p, FitStatus.CANCELLED)
-        status = {
-            "Solve_Succeeded": FitStatus.CONVERGED,
-            "Solved_To_Acceptable_Level": FitStatus.CONVERGED,
-            "Maximum_Iterations_Exceeded": FitStatus.ITERATIONS,
-            "Maximum_WallTime_Exceeded": FitStatus.ITERATIONS,
-        }.get(said, FitStatus.NO_PROGRESS)
+        status = ENDED.get(said, FitStatus.NO_PROGRESS)
         if status is not FitStatus.CONVERGED:
             return self._kept(found, p, status)
         return Found(found, p, multipliers, out["lam_x"].full().ravel(), status, cost)
