@@ -15,7 +15,6 @@ from identification.uncertainty.combinations import Combination, FlatBlock
 from identification.uncertainty.fitted import FitView
 from identification.uncertainty.information import Information
 from identification.uncertainty.postflight import practical_of
-from identification.uncertainty.practical import Limits
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,7 +97,7 @@ def tied(view: FitView) -> tuple[Tied, ...]:
     loose = tuple(replace(u, lower=-np.inf, upper=np.inf) for u in view.parameters)
     try:
         with np.errstate(all="ignore"):
-            known = practical_of(replace(view, parameters=loose), Limits(dead=0.0))
+            known = practical_of(replace(view, parameters=loose), dead=0.0)
     except (BondsightError, np.linalg.LinAlgError):
         return ()
     blocks = (b for b in known.flat if len(b.names) > 1)

@@ -188,8 +188,7 @@ def _chosen(problem: Problem, u: NDArray[np.complex128], n: int) -> NDArray[np.i
     at = np.flatnonzero(wanted)
     if mixes(problem):
         at = np.arange(1, min(HARMONICS * int(at[-1]), (n - 1) // 2) + 1)
-    offsets_free = problem.nuisances and problem.offsets
-    if not offsets_free and not _integrates(problem):
+    if not problem.offsets and not _integrates(problem):
         at = np.concatenate([[0], at])
     return at
 
