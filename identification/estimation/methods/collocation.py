@@ -17,11 +17,11 @@ from bondgraph.laws.law import Law
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import UnusableInput
 from identification.estimation.levenberg_marquardt import FitStatus
-from identification.estimation.methods.collocated import STAGES, CollocatedRecord, record_of
+from identification.estimation.methods.collocated import CollocatedRecord, record_of
 from identification.estimation.methods.interior_point import Found, Runner
 from identification.estimation.methods.method import FitOptions, FitTask, Method, MethodSolution
 from identification.estimation.methods.optimality import optimality, shifted
-from identification.estimation.methods.radau import march
+from identification.estimation.methods.radau import STAGES, march
 from identification.estimation.methods.trajectory import (
     followed,
     observed,
@@ -56,11 +56,10 @@ class Collocation(Method):
     """For unstable and integrating plants of moderate length."""
 
     name: ClassVar[str] = "collocation"
-    memory: ClassVar[str] = "refused: what the memory keeps would need equations of its own"
     optimisers: ClassVar[tuple[str, ...]] = ("ipopt",)
 
     def check(self, study: Study) -> None:
-        """Refuse memory, jumps, dead times, clocks and windows."""
+        """Refuse memory (it would need equations of its own), jumps, dead times, clocks, windows."""
         instead = "use method='single_shooting'"
         for e in study.graph.elements.values():
             law, drive = getattr(e, "law", None), getattr(e, "drive", None)

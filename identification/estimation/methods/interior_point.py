@@ -11,8 +11,8 @@ import numpy as np
 from bondgraph.support.arrays import Array
 from bondgraph.support.interrupts import Interrupts, interrupts
 from identification.estimation.levenberg_marquardt import FitStatus
-from identification.estimation.methods.collocated import STAGES
 from identification.estimation.methods.method import FitOptions
+from identification.estimation.methods.radau import STAGES
 from identification.estimation.methods.transcription import Programme
 
 LARGE = 1e19

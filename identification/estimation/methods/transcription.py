@@ -9,12 +9,8 @@ import casadi as ca
 import numpy as np
 
 from bondgraph.support.arrays import Array
-from identification.estimation.methods.collocated import (
-    STAGES,
-    CollocatedRecord,
-    misfit,
-    readings_of,
-)
+from identification.estimation.methods.collocated import CollocatedRecord, misfit, readings_of
+from identification.estimation.methods.radau import STAGES
 from identification.study.joint import STATE_WEIGHT, JointProblem
 from identification.study.residual import parameters_at, rest_under, slots
 

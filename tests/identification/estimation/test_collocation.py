@@ -57,16 +57,16 @@ def test_stage_inputs_follow_the_declared_behaviour() -> None:
     made: Program = program(spring())
     c = tableau(3)[0]
     u = np.array([[0.0], [2.0], [1.0]])
-    held, nodes = stage_inputs(made, u, 0.1, 2, "hold", 3)
+    held, nodes = stage_inputs(made, u, 0.1, 2, "hold")
     assert held.shape == (3, 4)
     assert held[:, 1].tolist() == [0.0, 0.0, 0.0]
     assert nodes[0].tolist() == [0.0, 0.0, 0.0, 2.0, 2.0]
-    linear, nodes = stage_inputs(made, u, 0.1, 2, "linear", 3)
+    linear, nodes = stage_inputs(made, u, 0.1, 2, "linear")
     assert linear[:, 1] == pytest.approx(1.0 + c)
     assert nodes[0] == pytest.approx([0.0, 1.0, 2.0, 1.5, 1.0])
     t = np.arange(200) / 100
     wave = np.sin(2 * np.pi * 20.0 * t)[:, None]
-    smooth, _ = stage_inputs(made, wave, 0.01, 1, "band-limited", 3)
+    smooth, _ = stage_inputs(made, wave, 0.01, 1, "band-limited")
     at = t[80:120] + c[1] * 0.01
     assert smooth[1, 80:120] == pytest.approx(np.sin(2 * np.pi * 20.0 * at), abs=5e-3)
 
