@@ -59,7 +59,7 @@ class Collocation(Method):
     optimisers: ClassVar[tuple[str, ...]] = ("ipopt",)
 
     def check(self, study: Study) -> None:
-        """Refuse memory (it would need equations of its own), jumps, dead times, clocks, windows."""
+        """Refuse memory, which needs equations of its own, jumps, dead times, clocks, windows."""
         instead = "use method='single_shooting'"
         for e in study.graph.elements.values():
             law, drive = getattr(e, "law", None), getattr(e, "drive", None)
