@@ -40,11 +40,7 @@ def minimise_with_ipopt(stack: JointProblem, start: JointPoint, options: FitOpti
     problem: dict[str, Any] = {"x": x, "f": objective(x)}
     solver, said = ca.nlpsol("fit", "ipopt", problem, settings), ""
     try:
-        solver(
-            x0=watch.point.theta,
-            lbx=np.maximum(lower, -LARGE),
-            ubx=np.minimum(upper, LARGE),
-        )
+        solver(x0=watch.point.theta, lbx=np.maximum(lower, -LARGE), ubx=np.minimum(upper, LARGE))
         said = solver.stats()["return_status"]
         if said == "User_Requested_Stop":  # CasADi hears Ctrl-C between the calls
             watch.interrupted = True

@@ -41,13 +41,7 @@ from identification.study.problem import Data, Problem, data_for
 from identification.study.process_noise import ProcessNoise, admit_process_noise, diffusion_at
 from identification.study.scaled import free_parameter
 from identification.study.specification import Nuisances, Vary
-from identification.study.turns import (
-    Turn,
-    in_turn,
-    straight_graph,
-    straight_recording,
-    turns_of,
-)
+from identification.study.turns import Turn, in_turn, straight_graph, straight_recording, turns_of
 from identification.study.usual_split import usual_split, usual_splits
 
 NOISES = ("white", "coloured")
@@ -380,9 +374,7 @@ class Study:
             return recording
         zeros = {n: np.zeros(recording.n) for n in units}
         return replace(
-            recording,
-            channels={**recording.channels, **zeros},
-            units={**recording.units, **units},
+            recording, channels={**recording.channels, **zeros}, units={**recording.units, **units}
         )
 
     @cached_property

@@ -69,13 +69,7 @@ def _held(stack: JointProblem, **changes: Any) -> HeldStack:
 
 
 @single_threaded
-def profile_one(
-    fit: FitView,
-    name: str,
-    *,
-    most: int = 30,
-    beyond: int = 0,
-) -> Profile:
+def profile_one(fit: FitView, name: str, *, most: int = 30, beyond: int = 0) -> Profile:
     """Profile a parameter, or a product such as ``k/m`` or ``T^2*C``, of a fit.
 
     Parameters

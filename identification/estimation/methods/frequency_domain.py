@@ -16,12 +16,7 @@ from identification.estimation.covariance import inverse_information
 from identification.estimation.levenberg_marquardt import Descent
 from identification.estimation.methods.line_response import line_evaluation
 from identification.estimation.methods.method import FitTask, Method, MethodSolution
-from identification.estimation.methods.periodic_lines import (
-    Lines,
-    lines_of,
-    mixes,
-    require_lines,
-)
+from identification.estimation.methods.periodic_lines import Lines, lines_of, mixes, require_lines
 from identification.estimation.methods.steady_response import (
     Course,
     settled_course,
