@@ -17,7 +17,7 @@ import numpy as np
 
 from bondgraph.signals.files.checks import optional
 from bondgraph.support.arrays import FloatArray
-from bondgraph.support.errors import BondsightError, UnusableInput, require_known
+from bondgraph.support.errors import BondsightError, UnusableInput
 from identification.estimation.threads import single_threaded
 from identification.study.joint import JointPoint
 from identification.uncertainty.fitted import FitView, sum_of_squares
@@ -63,11 +63,6 @@ class Sample:
         """Return quantiles by parameter, SI."""
         made = np.quantile(self.flat, q, axis=0)
         return {n: tuple(map(float, made[:, i])) for i, n in enumerate(self.names)}
-
-    def of(self, name: str) -> FloatArray:
-        """Return the draws of a parameter, shape (n_draws,)."""
-        require_known("parameter", "the sample", self.names, name)
-        return self.flat[:, self.names.index(name)]
 
     def to_pandas(self) -> Any:
         """Return a data frame of all draws (needs pandas)."""

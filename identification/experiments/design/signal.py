@@ -152,34 +152,3 @@ class Signal:
             f"{repeats}{lines}{held}, {self.values.min():.4g} .. {self.values.max():.4g} "
             f"{self.unit}, rms {self.rms:.4g})"
         )
-
-
-def join(*parts: Signal) -> Signal:
-    """Return the parts one after the other; each begins where the one before ended.
-
-    A step at a joint counts as a step of the signal when limits are checked.
-
-    Raises
-    ------
-    UnusableInput
-        If names, units, rates or the courses between samples differ.
-    """
-    if not parts:
-        raise UnusableInput("join: there is no signal; give at least one")
-    first = parts[0]
-    for p in parts[1:]:
-        if (p.name, p.unit, p.between) != (first.name, first.unit, first.between):
-            raise UnusableInput(
-                f"join: {p.name} [{p.unit}], {p.between}, does not follow {first.name} "
-                f"[{first.unit}], {first.between}; make them alike"
-            )
-        if abs(p.rate / first.rate - 1) > 1e-9:
-            raise UnusableInput(f"join: {p.rate:g} Hz does not follow {first.rate:g} Hz; resample")
-    values = np.concatenate([p.values for p in parts])
-    starts = np.cumsum([0, *(p.values.size for p in parts[:-1])])
-    marks = tuple(int(s) + m for s, p in zip(starts, parts, strict=True) for m in p.marks)
-    return Signal(
-        first.name, np.arange(values.size) / first.rate, values, first.unit,
-        " then ".join(p.kind for p in parts), first.between, marks=marks,
-        notes=tuple(n for p in parts for n in p.notes),
-    )  # fmt: skip
