@@ -12,7 +12,7 @@ from math import sqrt
 from types import MappingProxyType
 from typing import Literal, TypeAlias, final
 
-from bondgraph.support.errors import unknown_name
+from bondgraph.support.errors import require_known
 
 VACUUM_PERMITTIVITY = 8.8541878128e-12  # F/m, CODATA 2018
 SOURCE = "stack actuator thesis, table 2.1"
@@ -69,8 +69,7 @@ class Ceramic:
 
     def __getitem__(self, symbol: str) -> MaterialEntry | None:
         """Entry by symbol; None if the table leaves it out."""
-        if symbol not in self.entries:
-            raise unknown_name("constant", symbol, self.name, self.entries)
+        require_known("constant", self.name, self.entries, symbol)
         return self.entries[symbol]
 
     def value(self, symbol: str, *, printed: bool = False) -> float | None:
@@ -198,8 +197,7 @@ def material(name: str) -> Ceramic:
     >>> material("BM532").value("d15") is None
     True
     """
-    if name not in MATERIALS:
-        raise unknown_name("material", name, SOURCE, MATERIALS)
+    require_known("material", SOURCE, MATERIALS, name)
     return MATERIALS[name]
 
 

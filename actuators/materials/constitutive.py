@@ -27,7 +27,7 @@ from actuators.materials.voigt import (
     strain_rotation,
     stress_rotation,
 )
-from bondgraph.support.errors import BondsightError, UnusableInput, unknown_name
+from bondgraph.support.errors import BondsightError, UnusableInput, require_known
 
 Form: TypeAlias = Literal["d", "e", "g", "h"]
 
@@ -88,8 +88,7 @@ class Piezoelectric:
 
     def __post_init__(self) -> None:
         """Check the constants and make the arrays read-only."""
-        if self.form not in FORMS:
-            raise unknown_name("form", self.form, "the constitutive equations", FORMS)
+        require_known("form", "the constitutive equations", FORMS, self.form)
         a, k, b = self.names
         elastic = _square(a, self.elastic, 6)
         coupling = _sized(k, self.coupling, (3, 6))
@@ -184,8 +183,7 @@ class Piezoelectric:
 
 def exchanges(held: Form, wanted: Form) -> tuple[bool, bool]:
     """Return whether strain with stress, and charge with field, have to be exchanged."""
-    if wanted not in FORMS:
-        raise unknown_name("form", wanted, "the constitutive equations", FORMS)
+    require_known("form", "the constitutive equations", FORMS, wanted)
     return (wanted in "eh") != (held in "eh"), (wanted in "gh") != (held in "gh")
 
 

@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike
 
 from actuators.materials.poled_ceramic import StackConstants
 from actuators.materials.temperature import TemperatureLaw
-from bondgraph.support.errors import UnusableInput, unknown_name
+from bondgraph.support.errors import UnusableInput, require_known
 from bondgraph.support.ops import FloatArray
 
 CONSTANTS = ("d33", "eps33", "s33")
@@ -93,9 +93,7 @@ class Environment:
 
     def __post_init__(self) -> None:
         """Refuse constants that a slender stack does not have."""
-        for name in (*self.temperature, *self.ageing):
-            if name not in CONSTANTS:
-                raise unknown_name("constant", name, "the environment", CONSTANTS)
+        require_known("constant", "the environment", CONSTANTS, *self.temperature, *self.ageing)
 
     def factors(
         self, temperature: float | None = None, age: float | None = None
@@ -150,6 +148,5 @@ def parameters_at(
     """
     there = environment.stack(constants, temperature, age)
     makers = {"stack_lumped": there.as_lumped, "stack_bond_graph": there.as_bond_graph}
-    if model not in makers:
-        raise unknown_name("model", model, "parameters_at", makers)
+    require_known("model", "parameters_at", makers, model)
     return makers[model]()

@@ -19,7 +19,7 @@ from actuators.materials.constitutive import (
     Piezoelectric,
     exchanges,
 )
-from bondgraph.support.errors import UnusableInput, unknown_name
+from bondgraph.support.errors import UnusableInput, require_known
 
 Sides: TypeAlias = Literal["free", "clamped"]
 
@@ -65,8 +65,7 @@ class Uniaxial:
 
     def __post_init__(self) -> None:
         """Refuse numbers that no material can have."""
-        if self.form not in FORMS:
-            raise unknown_name("form", self.form, "the constitutive equations", FORMS)
+        require_known("form", "the constitutive equations", FORMS, self.form)
         for name, value, positive in zip(self.names, self.values, (1, 0, 1), strict=True):
             number = number_of(value)
             if number is not None and not (isfinite(number) and (number > 0 or not positive)):

@@ -9,7 +9,7 @@ from itertools import combinations
 from bondgraph.analysis.exact_algebra import modular, rank
 from bondgraph.analysis.residual_space import Diagnostic, ResidualSpace, generic_space
 from bondgraph.graph.bond_graph import BondGraph
-from bondgraph.support.errors import unknown_name
+from bondgraph.support.errors import require_known
 from bondgraph.support.html import html_table
 
 Classes = tuple[tuple[str, ...], ...]
@@ -40,8 +40,7 @@ class FaultSignatures:
 
     def column(self, element: str) -> tuple[bool, ...]:
         """Return the signature of an element."""
-        if element not in self.elements:
-            raise unknown_name("element", element, self.name, self.elements)
+        require_known("element", self.name, self.elements, element)
         j = self.elements.index(element)
         return tuple(row[j] for row in self.matrix)
 

@@ -17,7 +17,7 @@ from bondgraph.equations.decimals import spaced
 from bondgraph.equations.elimination import rational
 from bondgraph.equations.system import System
 from bondgraph.graph.parameter import symbol
-from bondgraph.support.errors import UnusableInput, unknown_name
+from bondgraph.support.errors import UnusableInput, require_known
 
 LAPLACE = sp.Symbol("s")
 
@@ -137,9 +137,7 @@ def _point(
     variables: Sequence[sp.Symbol],
 ) -> dict[sp.Symbol, sp.Expr]:
     given = dict(at or {})
-    for n in given:
-        if n not in names:
-            raise unknown_name("state or input", n, model.name, names)
+    require_known("state or input", model.name, names, *given)
     put = {symbol(n): sp.sympify(float(given.get(n, 0.0))) for n in names}
     for e in expressions:
         named = sorted(str(f.func) for f in sp.sympify(e).atoms(sp.core.function.AppliedUndef))
@@ -185,8 +183,7 @@ def transfer_function(model: System, source: str, signal: str) -> sp.Expr:
     signal : str
         A sensor or any signal (``e_name``, ``f_name``, ``q_name``, ``p_name``).
     """
-    if source not in model.inputs:
-        raise unknown_name("input", source, model.name, model.inputs)
+    require_known("input", model.name, model.inputs, source)
     readings = {n: s for n, s, _ in model.readings}
     target = model.signal(readings.get(signal, signal))
     linear = linearise(model)
@@ -248,9 +245,7 @@ def sensitivities(model: System, parameters: Sequence[str] | None = None) -> dic
         The residuals never determine the unknowns.
     """
     names = tuple(model.parameters) if parameters is None else tuple(parameters)
-    for n in names:
-        if n not in model.parameters:
-            raise unknown_name("parameter", n, model.name, model.parameters)
+    require_known("parameter", model.name, model.parameters, *names)
     rates = sp.Matrix(list(model.rates)) if model.order else sp.zeros(0, 1)
     found = {n: rates.diff(model.parameters[n].symbol) for n in names}
     if not (model.algebraic and model.order):

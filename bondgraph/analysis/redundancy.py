@@ -15,7 +15,7 @@ from bondgraph.analysis.redundancy_relation import RedundancyRelation as Redunda
 from bondgraph.analysis.redundancy_relation import relation
 from bondgraph.analysis.residual_space import ResidualSpace, blind, diagnostic, symbolic_space
 from bondgraph.graph.bond_graph import BondGraph
-from bondgraph.support.errors import unknown_name
+from bondgraph.support.errors import require_known, unknown_name
 from bondgraph.support.html import html_table
 
 
@@ -58,9 +58,7 @@ class Redundancy:
             There is none with these sensors.
         """
         owners = self.space.diagnostic.equations.owners
-        for e in elements:
-            if e not in owners:
-                raise unknown_name("element", e, self.name, owners)
+        require_known("element", self.name, owners, *elements)
         found = blind(self.space, elements)
         label = "blind_" + "_".join(elements)
         names = [label if len(found) == 1 else f"{label}_{i}" for i in range(1, len(found) + 1)]

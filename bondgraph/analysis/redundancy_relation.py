@@ -14,7 +14,7 @@ from bondgraph.analysis.linear import LAPLACE
 from bondgraph.analysis.residual_space import ResidualSpace
 from bondgraph.equations.decimals import spaced
 from bondgraph.graph.parameter import symbol
-from bondgraph.support.errors import UnusableInput, unknown_name
+from bondgraph.support.errors import UnusableInput, require_known
 
 
 @dataclass(frozen=True)
@@ -236,6 +236,5 @@ def _number(c: sp.Expr, put: Mapping[sp.Symbol, Any]) -> Any:
 
 
 def _of(given: Mapping[str, Any], name: str, inside: RedundancyRelation) -> Any:
-    if name not in given:
-        raise unknown_name("signal", name, f"what relation {inside.name} was given", given)
+    require_known("signal", f"what relation {inside.name} was given", given, name)
     return given[name]

@@ -38,7 +38,7 @@ from bondgraph.graph.elements import (
     Zero,
 )
 from bondgraph.graph.sensors import De, Sensor
-from bondgraph.support.errors import GraphError, unknown_name
+from bondgraph.support.errors import GraphError, require_known
 from bondgraph.support.spelled import spelled
 
 MOST_ALTERNATIVES = 1000
@@ -285,9 +285,7 @@ def _imposed_strokes(
 ) -> _Table:
     """Return the strokes that no choice can change."""
     sensors = {s.name for s in graph.of_type(Sensor)}
-    for name in inverted:
-        if name not in sensors:
-            raise unknown_name("sensor", name, graph.name, sensors)
+    require_known("sensor", graph.name, sensors, *inverted)
     table = _Table(graph, sensors - set(inverted), work or _Work())
     for e, bond, effort_out, reason in _imposed(graph, inverted):
         table.stroke(bond, _end(bond, e.name, effort_out), reason)
@@ -333,9 +331,7 @@ def _ordered(graph: BondGraph, first: Sequence[str]) -> list[tuple[str, Bond, El
     """Storages in the order in which they get what they prefer."""
     ports = list(_storage_ports(graph))
     names = [n for n, _, _ in ports]
-    for n in first:
-        if n not in names:
-            raise unknown_name("storage", n, graph.name, names)
+    require_known("storage", graph.name, names, *first)
     rank = {n: i for i, n in enumerate(first)}
 
     def key(port: tuple[str, Bond, Element]) -> tuple[int, bool, bool]:

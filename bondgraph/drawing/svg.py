@@ -14,7 +14,7 @@ from bondgraph.drawing.legend import entries, framed
 from bondgraph.graph.bond_graph import Bond, BondGraph
 from bondgraph.graph.elements import RS, Multiport, Switched
 from bondgraph.graph.sensors import Sensor
-from bondgraph.support.errors import GraphError, unknown_name
+from bondgraph.support.errors import GraphError, require_known
 from bondgraph.support.spelled import spelled
 
 
@@ -68,9 +68,7 @@ def svg(
     """
     captions, dashed = dict(marked or {}), frozenset(also)
     fills = dict(shades or {})
-    for n in (*captions, *sorted(dashed), *fills):
-        if n not in graph.elements:
-            raise unknown_name("element", n, graph.name, graph.elements)
+    require_known("element", graph.name, graph.elements, *captions, *sorted(dashed), *fills)
     written = shading.captions(captions, fills if numbers else {})
     plan = layout(graph, written, {*captions, *dashed})
     causality = _causality(graph) if causality is None else causality

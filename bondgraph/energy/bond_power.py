@@ -28,7 +28,7 @@ from bondgraph.signals.recorded_rates import slopes
 from bondgraph.simulation.modes.resolve import in_mode
 from bondgraph.simulation.start import HOLDS
 from bondgraph.simulation.trajectory import Trajectory
-from bondgraph.support.errors import UnusableInput, unknown_name
+from bondgraph.support.errors import UnusableInput, require_known
 from bondgraph.support.ops import FloatArray
 
 
@@ -71,8 +71,7 @@ def motion(
         A state, an input or a law's values are missing, or the trajectory has no two samples.
     """
     hold = hold or trajectory.hold
-    if hold not in HOLDS:
-        raise unknown_name("inter-sample behaviour", hold, "ledger", HOLDS)
+    require_known("inter-sample behaviour", "ledger", HOLDS, hold)
     model = equations(graph)
     values = {n: float(v) for n, v in model.values(parameters).items()}
     time = np.asarray(trajectory.time, float)

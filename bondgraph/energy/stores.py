@@ -20,7 +20,7 @@ from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import C, CField, Element, Field, I, IField, RField
 from bondgraph.graph.modulation import port_variables
 from bondgraph.graph.parameter import symbol
-from bondgraph.support.errors import BondsightError, GraphError, unknown_name
+from bondgraph.support.errors import BondsightError, GraphError, require_known, unknown_name
 
 _OUTPUT = {"q": "e", "p": "f", "f": "e"}
 
@@ -193,9 +193,7 @@ def _store(graph: BondGraph, element: str) -> Element:
 def _point(
     graph: BondGraph, names: tuple[str, ...], at: Mapping[str, float]
 ) -> dict[str, sp.Rational]:
-    for n in at:
-        if n not in names:
-            raise unknown_name("stored variable", n, graph.name, names)
+    require_known("stored variable", graph.name, names, *at)
     return {n: sp.Rational(str(float(at.get(n, 0.0)))) for n in names}
 
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 from bondgraph.graph.bond_graph import Bond, BondGraph
 from bondgraph.graph.elements import X0, X1, C, CField, I, IField, Multiport, One, Zero
 from bondgraph.graph.modulation import TIME
-from bondgraph.support.errors import GraphError, unknown_name
+from bondgraph.support.errors import GraphError, require_known, unknown_name
 
 
 class SignalNames:
@@ -144,8 +144,7 @@ def signal_called(names: SignalNames, text: str, graph: BondGraph, reader: str) 
 
         kinds = C | CField if letter == "q" else I | IField
         stores = [n for n, _, s in storage_ports(graph) if isinstance(s, kinds)]
-        if name not in stores:
-            raise unknown_name("storage", name, f"{graph.name}.{reader}", stores)
+        require_known("storage", f"{graph.name}.{reader}", stores, name)
         return text
     if text in graph.parameters:
         raise GraphError(

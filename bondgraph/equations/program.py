@@ -15,7 +15,7 @@ import sympy as sp
 from numpy.typing import NDArray
 
 from bondgraph.support.arrays import Array
-from bondgraph.support.errors import real_number, unknown_name
+from bondgraph.support.errors import real_number, require_known
 
 if TYPE_CHECKING:
     import casadi as ca
@@ -106,8 +106,7 @@ class FunctionNames:
         """Return the nominal parameters with some values changed by name, SI, shape (n_p,)."""
         p = np.array(self.nominal, float)
         for name, value in values.items():
-            if name not in self.parameters:
-                raise unknown_name("parameter", name, self.name, self.parameters)
+            require_known("parameter", self.name, self.parameters, name)
             p[self.parameters.index(name)] = real_number(name, value)
         return p
 
@@ -162,8 +161,7 @@ class Program(FunctionNames):
         m, kept = np.array(self.virgin, float), np.zeros(len(self.virgin), bool)
         rows = {c.element: c for c in self.laws if c.law.n_memory}
         for element, states in (memory or {}).items():
-            if element not in rows:
-                raise unknown_name("law with memory", element, self.name, rows)
+            require_known("law with memory", self.name, rows, element)
             m[rows[element].memory] = rows[element].law.checked_memory(states)
             kept[rows[element].memory] = True
         return m, kept

@@ -46,7 +46,7 @@ from bondgraph.graph.sensors import Da, De, Df, Dq, Reading, Sensor
 from bondgraph.laws.law import Law
 from bondgraph.laws.rounding import Resolution
 from bondgraph.laws.watching import WatchingLaw
-from bondgraph.support.errors import GraphError, unknown_name
+from bondgraph.support.errors import GraphError, require_known
 
 
 def collect(graph: BondGraph, causality: Causality) -> Relations:
@@ -152,10 +152,7 @@ class _Builder:
         if isinstance(value, int | float):
             return exact(value), ()
         if isinstance(value, str):
-            if value not in self._parameters:
-                raise unknown_name(
-                    "parameter", value, f"{self.graph.name}.{e.name}", self._parameters
-                )
+            require_known("parameter", f"{self.graph.name}.{e.name}", self._parameters, value)
             return self._parameters[value].symbol, ()
         table, reads = {}, []
         for s in sorted(value.free_symbols, key=str):

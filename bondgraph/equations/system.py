@@ -26,7 +26,7 @@ from bondgraph.equations.refusals import AlgebraicLoop, NotLinearUpToLaws
 from bondgraph.equations.relation import LawUse, Relation, StoredState
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.parameter import Parameter, symbol
-from bondgraph.support.errors import unknown_name
+from bondgraph.support.errors import require_known, unknown_name
 
 if TYPE_CHECKING:
     from bondgraph.analysis.linear import Linearised
@@ -142,8 +142,7 @@ class System:
         """Return the values of all parameters: the declared ones, or those in `changed`."""
         found: dict[str, Any] = {n: p.value for n, p in self.parameters.items()}
         for n, v in (changed or {}).items():
-            if n not in found:
-                raise unknown_name("parameter", n, self.name, found)
+            require_known("parameter", self.name, found, n)
             found[n] = v
         return found
 

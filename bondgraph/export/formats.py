@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final, TypeAlias
 
 from bondgraph.export.notations import json_text, of_program, program_of
-from bondgraph.support.errors import UnusableInput, unknown_name
+from bondgraph.support.errors import UnusableInput, require_known
 from bondgraph.support.whole_file import regular_target, write_atomically
 
 if TYPE_CHECKING:
@@ -65,8 +65,7 @@ def export(
     BondsightError
         The format cannot hold this model; the line says why.
     """
-    if name not in FORMATS:
-        raise unknown_name("format", name, "bondsight export", FORMATS)
+    require_known("format", "bondsight export", FORMATS, name)
     target = target_of(graph, name, out)
     if name != "c":  # there the target is a folder
         regular_target(target)

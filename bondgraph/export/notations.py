@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, Final
 
-from bondgraph.support.errors import unknown_name
+from bondgraph.support.errors import require_known
 
 if TYPE_CHECKING:
     from bondgraph.equations.system import System
@@ -34,8 +34,7 @@ def notation(model: BondGraph, format: str = "ordered", *, laws: Iterable[type[L
     BondsightError
         The notation cannot hold this model; the line says why.
     """
-    if format not in NOTATIONS:
-        raise unknown_name("notation", format, "bondsight equations", NOTATIONS)
+    require_known("notation", "bondsight equations", NOTATIONS, format)
     if format == "json":
         return json_text(model, laws).rstrip("\n")
     return NOTATIONS[format](model).rstrip("\n")

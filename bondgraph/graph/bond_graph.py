@@ -27,7 +27,7 @@ from bondgraph.graph.parameter import Parameter, symbol
 from bondgraph.graph.sensors import De, Df, Dq, Sensor
 from bondgraph.graph.views import Elements, ReadOnly
 from bondgraph.signals.units import read_unit
-from bondgraph.support.errors import GraphError, UnknownName, unknown_name
+from bondgraph.support.errors import GraphError, UnknownName, require_known, unknown_name
 
 if TYPE_CHECKING:
     import networkx as nx
@@ -197,8 +197,7 @@ class BondGraph:
 
     def __getitem__(self, name: str) -> Element:
         """Element by name; a typo is answered with the nearest names."""
-        if name not in self._network:
-            raise unknown_name("element", name, self.name, self._network)
+        require_known("element", self.name, self._network, name)
         element: Element = self._network.nodes[name]["element"]
         return element
 

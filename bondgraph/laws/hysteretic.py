@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from bondgraph.graph.parameter import Parameter
 from bondgraph.hysteresis import Operator
 from bondgraph.laws.law import Law
-from bondgraph.support.errors import UnusableInput, unknown_name
+from bondgraph.support.errors import UnusableInput, require_known
 from bondgraph.support.ops import CASADI, Ops
 
 if TYPE_CHECKING:
@@ -146,8 +146,7 @@ class Hysteretic(Law):
         known = _numbers(self.operator, ())
         found: list[Place] = []
         for wanted in self.free:
-            if wanted not in known:
-                raise unknown_name("number", wanted, f"operator {self.operator.kind}", known)
+            require_known("number", f"operator {self.operator.kind}", known, wanted)
             found += [place for place in known[wanted] if place not in found]
         return tuple(found)
 

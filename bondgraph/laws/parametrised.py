@@ -9,7 +9,7 @@ from typing import Annotated, Any, ClassVar
 from bondgraph.graph.parameter import Parameter
 from bondgraph.laws.law import Law
 from bondgraph.support.bounds import Bound, Name, least
-from bondgraph.support.errors import UnusableInput, unknown_name
+from bondgraph.support.errors import UnusableInput, require_known
 from bondgraph.support.ops import Ops
 
 
@@ -68,8 +68,7 @@ class Parametrised(Law):
             )
         known = [f.name for f in fields(self.inner)]
         for name in self.lifted:
-            if name not in known:
-                raise unknown_name("field", name, f"the law {self.inner.name!r}", known)
+            require_known("field", f"the law {self.inner.name!r}", known, name)
             held = getattr(self.inner, name)
             for v in held if isinstance(held, tuple) else (held,):
                 if isinstance(v, bool) or not isinstance(v, int | float):

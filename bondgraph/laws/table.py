@@ -10,7 +10,7 @@ from typing import Annotated, Any, ClassVar, Self
 from bondgraph.graph.parameter import Parameter
 from bondgraph.laws.law import Law
 from bondgraph.support.bounds import Rising, one_of
-from bondgraph.support.errors import UnusableInput, unknown_name
+from bondgraph.support.errors import UnusableInput, require_known
 from bondgraph.support.ops import NUMPY, Ops
 
 JOINS = ("linear", "pchip")
@@ -59,8 +59,7 @@ class TableLaw(Law):
 
     def __post_init__(self) -> None:
         """Refuse points that are no function."""
-        if self.join not in JOINS:
-            raise unknown_name("way to join points", self.join, "Table", JOINS)
+        require_known("way to join points", "Table", JOINS, self.join)
         n = len(self.knots)
         if n < 2 or n != len(self.values):
             raise UnusableInput(

@@ -34,7 +34,7 @@ from bondgraph.signals.split import Split, default_split
 from bondgraph.signals.units import parse_unit, read_unit
 from bondgraph.signals.wrapping import unwrapped
 from bondgraph.support.arrays import FloatArray
-from bondgraph.support.errors import UnusableInput, unknown_name
+from bondgraph.support.errors import UnusableInput, require_known
 from bondgraph.support.spelled import spelled
 
 __all__ = ["Channel", "Recording", "Split", "default_split"]
@@ -381,8 +381,7 @@ class Recording:
 
     def __getitem__(self, name: str) -> FloatArray:
         """Values of a channel, (N,), SI, read-only."""
-        if name not in self.channels:
-            raise unknown_name("channel", name, f"recording {self.name}", self.channels)
+        require_known("channel", f"recording {self.name}", self.channels, name)
         return self.channels[name]
 
     def select(self, map: Mapping[str, str]) -> Recording:

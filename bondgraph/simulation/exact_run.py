@@ -16,7 +16,7 @@ from bondgraph.equations.relation import FINE
 from bondgraph.signals.recorded_rates import with_rates
 from bondgraph.simulation.start import fine_inputs
 from bondgraph.support.arrays import Array
-from bondgraph.support.errors import BondsightError, unknown_name
+from bondgraph.support.errors import BondsightError, require_known
 
 if TYPE_CHECKING:
     from bondgraph.laws.law import Law
@@ -308,8 +308,7 @@ def _given_memory(compiled: Compiled, lay: Any, memory: Memories, z: Array) -> N
     """Replace virgin memories by those given; they do not depend on the parameters."""
     known = {element: (rows, law) for element, rows, law in _memories(compiled, lay)}
     for element, states in memory.items():
-        if element not in known:
-            raise unknown_name("law with memory", element, compiled.model.name, known)
+        require_known("law with memory", compiled.model.name, known, element)
         rows, law = known[element]
         z[rows, 0] = law.checked_memory(states)
         z[rows, 1:] = 0.0

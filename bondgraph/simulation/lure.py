@@ -30,7 +30,7 @@ from bondgraph.laws.iteration import Iteration
 from bondgraph.laws.law import CALLED_FROM, NEWTON_STEPS, Law, split
 from bondgraph.laws.watching import Gauge
 from bondgraph.support.arrays import Array
-from bondgraph.support.errors import real_number, unknown_name
+from bondgraph.support.errors import real_number, require_known
 from bondgraph.support.ops import CASADI
 
 
@@ -156,8 +156,7 @@ class Compiled:
         """Parameter vector with some values changed by name."""
         p = self.nominal()
         for name, v in values.items():
-            if name not in self.parameter_names:
-                raise unknown_name("parameter", name, self.model.name, self.parameter_names)
+            require_known("parameter", self.model.name, self.parameter_names, name)
             p[self.parameter_names.index(name)] = real_number(name, v)
         return p
 

@@ -13,7 +13,7 @@ from bondgraph.simulation.simulate import simulate
 from bondgraph.simulation.start import even_grid
 from bondgraph.simulation.trajectory import Trajectory
 from bondgraph.support.arrays import Array
-from bondgraph.support.errors import UnusableInput, unknown_name
+from bondgraph.support.errors import UnusableInput, require_known
 
 
 def step_response(
@@ -93,8 +93,7 @@ def _answer(
                 f"{graph.name} has {len(names)} sources ({', '.join(names)}); say which: source="
             )
         source = names[0]
-    if source not in names:
-        raise unknown_name("source", source, graph.name, names)
+    require_known("source", graph.name, names, source)
     if f"d_{source}" in equations(graph).input_rates:
         raise UnusableInput(
             f"{graph.name}: the equations need the rate of {source}, and what jumps has none; put "

@@ -29,7 +29,7 @@ from bondgraph.simulation.start import (
 from bondgraph.simulation.timing import is_timed, read, sent, without_timing
 from bondgraph.simulation.trajectory import Trajectory, units_of
 from bondgraph.support.arrays import Array
-from bondgraph.support.errors import UnusableInput, unknown_name
+from bondgraph.support.errors import UnusableInput, require_known, unknown_name
 from bondgraph.support.spelled import spelled
 
 if TYPE_CHECKING:
@@ -135,9 +135,7 @@ def simulate(
         )  # fmt: skip
     time = even_grid(compiled.model.name, time)
     commands = checked_commands(compiled.model.name, commands, time)
-    for name in commands:
-        if name not in compiled.inputs:
-            raise unknown_name("input", name, compiled.model.name, compiled.inputs)
+    require_known("input", compiled.model.name, compiled.inputs, *commands)
     u = inputs_of(compiled, commands, time)
     p = compiled.vector(parameters or {})
     require_finite(compiled, p)

@@ -12,7 +12,7 @@ from bondgraph.graph.elements import Source
 from bondgraph.signals.band_limited import between_samples
 from bondgraph.signals.recorded_rates import slopes
 from bondgraph.support.arrays import Array
-from bondgraph.support.errors import UnknownName, UnusableInput, unknown_name
+from bondgraph.support.errors import UnknownName, UnusableInput, require_known, unknown_name
 
 if TYPE_CHECKING:
     from bondgraph.graph.bond_graph import BondGraph
@@ -105,8 +105,7 @@ def fine_inputs(u: Array, n_sub: int, hold: str) -> Array:
     hold : {"hold", "linear", "band-limited"}
         What the input does between samples.
     """
-    if hold not in HOLDS:
-        raise unknown_name("inter-sample behaviour", hold, "simulate", HOLDS)
+    require_known("inter-sample behaviour", "simulate", HOLDS, hold)
     n, width = u.shape[0] - 1, u.shape[1]
     if hold == "hold":
         left = np.repeat(u[:-1], n_sub, axis=0)
@@ -169,9 +168,7 @@ def initial_state(name: str, x0: object, states: Sequence[str]) -> Array:
 
 def state_by_name(name: str, x0: Mapping[str, float], states: Sequence[str]) -> Array:
     """Return an initial state given by names; all must be there."""
-    for n in x0:
-        if n not in states:
-            raise unknown_name("state", n, name, states)
+    require_known("state", name, states, *x0)
     if missing := [n for n in states if n not in x0]:
         raise UnusableInput(f"{name}: x0 has no value for {', '.join(missing)}; give all states")
     return np.array([float(x0[n]) for n in states])

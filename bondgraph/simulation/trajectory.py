@@ -17,7 +17,7 @@ from bondgraph.signals.files.checks import optional
 from bondgraph.signals.units import read_unit
 from bondgraph.simulation.modes.guards import SwitchEvent
 from bondgraph.support.arrays import Array
-from bondgraph.support.errors import unknown_name
+from bondgraph.support.errors import require_known
 
 
 @dataclass(frozen=True)
@@ -73,8 +73,7 @@ class Trajectory:
 
     def __getitem__(self, name: str) -> Array:
         """Output by name."""
-        if name not in self.outputs:
-            raise unknown_name("output", name, self.name, self.outputs)
+        require_known("output", self.name, self.outputs, name)
         return self.outputs[name]
 
     def __repr__(self) -> str:

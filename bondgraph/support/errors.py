@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import difflib
 import re
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 
 _SHOWN = 12
 _LONGEST = 80
@@ -173,6 +173,18 @@ def unknown_name(kind: str, name: object, where: str, known: Iterable[str]) -> U
         f", ... ({len(names)} in all)" if len(names) > _SHOWN else ""
     )
     return UnknownName(f"no {kind} {written!r}{place}.{hint} Known: {shown or 'none'}")
+
+
+def require_known(kind: str, where: str, known: Collection[str], *names: object) -> None:
+    """Raise `unknown_name` for the first of the names that is not among those known.
+
+    Examples
+    --------
+    >>> require_known("parameter", "dc_motor", ["R_a", "L_a"], "R_a", "L_a")
+    """
+    for name in names:
+        if name not in known:
+            raise unknown_name(kind, name, where, known)
 
 
 def real_number(name: str, value: object) -> float:

@@ -11,7 +11,7 @@ from typing import Any, BinaryIO
 
 import numpy as np
 
-from bondgraph.support.errors import UnusableInput, unknown_name
+from bondgraph.support.errors import UnusableInput, require_known
 from hardware.contracts import Chunk
 from hardware.storage.frames import Frame, split_chunk
 from hardware.storage.index import Index, Note
@@ -89,8 +89,7 @@ class JournalFile:
 
     def chunks(self, stream: str) -> Iterator[Chunk]:
         """Yield the chunks of a stream one by one, for large records; raises as `read` does."""
-        if stream not in self.streams:
-            raise unknown_name("stream", stream, self.path.name, self.streams)
+        require_known("stream", self.path.name, self.streams, stream)
         units = dict(self.streams[stream].units)
         with _opened(self.path) as file:
             for frame in self._chunks[stream]:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from bondgraph.support.arrays import FloatArray as Array
-from bondgraph.support.errors import UnusableInput, unknown_name
+from bondgraph.support.errors import UnusableInput, require_known
 from hardware.contracts import Chunk, Flag
 
 SPOILT = Flag.BEAM_LOST | Flag.MISCOUNT | Flag.SATURATED
@@ -103,8 +103,7 @@ class Stream:
 
     def channel(self, name: str) -> Array:
         """Return a channel; `UnknownName` with the nearest names if there is none."""
-        if name not in self.channels:
-            raise unknown_name("channel", name, "the stream", self.channels)
+        require_known("channel", "the stream", self.channels, name)
         return self.channels[name]
 
     def filled(self, name: str) -> Array:

@@ -11,7 +11,7 @@ from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import Source
 from bondgraph.graph.sensors import Sensor
 from bondgraph.support.arrays import FloatArray as Array
-from bondgraph.support.errors import BondsightError, UnusableInput, real_number, unknown_name
+from bondgraph.support.errors import BondsightError, UnusableInput, real_number, require_known
 from hardware.simulators.plant_contract import PlantMotion
 from hardware.virtual.steppers import March, march_of
 
@@ -111,11 +111,8 @@ def _checked(graph: BondGraph, source: str, sensors: Sequence[str]) -> None:
     graph.require_sound()
     sources = {e.name: e for e in graph.of_type(Source)}
     readings = {e.name: e for e in graph.of_type(Sensor)}
-    if source not in sources:
-        raise unknown_name("source", source, graph.name, sources)
-    for name in sensors:
-        if name not in readings:
-            raise unknown_name("sensor", name, graph.name, readings)
+    require_known("source", graph.name, sources, source)
+    require_known("sensor", graph.name, readings, *sensors)
     late = [e.name for e in sources.values() if e.drive and e.drive.delay]
     late += [e.name for e in readings.values() if e.delay or e.clock]
     if late:

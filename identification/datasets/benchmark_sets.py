@@ -17,10 +17,7 @@ _DYNONET = ("forgi86/dynonet", "56699401b141065a45403a18977333e0ec8d7303")
 _DRGP = ("RomanFoell/DRGP-VSS", "457f35ffd321cdfe9359d1df707fde9a32041c9c")
 _EMPS = ("meco-group/nlgreyfast", "7a29c1a0eb6392855d908f07f06160d50cdf8599")
 _MIRROR = ("merijnfloren/fsm-benchmark-data", "539a12fef384b086a8562b500498b2fa3899ef70")
-_F16 = (
-    "emckenzie11/F16_Benchmark_Restoring_Force_ODE",
-    "e45e0a98628cf2c283aa896e4fef42457deb1e93",
-)
+_F16 = ("emckenzie11/F16_Benchmark_Restoring_Force_ODE", "e45e0a98628cf2c283aa896e4fef42457deb1e93")
 _MIRROR_FILES = tuple(
     f"{k}_{level}_{part}.npy"
     for level in read.MIRROR_LEVELS

@@ -14,16 +14,10 @@ from types import MappingProxyType
 from typing import NamedTuple
 
 from bondgraph.signals.recording import Recording, Split
-from bondgraph.support.errors import UnusableInput, unknown_name
+from bondgraph.support.errors import BondsightError, UnusableInput, unknown_name
 from identification.datasets.benchmark_sets import BENCHMARK_SETS
-from identification.datasets.converted import is_converted, open_converted
 from identification.datasets.machine_sets import MACHINE_SETS
-from identification.datasets.places import (
-    FOLDER_VARIABLE,
-    cache_folder,
-    originals_folder,
-    recordings_folder,
-)
+from identification.datasets.places import FOLDER_VARIABLE, originals_folder, recordings_folder
 from identification.datasets.public_set import Protocol, PublicSet, SetPart
 
 Folder = str | os.PathLike[str] | None
@@ -208,32 +202,13 @@ def set_available(name: str, folder: Folder = None, *, cache: Folder = None) -> 
     entry, place = public_set(name), recordings_folder(folder)
     if place is not None and entry.find(place) is not None:
         return "folder"
-    return "cache" if is_converted(entry, cache_folder(cache)) else ""
+    return "cache" if entry.find(originals_folder(cache)) is not None else ""
 
 
 def protocol(name: str, folder: Folder = None, *, cache: Folder = None) -> Protocol:
-    """Read a public data set into its parts.
+    """Read a public data set into its parts: `train`, `tests`, `init`.
 
-    Parameters
-    ----------
-    name : str
-        Name or alias, such as `"silverbox"`.
-    folder : path, optional
-        Folder of the recordings; `BONDSIGHT_RECORDINGS` if not given. It goes first.
-    cache : path, optional
-        Folder of downloads; see `identification.datasets.download.fetch`.
-
-    Returns
-    -------
-    Protocol
-        `train`, `tests`, `init`; SI, canonical channel names.
-
-    Raises
-    ------
-    UnknownName
-        If no set has this name.
-    UnusableInput
-        If no file is there: the line names the variable, the source and the files.
+    Parameters, units and errors as `load`.
     """
     entry, place = public_set(name), recordings_folder(folder)
     found = protocol_here(entry, folder, cache)
@@ -248,8 +223,17 @@ def protocol(name: str, folder: Folder = None, *, cache: Folder = None) -> Proto
 def protocol_here(entry: PublicSet, folder: Folder, cache: Folder) -> Protocol | None:
     """Return a set from the folder of the user, else as downloaded; None if it is in neither."""
     place = recordings_folder(folder)
-    paths = entry.find(place) if place is not None else None
-    return entry.read(paths) if paths is not None else open_converted(entry, cache_folder(cache))
+    if place is not None and (paths := entry.find(place)) is not None:
+        return entry.read(paths)
+    if (paths := entry.find(originals_folder(cache))) is None:
+        return None
+    try:
+        return entry.read(paths)
+    except BondsightError as error:
+        raise UnusableInput(
+            f"{paths[0].parent}: the downloaded set cannot be opened ({error}); delete the folder "
+            "and fetch again"
+        ) from error
 
 
 def _absent(what: str, state: str, entry: PublicSet, files: str) -> UnusableInput:

@@ -19,10 +19,9 @@ from typing import Any
 from tqdm import tqdm
 
 from bondgraph.signals.files import checks
-from bondgraph.support.errors import UnusableInput, unknown_name
+from bondgraph.support.errors import BondsightError, UnusableInput, require_known
 from identification.datasets.catalogue import protocol_here, public_set
-from identification.datasets.converted import store_converted
-from identification.datasets.places import FOLDER_VARIABLE, cache_folder, originals_folder
+from identification.datasets.places import FOLDER_VARIABLE, originals_folder
 from identification.datasets.public_set import RAW_FILES, Original, Protocol, PublicSet
 
 _TIMEOUT = 30.0
@@ -48,8 +47,7 @@ def fetch(
         Folder of the recordings; `BONDSIGHT_RECORDINGS` if not given. If the set is in it, nothing
         is downloaded.
     cache : path, optional
-        Folder of downloads; `BONDSIGHT_CACHE` or the user's cache if not given. What was
-        downloaded is kept there as saved recordings.
+        Folder of downloads; `BONDSIGHT_CACHE` or the user's cache if not given.
     sha256 : mapping of str to str, optional
         File name -> SHA-256 in hexadecimal, for files whose checksum is not in the entry.
     server : str
@@ -72,18 +70,23 @@ def fetch(
         One line: no checksum is known, the download failed, the file is not the one expected, the
         package `pooch` is absent, or the published files are of a form that is not read.
     """
-    entry, kept = public_set(name), cache_folder(cache)
+    entry = public_set(name)
     found = protocol_here(entry, folder, cache)
     if found is not None:
         return found
     wanted = _wanted(entry)
     digests = _digests(entry, wanted, dict(sha256 or {}))
     where = originals_folder(cache) / entry.folder
-    pooch = _pooch()
+    pooch = checks.optional("pooch", "a download", "data")
     paths = tuple(
         _download(pooch, o, digests[o.file], where, server, retries, progress) for o in wanted
     )
-    return store_converted(entry, paths, kept)
+    try:
+        return entry.read(paths)
+    except BondsightError:
+        for path in paths:
+            path.unlink()
+        raise
 
 
 def _wanted(entry: PublicSet) -> tuple[Original, ...]:
@@ -104,8 +107,7 @@ def _digests(
     files = [o.file for o in wanted]
     found = {o.file: o.sha256 for o in wanted}
     for file, digest in given.items():
-        if file not in files:
-            raise unknown_name("file", file, f"data set {entry.name}", files)
+        require_known("file", f"data set {entry.name}", files, file)
         text = digest.strip().lower()
         if not re.fullmatch("[0-9a-f]{64}", text):
             raise UnusableInput(
@@ -124,15 +126,6 @@ def _digests(
             f"(--sha256 {missing[0].file}=HEX)"
         )
     return {file: digest for file, digest in found.items() if digest is not None}
-
-
-def _pooch() -> Any:
-    try:
-        return import_module("pooch")
-    except ImportError as error:
-        raise UnusableInput(
-            "downloads need pooch, which is not installed; pip install 'bondsight[data]'"
-        ) from error
 
 
 def _download(

@@ -17,15 +17,13 @@ def recordings_folder(folder: str | os.PathLike[str] | None = None) -> Path | No
     return Path(given).expanduser() if given else None
 
 
-def cache_folder(folder: str | os.PathLike[str] | None = None) -> Path:
-    """Return the folder of downloads: given, of the environment, or in the user's cache."""
-    given = os.environ.get(CACHE_VARIABLE, "") if folder is None else os.fspath(folder)
-    if given:
-        return Path(given).expanduser()
-    base = os.environ.get("XDG_CACHE_HOME", "") or Path.home() / ".cache"
-    return Path(base) / "bondsight" / "recordings"
-
-
 def originals_folder(cache: str | os.PathLike[str] | None = None) -> Path:
-    """Return where downloaded files lie as they came, one sub-folder for each source."""
-    return cache_folder(cache) / "originals"
+    """Return where downloaded files lie as they came, one sub-folder for each source.
+
+    In the cache that is given, in that of the environment, or in the user's.
+    """
+    given = os.environ.get(CACHE_VARIABLE, "") if cache is None else os.fspath(cache)
+    if given:
+        return Path(given).expanduser() / "originals"
+    base = os.environ.get("XDG_CACHE_HOME", "") or Path.home() / ".cache"
+    return Path(base) / "bondsight" / "recordings" / "originals"

@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 from bondgraph.signals.files.columns import OTHERS
 from bondgraph.signals.recording import Recording, Split, default_split
 from bondgraph.signals.split import whole
-from bondgraph.support.errors import UnknownName, UnusableInput, unknown_name
+from bondgraph.support.errors import UnknownName, UnusableInput, require_known
 
 Records = Mapping[str, Recording]
 
@@ -266,24 +266,16 @@ class PublicSet:
             p for p in (self.parts, self.otherwise) if {c.record for c in p} == set(records)
         )
         parts = next(declared, tuple(SetPart(name, name) for name in records))
-        cut = {
-            side: {p.name.removeprefix(f"{side}/"): p.cut(records) for p in parts if p.side == side}
-            for side in ("train", "test")
-        }
-        return self.protocol(cut["train"], cut["test"], own=parts is not self.parts)
-
-    def protocol(self, train: Records, tests: Records, *, own: bool = False) -> Protocol:
-        """Join parts and description; `own` if the parts are not the official ones."""
-        official = "" if own else self.official
+        official = self.official if parts is self.parts else ""
         told = {"citation": self.citation, "origin": self.source, "licence": self.licence}
         told["split"] = f"official: {official}" if official else "own"
-        fitted = tuple(self._named(r, f"train/{k}", told) for k, r in train.items())
-        judged = {k: self._named(r, f"test/{k}", told) for k, r in tests.items()}
-        return Protocol(self, fitted, MappingProxyType(judged), official)
-
-    def _named(self, recording: Recording, part: str, told: Mapping[str, str]) -> Recording:
-        meta = {**recording.meta, **told}
-        return replace(recording, name=f"{self.name}/{part}", meta=meta)
+        sides: dict[str, dict[str, Recording]] = {"train": {}, "test": {}}
+        for p in (p for p in parts if p.side in sides):
+            cut = p.cut(records)
+            named = replace(cut, name=f"{self.name}/{p.name}", meta={**cut.meta, **told})
+            sides[p.side][p.name.removeprefix(f"{p.side}/")] = named
+        train = tuple(sides["train"].values())
+        return Protocol(self, train, MappingProxyType(sides["test"]), official)
 
 
 def _files(layout: tuple[Columns, ...]) -> tuple[str, ...]:
@@ -326,8 +318,7 @@ class Protocol:
         """
         every = {r.name.removeprefix(f"{self.about.name}/"): r for r in self.records}
         every |= self.tests
-        if name not in every:
-            raise unknown_name("part", name, self.about.name, every)
+        require_known("part", self.about.name, every, name)
         return every[name]
 
     @property

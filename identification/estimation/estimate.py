@@ -11,7 +11,7 @@ import numpy as np
 
 from bondgraph.simulation.start import HOLDS
 from bondgraph.support.arrays import Array
-from bondgraph.support.errors import BondsightError, UnusableInput, unknown_name
+from bondgraph.support.errors import BondsightError, UnusableInput, require_known
 from bondgraph.support.spelled import spelled
 from identification.estimation.cautions import (
     cautions,
@@ -132,13 +132,11 @@ def estimate(
 
 
 def _method(name: str, optimiser: str | None, linear_solver: str) -> Method:
-    if name not in METHODS:
-        raise unknown_name("method", name, "estimate", METHODS)
+    require_known("method", "estimate", METHODS, name)
     chosen = METHODS[name]
     if optimiser is None:
         optimiser = chosen.optimisers[0]
-    if optimiser not in ("gauss_newton", "ipopt"):
-        raise unknown_name("optimiser", optimiser, "estimate", ("gauss_newton", "ipopt"))
+    require_known("optimiser", "estimate", ("gauss_newton", "ipopt"), optimiser)
     if optimiser not in chosen.optimisers:
         raise UnusableInput(
             f"{name} runs with {' or '.join(chosen.optimisers)}, not with {optimiser}"

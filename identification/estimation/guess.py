@@ -8,7 +8,6 @@ states of their own that grow lead to the free run.
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
@@ -56,14 +55,12 @@ class Guess:
     cost_before, cost_after : float
         Mean square of the weighted training residuals at the start values, nuisances and initial
         states fitted; infinite if it cannot be simulated.
-    seconds : float
     """
 
     study: Study
     words: tuple[str, ...]
     cost_before: float
     cost_after: float
-    seconds: float = 0.0
 
     @property
     def values(self) -> dict[str, float]:
@@ -110,12 +107,11 @@ def guess(study: Study, seed: int = 0, progress: Progress | None = None) -> Stud
 
 def explained_guess(study: Study, seed: int = 0, progress: Progress | None = None) -> Guess:
     """Return start values found from the data, with words and misfits; see `guess`."""
-    begin = time.perf_counter()
     say = progress or (lambda text, fraction: None)
     with calm():
         made = _guessed(study, seed, say)
     say("start values found", 1.0)
-    return replace(made, seconds=time.perf_counter() - begin)
+    return made
 
 
 def _guessed(study: Study, seed: int, say: Progress) -> Guess:

@@ -10,7 +10,7 @@ import numpy as np
 
 from bondgraph.support.arrays import Array
 from identification.estimation.levenberg_marquardt import Descent, FitStatus
-from identification.estimation.methods.interior_point import LARGE, ipopt_settings
+from identification.estimation.methods.interior_point import ENDED, LARGE, ipopt_settings
 from identification.estimation.methods.method import FitOptions
 from identification.study.joint import JointPoint, JointProblem
 from identification.study.residual import ResidualEvaluation
@@ -38,26 +38,17 @@ def minimise_with_ipopt(stack: JointProblem, start: JointPoint, options: FitOpti
         "hess_lag": hessian,
     }
     problem: dict[str, Any] = {"x": x, "f": objective(x)}
-    solver = ca.nlpsol("fit", "ipopt", problem, settings)
-    status = FitStatus.ITERATIONS
+    solver, said = ca.nlpsol("fit", "ipopt", problem, settings), ""
     try:
-        solver(
-            x0=watch.point.theta,
-            lbx=np.maximum(lower, -LARGE),
-            ubx=np.minimum(upper, LARGE),
-        )
+        solver(x0=watch.point.theta, lbx=np.maximum(lower, -LARGE), ubx=np.minimum(upper, LARGE))
         said = solver.stats()["return_status"]
         if said == "User_Requested_Stop":  # CasADi hears Ctrl-C between the calls
             watch.interrupted = True
-        if said in ("Solve_Succeeded", "Solved_To_Acceptable_Level"):
-            status = FitStatus.CONVERGED
-        elif said != "Maximum_Iterations_Exceeded":
-            status = FitStatus.NO_PROGRESS
     except (KeyboardInterrupt, RuntimeError):
         if not watch.interrupted:
             raise
-    if watch.interrupted:
-        status = FitStatus.CANCELLED
+    ended = ENDED.get(said, FitStatus.NO_PROGRESS)
+    status = FitStatus.CANCELLED if watch.interrupted else ended
     return Descent(watch.best, stack.evaluate(watch.best), status, watch.cost, tuple(watch.trace))
 
 

@@ -13,13 +13,14 @@ import numpy as np
 from bondgraph.drawing.panels import Panels
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.sensors import Sensor
+from bondgraph.signals.files.checks import optional
 from bondgraph.signals.recording import Recording
 from bondgraph.support.arrays import Array
-from bondgraph.support.errors import unknown_name
+from bondgraph.support.errors import require_known
+from bondgraph.support.html import html_table
 from identification.estimation.estimates import Estimate
 from identification.estimation.filtered import Filtered
 from identification.estimation.levenberg_marquardt import FitStatus
-from identification.report.tables import library
 from identification.study.factors import gain_name
 from identification.study.joint import JointPoint, JointProblem, refine_states
 from identification.study.noise_floor import declared_noise
@@ -176,8 +177,7 @@ class Estimation:
     def estimate_of(self, name: str) -> Estimate:
         """Estimate of one parameter, nuisance or noise by name."""
         known = {e.name: e for e in (*self.estimates, *self.nuisances, *self.noises)}
-        if name not in known:
-            raise unknown_name("estimate", name, self.study.graph.name, known)
+        require_known("estimate", self.study.graph.name, known, name)
         return known[name]
 
     @property
@@ -226,7 +226,7 @@ class Estimation:
 
     def to_pandas(self) -> Any:
         """Return estimates, nuisances and noises as a data frame (needs pandas)."""
-        pd = library("pandas", "to_pandas")
+        pd = optional("pandas", "to_pandas", "tables")
         rows = [
             (e.name, e.value, e.unit, *e.ci95, e.at_bound, kind)
             for kind, group in (
@@ -302,17 +302,14 @@ class Estimation:
 
     def _repr_html_(self) -> str:
         """Return a table for notebooks."""
-        rows = "".join(
-            f"<tr><td>{escape(e.name)}</td><td>{e.value:.6g}</td><td>{escape(e.unit)}</td>"
-            f"<td>{e.ci95[0]:.6g}</td><td>{e.ci95[1]:.6g}</td>"
-            f"<td>{'at its bound' if e.at_bound else ''}</td></tr>"
+        rows = [
+            (e.name, f"{e.value:.6g}", e.unit, *(f"{v:.6g}" for v in e.ci95),
+             "at its bound" if e.at_bound else "")
             for e in (*self.estimates, *self.nuisances)
-        )
+        ]  # fmt: skip
+        heads = ("name", "value", "unit", "95 % from", "to", "")
         notes = "".join(f"<p>{escape(n)}</p>" for n in self.notes)
-        return (
-            f"<p>{escape(repr(self))}</p><table><tr><th>name</th><th>value</th><th>unit</th>"
-            f"<th colspan=2>95 % interval</th><th></th></tr>{rows}</table>{notes}"
-        )
+        return html_table(repr(self), heads, rows) + notes
 
 
 def _noise_with_one(study: Study) -> str | dict[str, float | list[float]]:

@@ -14,13 +14,7 @@ from identification.estimation.levenberg_marquardt import FitStatus, minimise
 from identification.estimation.threads import calm
 from identification.study.joint import JointPoint, JointProblem, held_out_states, stack_of
 from identification.study.problem import Problem
-from identification.study.residual import (
-    Point,
-    evaluate,
-    start_point,
-    values_at,
-    windows,
-)
+from identification.study.residual import Point, evaluate, start_point, values_at, windows
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,11 +77,7 @@ class Fit:
 
 
 def fit(
-    problem: Problem,
-    *,
-    max_iterations: int = 40,
-    start: Point | None = None,
-    judged: bool = True,
+    problem: Problem, *, max_iterations: int = 40, start: Point | None = None, judged: bool = True
 ) -> Fit:
     """Fit `problem` by output error.
 

@@ -11,7 +11,7 @@ import numpy as np
 from joblib import delayed
 
 from bondgraph.support.arrays import Array
-from bondgraph.support.errors import UnusableInput, unknown_name
+from bondgraph.support.errors import UnusableInput, require_known
 from bondgraph.support.parallel import results
 from bondgraph.support.spelled import spelled
 from identification.estimation.estimate import Progress, estimate
@@ -145,8 +145,7 @@ def many_starts(
             f"many_starts: jobs = {jobs}, seed = {seed}; give jobs=-1 for all cores or a number of "
             "processes, and a seed of at least 0"
         )
-    if method not in METHODS:
-        raise unknown_name("method", method, "many_starts", METHODS)
+    require_known("method", "many_starts", METHODS, method)
     METHODS[method].check(study)
     stack = study.stack()
     points = _spread(stack, count, seed)

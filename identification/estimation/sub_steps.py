@@ -24,11 +24,11 @@ LARGEST = 0.02
 """Share of a reading's range that a correction may have: beyond it derivatives are wrong, too."""
 AGREES = 1e-4
 """Relative difference of the two misfits up to which nothing is left to correct."""
-NEAR, FAR = 1.05, 2.0
-"""Times a misfit to beat from which a descent that has ended, or has only begun, will not."""
+NEAR = 1.05
+"""Times a misfit up to which a correction has held to the end of a descent."""
 
 
-def fit_from(problem: Problem, start: Point, iterations: int, beat: float = np.inf) -> Fit:
+def fit_from(problem: Problem, start: Point, iterations: int) -> Fit:
     """Fit from a point, with derivatives of as few sub-steps as one correction makes up for.
 
     Where the corrections do not settle (a switching that every step places anew), the fit goes on
@@ -38,8 +38,6 @@ def fit_from(problem: Problem, start: Point, iterations: int, beat: float = np.i
     ----------
     iterations : int
         Of each descent between two corrections.
-    beat : float
-        Misfit above which the result is of no use: the descent ends where it will not get there.
     """
     if problem.n_sub == 1 or problem.exact:
         return fit(problem, start=start, max_iterations=iterations)
@@ -57,11 +55,8 @@ def fit_from(problem: Problem, start: Point, iterations: int, beat: float = np.i
         if not new <= (1.0 + AGREES) * cost:
             break
         point, cost = made.point, new
-        ended = made.status is not FitStatus.ITERATIONS
-        hopeless = new > (NEAR if ended else FAR) * beat
-        if hopeless or abs(new - made.cost) <= AGREES * new:
-            status = FitStatus.ITERATIONS if hopeless else made.status
-            return replace(made, problem=problem, cost=cost, simulated=there.y, status=status)
+        if abs(new - made.cost) <= AGREES * new:
+            return replace(made, problem=problem, cost=cost, simulated=there.y)
         assert few.correction is not None
         change = there.y - (made.simulated - few.correction)
         few = replace(few, correction=change, known_scale=few.state_scale)

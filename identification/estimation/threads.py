@@ -4,21 +4,22 @@ from __future__ import annotations
 
 import sys
 import warnings
-from collections.abc import Callable, Iterator
-from contextlib import AbstractContextManager, contextmanager
-from functools import lru_cache, wraps
-from typing import Any, ParamSpec, TypeVar
+from collections.abc import Iterator
+from contextlib import contextmanager
+from functools import lru_cache
 
 from threadpoolctl import ThreadpoolController
 
-P = ParamSpec("P")
-T = TypeVar("T")
 
-
-def one_thread() -> AbstractContextManager[Any]:
+@contextmanager
+def one_thread() -> Iterator[None]:
     """Hold the libraries that are loaded to one thread."""
-    held: AbstractContextManager[Any] = _libraries(len(sys.modules)).limit(limits=1)
-    return held
+    with _libraries(len(sys.modules)).limit(limits=1):
+        yield
+
+
+single_threaded = one_thread()
+"""The same for a whole function, as its decorator."""
 
 
 @lru_cache(maxsize=1)
@@ -33,14 +34,3 @@ def calm() -> Iterator[None]:
     with warnings.catch_warnings(), one_thread():
         warnings.simplefilter("ignore", RuntimeWarning)
         yield
-
-
-def single_threaded(function: Callable[P, T]) -> Callable[P, T]:
-    """Return `function` with its linear algebra held to one thread while it runs."""
-
-    @wraps(function)
-    def held(*args: P.args, **kwargs: P.kwargs) -> T:
-        with one_thread():
-            return function(*args, **kwargs)
-
-    return held

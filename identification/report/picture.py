@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from bondgraph.support.errors import UnusableInput
-from bondgraph.support.whole_file import replacing
+from bondgraph.support.whole_file import write_atomically
 
 
 @dataclass(frozen=True)
@@ -29,8 +29,7 @@ class Picture:
         target = Path(path)
         if target.suffix.lower() != ".svg":
             raise UnusableInput(f"{target.name}: pictures are saved as .svg; name it so")
-        with replacing(target) as stream:
-            stream.write(self.svg.encode("utf-8"))
+        write_atomically(target, self.svg)
         return target
 
     def _repr_svg_(self) -> str:

@@ -3,9 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
-
-from bondgraph.signals.files.checks import optional
 
 
 def aligned(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
@@ -18,14 +15,3 @@ def aligned(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
 def markdown(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     """Return a table in Markdown."""
     return "\n".join(f"| {' | '.join(r)} |" for r in (heads, ["---"] * len(heads), *rows))
-
-
-def library(name: str, method: str) -> Any:
-    """Import what only tables for other programs need.
-
-    Raises
-    ------
-    UnusableInput
-        It is not installed.
-    """
-    return optional(name, method, "tables")

@@ -70,10 +70,7 @@ def blocks_for(
 
 
 def block_rows(
-    count: int,
-    channels: Sequence[int] = (),
-    blocks: int = BLOCKS,
-    readings: Sequence[int] = (),
+    count: int, channels: Sequence[int] = (), blocks: int = BLOCKS, readings: Sequence[int] = ()
 ) -> list[NDArray[np.intp]]:
     """Return the rows of consecutive blocks of samples.
 

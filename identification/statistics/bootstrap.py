@@ -14,6 +14,8 @@ from identification.statistics.correlation import autocorrelation
 from identification.statistics.memory import memory
 
 FEWEST_BLOCKS = 8
+AT_ONCE = 4_000_000
+"""Blocks drawn at once, for the sake of memory."""
 
 
 def block_length(values: Array) -> int:
@@ -23,9 +25,7 @@ def block_length(values: Array) -> int:
     return int(min(max(np.ceil(n ** (1 / 3)), np.ceil(4.0 * memory(r, n))), n))
 
 
-def resampled_means(
-    values: Array, length: int, draws: int = 2000, seed: int = 0, most: int = 4_000_000
-) -> Array:
+def resampled_means(values: Array, length: int, draws: int = 2000, seed: int = 0) -> Array:
     """Means of `draws` resamples of whole blocks, shape (draws,).
 
     Parameters
@@ -35,8 +35,6 @@ def resampled_means(
         Samples of a block.
     seed : int
         The same seed gives the same means.
-    most : int
-        Blocks drawn at once, for the sake of memory.
     """
     n = values.size
     wrapped = np.concatenate([values, values[:length]])
@@ -44,7 +42,7 @@ def resampled_means(
     blocks = np.asarray(sums[length : length + n] - sums[:n]) / length
     count = max(1, -(-n // length))
     source = np.random.default_rng(seed)
-    at_once = max(1, most // count)
+    at_once = max(1, AT_ONCE // count)
     found = [
         blocks[source.integers(0, n, (min(at_once, draws - i), count))].mean(axis=1)
         for i in range(0, draws, at_once)

@@ -13,7 +13,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bondgraph.support.arrays import Array
 from bondgraph.support.errors import UnusableInput
 
 
@@ -53,8 +52,6 @@ class Criteria:
         Fitted numbers, one noise level a reading included.
     aic, aicc, bic : float
         With the effective number of samples.
-    plain_aic, plain_aicc, plain_bic : float
-        As if the residuals were white.
     """
 
     n: float
@@ -63,9 +60,6 @@ class Criteria:
     aic: float
     aicc: float
     bic: float
-    plain_aic: float
-    plain_aicc: float
-    plain_bic: float
 
 
 def criteria(
@@ -103,19 +97,11 @@ def criteria(
             )
     k = n_free + len(levels)
     worth = np.array([v.n / max(t, 1.0) for v, t in zip(levels, own, strict=True)])
-    count = np.array([float(v.n) for v in levels])
-    logs = np.log([v.mean_square for v in levels])
-    return Criteria(
-        float(count.sum()), float(worth.sum()), k, *_three(worth, logs, k), *_three(count, logs, k)
-    )
-
-
-def _three(n: Array, logs: Array, k: int) -> tuple[float, float, float]:
-    total = float(n.sum())
-    aic = float(n @ logs) + 2.0 * k
+    total, fall = float(worth.sum()), float(worth @ np.log([v.mean_square for v in levels]))
     left = total - k - 1
     more = 2.0 * k * (k + 1) / left if left > 0 else float("inf")
-    return aic, aic + more, float(n @ logs) + k * float(np.log(total))
+    aic, bic = fall + 2.0 * k, fall + k * float(np.log(total))
+    return Criteria(float(sum(v.n for v in levels)), total, k, aic, aic + more, bic)
 
 
 @dataclass(frozen=True)

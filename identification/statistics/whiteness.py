@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from bondgraph.support.arrays import Array
-from identification.report.numbers import percent
+from identification.report.numbers import percent, quantity
 from identification.statistics.autoregression import autoregression
 from identification.statistics.correlation import autocorrelation, pieces_of
 from identification.statistics.memory import memory
@@ -35,7 +35,7 @@ class Whiteness:
     q, degrees, p : float, int, float
         Ljung-Box statistic, its degrees of freedom, and the chance of a larger one from white
         noise.
-    runs_z, runs_p : float
+    runs_z : float
         Runs above and below the median: negative z is fewer, longer runs than noise has.
     coloured_to : int
         Last lag of the first unbroken run of lags outside of the band; 0 if lag 1 is inside.
@@ -55,7 +55,6 @@ class Whiteness:
     degrees: int
     p: float
     runs_z: float
-    runs_p: float
     coloured_to: int
     memory: float
     predictable: float
@@ -86,10 +85,10 @@ class Whiteness:
         share = f"{percent(self.predictable)} of it predictable from its own past"
         if self.coloured_to == 0:
             lag = int(np.argmax(np.abs(self.correlations[1 : self.degrees + 1]))) + 1
-            return f"coloured, most at lag {lag} ({_time(lag * self.dt)}); {share}"
+            return f"coloured, most at lag {lag} ({quantity(lag * self.dt, 's', 3)}); {share}"
         k = self.coloured_to
         to = "beyond lag" if k >= self.correlations.size - 1 else "up to lag"
-        return f"coloured {to} {k} ({_time(k * self.dt)}); {share}"
+        return f"coloured {to} {k} ({quantity(k * self.dt, 's', 3)}); {share}"
 
 
 def whiteness(
@@ -124,19 +123,16 @@ def whiteness(
     UnusableInput
         Fewer than eight samples.
     """
-    from scipy.stats import norm
-
     pieces = pieces_of(residual, usable)
     n = sum(p.size for p in pieces)
     m = lags if lags is not None else round(10 * np.log10(n))
     m = int(max(predictor_parameters + 1, min(m, n // 4)))
     r = autocorrelation(pieces, min(n - 1, max(m, min(n // 4, LONGEST))))
     q, p = ljung_box(r, n, m, predictor_parameters)
-    z = runs(pieces)
     band = 1.96 / np.sqrt(n)
     return Whiteness(
         n, dt, r, float(band), q, m - predictor_parameters, p,
-        z, float(2 * norm.sf(abs(z))), _coloured_to(r, band), memory(r, n),
+        runs(pieces), _coloured_to(r, band), memory(r, n),
         1.0 - autoregression(r, n).innovation, level,
     )  # fmt: skip
 
@@ -202,10 +198,3 @@ def _coloured_to(r: Array, band: float) -> int:
     quiet = inside[:-2] & inside[1:-1] & inside[2:]
     first = np.flatnonzero(quiet)
     return int(first[0]) if first.size else int(inside.size)
-
-
-def _time(seconds: float) -> str:
-    for factor, unit in ((1.0, "s"), (1e3, "ms"), (1e6, "us")):
-        if seconds * factor >= 1:
-            return f"{seconds * factor:.3g} {unit}"
-    return f"{seconds * 1e9:.3g} ns"

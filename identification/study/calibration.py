@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.parameter import Parameter
 from bondgraph.graph.sensors import Sensor
-from bondgraph.support.errors import UnusableInput, real_number, unknown_name
+from bondgraph.support.errors import UnusableInput, real_number, require_known
 from identification.study.factors import drives, gain_name
 from identification.study.priors import LogNormal, Prior
 
@@ -81,8 +81,7 @@ def gains_of(graph: BondGraph, gains: Mapping[str, Known]) -> tuple[Parameter, .
     channels = [*(s.name for s in drives(graph)), *(s.name for s in graph.of_type(Sensor))]
     found = []
     for name, known in gains.items():
-        if name not in channels:
-            raise unknown_name("channel", name, graph.name, channels)
+        require_known("channel", graph.name, channels, name)
         if not isinstance(known, Known):
             raise UnusableInput(f"gain of {name} = {known!r}: give Known(1.0, 0.02) for 2 %")
         if (own := graph.channel_value(graph[name], "gain")) is not None:

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from itertools import pairwise
 from typing import Any
 
@@ -14,11 +14,11 @@ import numpy as np
 from bondgraph.equations.program import FunctionNames, Program
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.parameter import Parameter
-from bondgraph.simulation.exact_run import KernelRun, Memories, Prepared, prepare, run_prepared
+from bondgraph.simulation.exact_run import KernelRun, Memories, prepare, run_prepared
 from bondgraph.simulation.first_order_hold import Blocks, blocks, continuous
 from bondgraph.simulation.law_rest import law_rest
 from bondgraph.simulation.lure import Compiled, exact_form
-from bondgraph.simulation.radau.native import PreparedGeneral, prepare_general, run_general
+from bondgraph.simulation.radau.native import prepare_general, run_general
 from bondgraph.simulation.radau.start import evaluated, relaxed_rest
 from bondgraph.simulation.radau.start import inputs_of as general_inputs
 from bondgraph.simulation.start import fine_inputs, inputs_of, own_input
@@ -108,13 +108,16 @@ class Engine(ABC):
         """State at rest under constant inputs `u`, shape (n_u,); the declared start without one."""
         return self.at_rest(p, u)
 
-    @abstractmethod
     def prepare(
         self, p: Array, step: float, n_sub: int, directions: Sequence[int], states: bool
     ) -> Any:
         """Make ready to run at one parameter vector; `states`: differentiate by the start too."""
+        return self._prepare(p, step, n_sub, directions, states)
 
+    @property
     @abstractmethod
+    def _prepare(self) -> Callable[..., Any]: ...
+
     def run(
         self,
         ready: Any,
@@ -126,6 +129,11 @@ class Engine(ABC):
         memory: Memories | None = None,
     ) -> KernelRun:
         """Run over inputs `u` (N, n_u) with their sub-step values `fine`, from `memory`."""
+        return self._run(ready, u, x0, fine=fine, every_substep=every_substep, memory=memory)
+
+    @staticmethod
+    @abstractmethod
+    def _run(ready: Any, u: Array, x0: Array, **options: Any) -> KernelRun: ...
 
     @abstractmethod
     def spreads(self, p: Array, u: Array, step: float, x0: Array, n_sub: int, hold: str) -> Array:
@@ -218,24 +226,13 @@ class ExactEngine(Engine):
         """Equilibrium of the whole model, laws and all; of its linear part where there is none."""
         return law_rest(self.compiled, p, u, quiet=True)
 
-    def prepare(
-        self, p: Array, step: float, n_sub: int, directions: Sequence[int], states: bool
-    ) -> Prepared:
-        """Discretise with derivatives."""
-        return prepare(self.compiled, p, step, n_sub, directions, states)
+    @property
+    def _prepare(self) -> Callable[..., Any]:
+        return partial(prepare, self.compiled)
 
-    def run(
-        self,
-        ready: Any,
-        u: Array,
-        x0: Array,
-        fine: Array,
-        *,
-        every_substep: bool = False,
-        memory: Memories | None = None,
-    ) -> KernelRun:
-        """Run the compiled step."""
-        return run_prepared(ready, u, x0, fine=fine, every_substep=every_substep, memory=memory)
+    @staticmethod
+    def _run(ready: Any, u: Array, x0: Array, **options: Any) -> KernelRun:
+        return run_prepared(ready, u, x0, **options)
 
     def small_signal(self, p: Array, u: Array) -> SmallSignal:
         """Return the linear rest; laws count with their linear slope, wherever the rest is."""
@@ -306,27 +303,13 @@ class GeneralEngine(Engine):
         except BondsightError:
             return np.array(self.program.start, float)
 
-    def prepare(
-        self, p: Array, step: float, n_sub: int, directions: Sequence[int], states: bool
-    ) -> PreparedGeneral:
-        """Check parameters and directions."""
-        return prepare_general(self.program, p, step, n_sub, directions, states)
+    @property
+    def _prepare(self) -> Callable[..., Any]:
+        return partial(prepare_general, self.program)
 
-    def run(
-        self,
-        ready: Any,
-        u: Array,
-        x0: Array,
-        fine: Array,
-        *,
-        every_substep: bool = False,
-        memory: Memories | None = None,
-    ) -> KernelRun:
-        """Run the general kernel."""
-        return run_general(
-            ready, u, x0, fine=fine, every_substep=every_substep, memory=memory,
-            relaxed=memory is None,
-        )  # fmt: skip
+    @staticmethod
+    def _run(ready: Any, u: Array, x0: Array, **options: Any) -> KernelRun:
+        return run_general(ready, u, x0, relaxed=options["memory"] is None, **options)
 
     def small_signal(self, p: Array, u: Array) -> SmallSignal:
         """Linearise about the rest, laws and all; about the start where nothing rests."""

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import Valued
 from bondgraph.graph.sensors import Sensor
-from bondgraph.support.errors import UnusableInput, unknown_name
+from bondgraph.support.errors import UnusableInput, require_known
 from identification.study.factors import drives
 from identification.study.specification import Vary
 
@@ -25,9 +25,7 @@ def varied(
         A name that does not exist, is given twice, is fixed too, or does nothing.
     """
     known = graph.parameters
-    for n in fixed:
-        if n not in known:
-            raise unknown_name("fixed parameter", n, graph.name, known)
+    require_known("fixed parameter", graph.name, known, *fixed)
     if free is None:
         without = idle(graph)
         return tuple(
@@ -40,8 +38,7 @@ def varied(
         v = Vary(entry) if isinstance(entry, str) else entry
         if not isinstance(v, Vary):
             raise UnusableInput(f"free parameter {entry!r}: give its name or a Vary(name, ...)")
-        if v.name not in known:
-            raise unknown_name("free parameter", v.name, graph.name, known)
+        require_known("free parameter", graph.name, known, v.name)
         if v.name in found:
             raise UnusableInput(f"{v.name} is given as free twice; give it once")
         if v.name in idle(graph):

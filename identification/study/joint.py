@@ -319,7 +319,6 @@ def _bounds(problem: Problem) -> tuple[Array, Array]:
     lower, upper = np.full(at.size, -np.inf), np.full(at.size, np.inf)
     for i, f in enumerate(problem.free):
         lower[i], upper[i] = f.bounds()
-    whole = problem.nuisances and problem.window is None
     lag = NUISANCE_LAG if problem.fits_lags else 0.0
     lower[at.lags], upper[at.lags] = -lag, lag
     for name, outputs in problem.delays.items():
@@ -328,7 +327,7 @@ def _bounds(problem: Problem) -> tuple[Array, Array]:
                 lower[at.lags.start + c] = upper[at.lags.start + c] = 0.0
     for j, name in enumerate(problem.delays):
         lower[at.delays.start + j], upper[at.delays.start + j] = _dead_time(problem, name)
-    if not (problem.offsets and (whole or problem.window_offsets)):
+    if not (problem.offsets and (problem.window is None or problem.window_offsets)):
         lower[at.offsets] = upper[at.offsets] = 0.0
     for c in _own_offsets(problem):  # a declared one that is free takes the place of the nuisance
         lower[at.offsets.start + c] = upper[at.offsets.start + c] = 0.0

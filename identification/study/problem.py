@@ -271,8 +271,6 @@ class Problem:
     window : int or None
         Samples of each window with an initial state of its own (multiple shooting with the
         states eliminated); None simulates the record in one piece.
-    nuisances : bool
-        Fit offsets of the sensors, sub-sample delays and the initial state.
     known_states : dict of str to ndarray, shape (n_windows,)
         Start values of the windows' initial states, by name of the state.
     known_offsets : tuple of float
@@ -282,7 +280,7 @@ class Problem:
     gains : tuple of Parameter
         Factors on readings and commands, named by `gain_name`: calibrations known within bounds.
     lags, offsets : bool
-        Which nuisances of the sensors are fitted where `nuisances` is set.
+        Which nuisances of the sensors are fitted.
     clock : float
         Largest ratio error of the sensors' clocks, as a fraction; 0 does not fit it.
     initial : "free", "rest" or tuple of str
@@ -311,7 +309,6 @@ class Problem:
     starts: Mapping[str, float] = field(default_factory=dict)
     window: int | None = None
     n_sub: int = 1
-    nuisances: bool = True
     source_offsets: bool = False
     gains: tuple[Parameter, ...] = ()
     fixed: Sequence[str] = ()
@@ -477,7 +474,7 @@ class Problem:
     @property
     def fits_lags(self) -> bool:
         """Whether delays of the sensors within a sample are unknowns; windows do not show them."""
-        return self.nuisances and self.lags and self.window is None
+        return self.lags and self.window is None
 
     @property
     def steps(self) -> int:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
-from html import escape
 
 import numpy as np
 
@@ -19,7 +18,8 @@ from bondgraph.signals.files.checks import map_argument
 from bondgraph.signals.recording import Recording, Split
 from bondgraph.simulation.start import HOLDS
 from bondgraph.support.arrays import Array
-from bondgraph.support.errors import UnusableInput, real_number, unknown_name
+from bondgraph.support.errors import UnusableInput, real_number, require_known, unknown_name
+from bondgraph.support.html import html_table
 from bondgraph.support.spelled import spelled
 from identification.study.admission import (
     admit_counts,
@@ -41,13 +41,7 @@ from identification.study.problem import Data, Problem, data_for
 from identification.study.process_noise import ProcessNoise, admit_process_noise, diffusion_at
 from identification.study.scaled import free_parameter
 from identification.study.specification import Nuisances, Vary
-from identification.study.turns import (
-    Turn,
-    in_turn,
-    straight_graph,
-    straight_recording,
-    turns_of,
-)
+from identification.study.turns import Turn, in_turn, straight_graph, straight_recording, turns_of
 from identification.study.usual_split import usual_split, usual_splits
 
 NOISES = ("white", "coloured")
@@ -228,8 +222,7 @@ class Study:
             raise UnusableInput(
                 f"{self.graph.name} has no sensor: add De, Df or Dq where the recording measures"
             )
-        if self.hold not in (*HOLDS, ESTIMATED):
-            raise unknown_name("inter-sample behaviour", self.hold, "Study", (*HOLDS, ESTIMATED))
+        require_known("inter-sample behaviour", "Study", (*HOLDS, ESTIMATED), self.hold)
         if isinstance(self.noise, str) and self.noise not in NOISES:
             raise unknown_name("noise", self.noise, "Study", NOISES)
         if isinstance(self.initial, str) and self.initial not in INITIALS:
@@ -237,13 +230,10 @@ class Study:
         sensors = [s.name for s in self.graph.of_type(Sensor)]
         if not isinstance(self.noise, str):
             for name, levels in self.noise.items():
-                if name not in sensors:
-                    raise unknown_name("sensor", name, self.graph.name, sensors)
+                require_known("sensor", self.graph.name, sensors, name)
                 admit_noise(name, levels, [r.n for r in self.records])
         sources = [*(s.name for s in self.graph.of_type(Source)), *external_signals(self.graph)]
-        for name in self.silent:
-            if name not in sources:
-                raise unknown_name("source", name, self.graph.name, sources)
+        require_known("source", self.graph.name, sources, *self.silent)
         admit_counts(self.window, self.n_sub, self.init, self.validation)
         for i, recording in enumerate(self.records):
             self._one(i, recording)
@@ -384,9 +374,7 @@ class Study:
             return recording
         zeros = {n: np.zeros(recording.n) for n in units}
         return replace(
-            recording,
-            channels={**recording.channels, **zeros},
-            units={**recording.units, **units},
+            recording, channels={**recording.channels, **zeros}, units={**recording.units, **units}
         )
 
     @cached_property
@@ -506,9 +494,7 @@ class Study:
     def _with_states(self, made: Problem) -> Problem:
         states = made.engine.state_names
         known = self.initial if isinstance(self.initial, Mapping) else {}
-        for n in known:
-            if n not in states:
-                raise unknown_name("state", n, self.graph.name, states)
+        require_known("state", self.graph.name, states, *known)
         if self.initial == "rest":
             return replace(made, initial="rest")
         if not known:
@@ -570,14 +556,12 @@ class Study:
 
     def _repr_html_(self) -> str:
         """Return the free parameters with their starts and what is known of them."""
-        rows = "".join(
-            f"<tr><td>{escape(v.name)}</td><td>{self.starts[v.name]:.6g}</td>"
-            f"<td>{escape(self.graph.parameters[v.name].unit)}</td>"
-            f"<td>{escape(str(v.prior)) if v.prior else ''}</td></tr>"
+        known = self.graph.parameters
+        rows = (
+            (v.name, f"{self.starts[v.name]:.6g}", known[v.name].unit, v.prior or "")
             for v in self.free
         )
-        head = "<tr><th>free</th><th>start</th><th>unit</th><th>known</th></tr>"
-        return f"<p>{escape(repr(self))}</p><table>{head}{rows}</table>"
+        return html_table(repr(self), ("free", "start", "unit", "known"), rows)
 
 
 def _ends(p: Parameter) -> tuple[float, float]:

@@ -20,7 +20,7 @@ from bondgraph.graph.sensors import Sensor
 from bondgraph.signals.recording import Recording, Split
 from bondgraph.simulation.simulate import simulate
 from bondgraph.support.arrays import FloatArray
-from bondgraph.support.errors import BondsightError, UnusableInput, unknown_name
+from bondgraph.support.errors import BondsightError, UnusableInput, require_known
 from bondgraph.support.parallel import results
 from identification.estimation.estimate import estimate
 from identification.estimation.levenberg_marquardt import FitStatus
@@ -71,9 +71,7 @@ class Case:
         """Check names and colour."""
         if not -1 < self.colour < 1:
             raise UnusableInput(f"{self.name}: colour {self.colour} must lie between -1 and 1")
-        for n in self.free:
-            if n not in self.graph.parameters:
-                raise unknown_name("parameter", n, self.graph.name, self.graph.parameters)
+        require_known("parameter", self.graph.name, self.graph.parameters, *self.free)
 
     @cached_property
     def clean(self) -> dict[str, FloatArray]:
@@ -149,8 +147,13 @@ class Count:
 
     @property
     def interval(self) -> tuple[float, float]:
-        """95 % interval of the true share."""
-        return wilson(self.hits, self.trials)
+        """95 % interval of the true share (Wilson)."""
+        from scipy.stats import binomtest
+
+        if not self.trials:
+            return 0.0, 1.0
+        low, high = binomtest(self.hits, self.trials).proportion_ci(0.95, "wilson")
+        return float(low), float(high)
 
     @property
     def holds(self) -> bool:
@@ -210,22 +213,6 @@ class Coverage:
         if any(not c.holds for c in self.counts):
             lines.append("  * differs from 95 % beyond what so many trials leave open")
         return "\n".join(lines)
-
-
-def wilson(hits: int, trials: int, z: float = 1.959964) -> tuple[float, float]:
-    """Return the Wilson interval of a share (J. Am. Stat. Assoc. 22 (1927) 209).
-
-    Examples
-    --------
-    >>> [round(v, 3) for v in wilson(95, 100)]
-    [0.888, 0.978]
-    """
-    if trials == 0:
-        return 0.0, 1.0
-    p, q = hits / trials, z * z / trials
-    middle = (p + q / 2) / (1 + q)
-    half = z / (1 + q) * float(np.sqrt(p * (1 - p) / trials + q / (4 * trials)))
-    return max(0.0, middle - half), min(1.0, middle + half)
 
 
 Outcome = dict[tuple[str, str], tuple[bool, float]]
@@ -296,9 +283,7 @@ def coverage(
     """
     from joblib import delayed
 
-    for k in kinds:
-        if k not in KINDS:
-            raise unknown_name("kind of interval", k, "coverage", KINDS)
+    require_known("kind of interval", "coverage", KINDS, *kinds)
     outcomes: list[Outcome | None] = []
     case.clean
     work = (delayed(trial)(case, first + i, tuple(kinds), first) for i in range(trials))

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bondgraph.support.arrays import FloatArray
-from bondgraph.support.errors import UnusableInput, unknown_name
+from bondgraph.support.errors import UnusableInput, require_known
 from bondgraph.support.tall import triangle
 from identification.statistics.blocks import block_rows, block_scores, blocks_for, student
 
@@ -101,8 +101,7 @@ class Sensitivities:
         UnknownName
             There is none of that name.
         """
-        if name not in self.names:
-            raise unknown_name("free parameter", name, "the fit", self.names)
+        require_known("free parameter", "the fit", self.names, name)
         return self.names.index(name)
 
 
@@ -153,11 +152,6 @@ class Information:
         return np.where(self.flat, np.inf, sd) if self.null.shape[1] else np.asarray(sd)
 
     @property
-    def standard_errors_si(self) -> FloatArray:
-        """Standard errors of the values, shape (n,), SI."""
-        return np.asarray(self.standard_errors * np.abs(self.sensitivities.slopes))
-
-    @property
     def correlation(self) -> FloatArray:
         """Correlation matrix, shape (n, n); NaN where a parameter has no finite variance."""
         sd = np.where(np.isfinite(self.standard_errors), self.standard_errors, np.nan)
@@ -192,7 +186,6 @@ def information(
     *,
     prior: FloatArray | None = None,
     channels: Sequence[int] = (),
-    blocks: int | None = None,
     variance: float = 1.0,
     readings: Sequence[int] = (),
 ) -> Information:
@@ -203,14 +196,12 @@ def information(
     sensitivities : Sensitivities
     residual : ndarray, shape (M,), optional
         Weighted residuals in the order of the Jacobian; with them the covariance is the sandwich,
-        never smaller on its diagonal than the plain one. Without them the noise counts as white.
+        never smaller on its diagonal than the plain one, and widened for Student's t of its few
+        blocks. Without them the noise counts as white.
     prior : ndarray, shape (n,), optional
         Precision of a normal prior on each theta.
     channels : sequence of int, optional
         Number of consecutive rows of each record or channel, so that no block straddles two.
-    blocks : int, optional
-        Blocks of the sandwich, over all channels; see `blocks_for` when not given. Their variance
-        is widened for Student's t of so few.
     variance : float
         Mean square of the weighted residuals if the noise level was estimated, else 1.
     readings : sequence of int, optional
@@ -239,8 +230,7 @@ def information(
     coloured = residual is not None
     if residual is not None:
         r = np.asarray(residual, float)
-        many = blocks or blocks_for(r, channels, readings)
-        rows_of = block_rows(r.size, channels, many, readings)
+        rows_of = block_rows(r.size, channels, blocks_for(r, channels, readings), readings)
         root = np.sqrt(variance)
         scores = block_scores(j / root, r / root, rows_of, covariance)
         few = len(scores)

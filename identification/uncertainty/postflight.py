@@ -14,7 +14,7 @@ from identification.statistics.blocks import block_means
 from identification.uncertainty.finding import Finding
 from identification.uncertainty.fitted import FitView, from_estimation
 from identification.uncertainty.information import Sensitivities
-from identification.uncertainty.practical import Limits, Practical, practical
+from identification.uncertainty.practical import DEAD, Practical, practical
 from identification.uncertainty.preflight import thousand
 
 BEYOND_NOISE = 4.0
@@ -34,7 +34,7 @@ DO = {
 }
 
 
-def practical_of(fit: FitView, limits: Limits | None = None) -> Practical:
+def practical_of(fit: FitView, dead: float = DEAD) -> Practical:
     """Return the five classes for a fit, proved at a second point."""
     try:
         further: tuple[Sensitivities, ...] = (fit.elsewhere(),)
@@ -48,7 +48,7 @@ def practical_of(fit: FitView, limits: Limits | None = None) -> Practical:
         prior=fit.prior,
         channels=fit.channels,
         variance=fit.variance,
-        limits=limits,
+        dead=dead,
         readings=fit.readings,
     )
 

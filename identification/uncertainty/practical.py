@@ -28,26 +28,11 @@ from identification.uncertainty.statements import (
     trade_offs,
 )
 
-
-@dataclass(frozen=True, slots=True)
-class Limits:
-    """When a class is given.
-
-    Attributes
-    ----------
-    dead : float
-        Total change of all readings, in noise, for a factor of ten (or one scale) of the parameter.
-    correlation : float
-    factor : float
-        Widest 95 % interval of a pinned logarithmic parameter, as a factor either way.
-    share : float
-        Widest half interval of a pinned linear parameter, in its scale.
-    """
-
-    dead: float = 2.0
-    correlation: float = 0.95
-    factor: float = 1.5
-    share: float = 0.5
+DEAD = 2.0
+"""Total change of all readings, in noise, for ten times (or one scale more) of a parameter."""
+CORRELATED = 0.95
+FACTOR, SHARE = 1.5, 0.5
+"""Widest 95 % interval of a pinned parameter: a factor either way, or half of it in its scale."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,7 +73,7 @@ def practical(
     prior: FloatArray | None = None,
     channels: Sequence[int] = (),
     variance: float = 1.0,
-    limits: Limits | None = None,
+    dead: float = DEAD,
     readings: Sequence[int] = (),
 ) -> Practical:
     """Sort parameters into the classes.
@@ -106,28 +91,29 @@ def practical(
         them round values may let a sum look like a product.
     prior, channels, variance, readings
         As in `information`.
+    dead : float
+        Below this total change a parameter is dead.
     """
-    limits = limits or Limits()
     stopped = _at_bounds(sensitivities, bounds or {})
     size = sensitivities.strength * np.where(sensitivities.log, log(10.0), 1.0) / np.sqrt(variance)
     known = prior if prior is not None else np.zeros(size.size)
-    dead = [n for i, n in enumerate(sensitivities.names) if size[i] < limits.dead and not known[i]]
-    kept = [n for n in sensitivities.names if n not in dead and n not in stopped]
+    idle = [n for i, n in enumerate(sensitivities.names) if size[i] < dead and not known[i]]
+    kept = [n for n in sensitivities.names if n not in idle and n not in stopped]
     part = _restricted(sensitivities, kept)
     at = [sensitivities.names.index(n) for n in kept]
     info = information(
         part, residual, prior=known[at], channels=channels, variance=variance, readings=readings
     )
     blocks = _flat(part, [_restricted(s, kept) for s in further], known[at])
-    statements = [dead_words(n, sensitivities, float(size[sensitivities.index(n)])) for n in dead]
+    statements = [dead_words(n, sensitivities, float(size[sensitivities.index(n)])) for n in idle]
     statements += [flat_words(b, info, part) for b in blocks]
     tied = {n for b in blocks for n in b.names}
-    statements += trade_offs(info, part, limits.correlation, tied)
+    statements += trade_offs(info, part, CORRELATED, tied)
     free = [n for n in kept if n not in tied]
-    loose = [n for n in free if is_loose(info, part, n, limits.factor, limits.share)]
+    loose = [n for n in free if is_loose(info, part, n, FACTOR, SHARE)]
     statements += [not_pinned_words(n, info, part) for n in loose]
     for n, side in stopped.items():
-        if n not in dead:
+        if n not in idle:
             made = bound_words(n, side, sensitivities, residual, bounds or {}, stopped)
             statements.append(made)
     pinned = tuple(n for n in kept if n not in tied and n not in loose)

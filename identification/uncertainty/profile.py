@@ -157,9 +157,10 @@ def profile(
     reach: float | None = None,
     most: int = 30,
     beyond: int = 0,
-    cancelled: Callable[[], bool] | None = None,
 ) -> Profile:
     """Walk both ways from an estimate until the threshold, a bound or the reach.
+
+    A KeyboardInterrupt keeps what is done.
 
     Parameters
     ----------
@@ -180,8 +181,6 @@ def profile(
     beyond : int
         Further held values on each closed side, each twice as far out as the last: another valley
         behind the hill shows as ``multimodal``.
-    cancelled : callable, optional
-        Asked before every refit; what is done is kept. KeyboardInterrupt does the same.
     """
     at = float(np.log(value)) if log else value / scale
     ends = [(np.log(b) if b > 0 else -np.inf) if log else b / scale for b in bounds]
@@ -191,7 +190,7 @@ def profile(
     status = "complete"
     for sign in (-1.0, 1.0):
         limit = ends[0] if sign < 0 else ends[1]
-        walk = _Walk(refit, at, cost, start, sign, float(limit), far, threshold, cancelled)
+        walk = _Walk(refit, at, cost, start, sign, float(limit), far, threshold)
         found, side = walk.there_and_back(min(max(width, 1e-9), far / 2), most)
         if side.end == "closed" and beyond:
             found += walk.probe(found[-1][0], beyond)
@@ -233,7 +232,6 @@ class _Walk:
     limit: float
     far: float
     threshold: float
-    cancelled: Callable[[], bool] | None
 
     def there_and_back(self, step: float, most: int) -> tuple[list[tuple[float, float]], Side]:
         """Return points and how the side ended.
@@ -248,18 +246,12 @@ class _Walk:
                 (x, rise, _), (_, outer, warm) = steps[i], steps[i + 1]
                 if rise - outer <= HILL * self.threshold:
                     continue
-                if self._stopped():
-                    side = Side("cancelled", side.reached)
-                    break
                 total, again = self.refit(x, warm)
                 if total - self.cost < rise:
                     steps[i] = (x, total - self.cost, again)
         except KeyboardInterrupt:
             side = Side("cancelled", side.reached)
         return [(x, rise) for x, rise, _ in steps], side
-
-    def _stopped(self) -> bool:
-        return self.cancelled is not None and self.cancelled()
 
     def _out(self, step: float, most: int) -> tuple[list[tuple[float, float, Any]], Side]:
         """Return points with the warm start that each leaves, and how the side ended."""
@@ -268,8 +260,6 @@ class _Walk:
         step *= 0.5
         try:
             for _ in range(most):
-                if self._stopped():
-                    return points, Side("cancelled", x)
                 trial, edge = self._next(x, step)
                 if trial == x:
                     return points, Side("bound", x)

@@ -69,15 +69,7 @@ def _held(stack: JointProblem, **changes: Any) -> HeldStack:
 
 
 @single_threaded
-def profile_one(
-    fit: FitView,
-    name: str,
-    *,
-    most: int = 30,
-    beyond: int = 0,
-    iterations: int = 30,
-    cancelled: Callable[[], bool] | None = None,
-) -> Profile:
+def profile_one(fit: FitView, name: str, *, most: int = 30, beyond: int = 0) -> Profile:
     """Profile a parameter, or a product such as ``k/m`` or ``T^2*C``, of a fit.
 
     Parameters
@@ -86,8 +78,6 @@ def profile_one(
     name : str
     most, beyond
         As in `profile`.
-    iterations : int
-        Of each refit.
     """
     plain = fit.plain
     if name in plain.names:
@@ -99,13 +89,13 @@ def profile_one(
 
         def refit(x: float, start: JointPoint) -> tuple[float, JointPoint]:
             stack = _held(fit.stack, held={u.place: x - origin})
-            return _refitted(stack, start, iterations)
+            return _refitted(stack, start)
 
         return profile(
             refit, name, value, fit.sum_of_squares, fit.point,
             width=width if np.isfinite(width) and width > 0 else 0.5, log=f.log,
             scale=f.scale, unit=f.parameter.unit, bounds=(u.lower, u.upper), most=most,
-            beyond=beyond, threshold=_threshold(fit, fit.inflation(name)), cancelled=cancelled,
+            beyond=beyond, threshold=_threshold(fit, fit.inflation(name)),
         )  # fmt: skip
     powers = _powers(name, fit)
     direction, offset = np.zeros(fit.stack.n), 0.0
@@ -121,18 +111,18 @@ def profile_one(
 
     def refit_product(x: float, start: JointPoint) -> tuple[float, JointPoint]:
         stack = _held(fit.stack, direction=direction, target=x - offset, weight=weight)
-        total, warm = _refitted(stack, start, iterations)
+        total, warm = _refitted(stack, start)
         return total - (weight * (float(direction @ warm.theta) - x + offset)) ** 2, warm
 
     return profile(
         refit_product, name, value, fit.sum_of_squares, fit.point, width=width,
         threshold=_threshold(fit, (robust / width) ** 2 if width > 0 else 1.0),
-        most=most, beyond=beyond, cancelled=cancelled,
+        most=most, beyond=beyond,
     )  # fmt: skip
 
 
 @single_threaded
-def rise_at(fit: FitView, name: str, value: float, iterations: int = 30) -> tuple[float, float]:
+def rise_at(fit: FitView, name: str, value: float) -> tuple[float, float]:
     """Return the rise of the sum of squares with a parameter held at `value` (SI), and the limit.
 
     The value lies in the 95 % profile interval of a single valley if the rise is below the limit.
@@ -141,7 +131,7 @@ def rise_at(fit: FitView, name: str, value: float, iterations: int = 30) -> tupl
     if (u.free.log and value <= 0) or not u.lower <= value <= u.upper:
         return float("inf"), _threshold(fit, fit.inflation(name))
     stack = _held(fit.stack, held={u.place: u.free.theta(value)})
-    total, _ = _refitted(stack, fit.point, iterations)
+    total, _ = _refitted(stack, fit.point)
     return total - fit.sum_of_squares, _threshold(fit, fit.inflation(name))
 
 
@@ -150,8 +140,8 @@ def _threshold(fit: FitView, inflation: float) -> float:
     return threshold_of(fit.variance, freedom, inflation)
 
 
-def _refitted(stack: HeldStack, start: JointPoint, iterations: int) -> tuple[float, JointPoint]:
-    made = minimise(stack, start, max_iterations=iterations, tolerance=1e-7)
+def _refitted(stack: HeldStack, start: JointPoint) -> tuple[float, JointPoint]:
+    made = minimise(stack, start, max_iterations=30, tolerance=1e-7)
     if not np.isfinite(made.cost):
         return float("inf"), start
     return sum_of_squares(stack, made.evaluations, made.point), made.point

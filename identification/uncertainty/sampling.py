@@ -9,17 +9,16 @@ judged by the autocorrelation time and by the split R-hat of Gelman et al. (Baye
 
 from __future__ import annotations
 
-import importlib
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from bondgraph.signals.files.checks import optional
 from bondgraph.support.arrays import FloatArray
-from bondgraph.support.errors import BondsightError, UnusableInput, unknown_name
+from bondgraph.support.errors import BondsightError, UnusableInput
 from identification.estimation.threads import single_threaded
-from identification.report.tables import library
 from identification.study.joint import JointPoint
 from identification.uncertainty.fitted import FitView, sum_of_squares
 
@@ -65,20 +64,14 @@ class Sample:
         made = np.quantile(self.flat, q, axis=0)
         return {n: tuple(map(float, made[:, i])) for i, n in enumerate(self.names)}
 
-    def of(self, name: str) -> FloatArray:
-        """Return the draws of a parameter, shape (n_draws,)."""
-        if name not in self.names:
-            raise unknown_name("parameter", name, "the sample", self.names)
-        return self.flat[:, self.names.index(name)]
-
     def to_pandas(self) -> Any:
         """Return a data frame of all draws (needs pandas)."""
-        pd = library("pandas", "to_pandas")
+        pd = optional("pandas", "to_pandas", "tables")
         return pd.DataFrame(self.flat, columns=list(self.names))
 
     def to_xarray(self) -> Any:
         """Return a data set with dimensions walker and step (needs xarray)."""
-        xr = library("xarray", "to_xarray")
+        xr = optional("xarray", "to_xarray", "tables")
         return xr.Dataset(
             {
                 n: (("walker", "step"), self.draws[:, :, i].T, {"units": u})
@@ -137,10 +130,7 @@ def draw(
     spread : ndarray, shape (n,) or (n, n)
         Standard deviations of the first walkers, or a root of their covariance.
     """
-    try:
-        emcee: Any = importlib.import_module("emcee")
-    except ImportError:
-        raise BondsightError("sampling needs emcee: pip install 'bondsight[sampling]'") from None
+    emcee = optional("emcee", "sampling", "sampling")
     n = start.size
     many = walkers or max(4 * n, 16)
     if many < 2 * n:

@@ -20,7 +20,7 @@ from bondgraph.analysis.kalman import null_vectors
 from bondgraph.equations.derivation import equations
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.sensors import Sensor
-from bondgraph.support.errors import UnusableInput, unknown_name
+from bondgraph.support.errors import UnusableInput, require_known
 from bondgraph.support.spelled import spelled
 from identification.uncertainty.combinations import Combination, FlatBlock, flat_blocks
 from identification.uncertainty.joint_sensitivities import rich_nulls
@@ -163,9 +163,7 @@ def _free(graph: BondGraph, free: Sequence[str] | None) -> tuple[str, ...]:
     known = dict(equations(graph).parameters)
     known |= {n: p for n, p in graph.parameters.items() if n not in known}
     if free is not None:
-        for n in free:
-            if n not in known:
-                raise unknown_name("parameter", n, graph.name, known)
+        require_known("parameter", graph.name, known, *free)
     names = tuple(free) if free is not None else tuple(n for n, p in known.items() if not p.fixed)
     if not names:
         raise UnusableInput(f"{graph.name}: no parameter is free; name some with free=")

@@ -15,7 +15,6 @@ from identification.uncertainty.combinations import Combination, FlatBlock
 from identification.uncertainty.fitted import FitView
 from identification.uncertainty.information import Information
 from identification.uncertainty.postflight import practical_of
-from identification.uncertainty.practical import Limits
 from identification.uncertainty.weighted_sums import WeightedSum, weighted_sum
 
 
@@ -107,14 +106,14 @@ def tied(view: FitView) -> tuple[Tied, ...]:
     try:
         with np.errstate(all="ignore"):
             seen = view.restored()
-            known = practical_of(replace(seen, parameters=loose), ALL)
-            here = known if seen is view else practical_of(replace(view, parameters=loose), ALL)
+            known = practical_of(replace(seen, parameters=loose), dead=0.0)
+            here = (
+                known if seen is view
+                else practical_of(replace(view, parameters=loose), dead=0.0)
+            )  # fmt: skip
     except (BondsightError, np.linalg.LinAlgError):
         return ()
     return tuple(_tied(b, view, here.information) for b in known.flat if len(b.names) > 1)
-
-
-ALL = Limits(dead=0.0)
 
 
 def _tied(b: FlatBlock, view: FitView, info: Information) -> Tied:

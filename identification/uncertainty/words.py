@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from textwrap import indent
 
 from identification.uncertainty.extra_sensor import SensorGain
 from identification.uncertainty.finding import Finding
 from identification.uncertainty.information import Information
 from identification.uncertainty.practical import Practical
 from identification.uncertainty.profile import Profile
-from identification.uncertainty.sampling import Sample
 from identification.uncertainty.structural import StructuralIdentifiability
 
 DOUBT = " (if the model were right: it leaves out more than noise)"
@@ -38,7 +38,6 @@ def report(
     plain: Information | None = None,
     robust: Information | None = None,
     profiles: Sequence[Profile] = (),
-    sample: Sample | None = None,
     after: Sequence[Finding] = (),
 ) -> str:
     """Return one text of all parts that are given, the verdict first.
@@ -51,32 +50,30 @@ def report(
         Of `preflight` and `postflight`; kinds that `practical` says already are left out.
     practical, plain, robust
         Of `practical_of` and of a `Fitted`.
-    profiles, sample
-        Of `profiles` and `sample`.
+    profiles
+        Of `profiles`.
     """
     parts: list[str] = []
     if practical is not None:
         doubt = any(f.kind == "misfit" for f in after)
         parts.append(_verdict(practical) + (DOUBT if doubt else ""))
     if structure is not None:
-        parts.append(f"by structure\n{_indented(str(structure))}")
+        parts.append(f"by structure\n{indent(str(structure), '  ')}")
     if sensors:
-        parts.append("a further sensor would help\n" + _indented("\n".join(map(str, sensors))))
+        parts.append("a further sensor would help\n" + indent("\n".join(map(str, sensors)), "  "))
     if before:
-        parts.append("before the fit\n" + _indented("\n".join(map(str, before))))
+        parts.append("before the fit\n" + indent("\n".join(map(str, before)), "  "))
     if plain is not None:
         parts.append("values and 95 % intervals, SI\n" + intervals(plain, robust))
     if practical is not None and practical.statements:
-        parts.append("by the data\n" + _indented("\n".join(map(str, practical.statements))))
+        parts.append("by the data\n" + indent("\n".join(map(str, practical.statements)), "  "))
     if profiles:
         words = [f"{p} [{p.shape}]" for p in profiles]
-        parts.append("profiles\n" + _indented("\n".join(words)))
-    if sample is not None:
-        parts.append(f"sample\n{_indented(str(sample))}")
+        parts.append("profiles\n" + indent("\n".join(words), "  "))
     known = {s.kind for s in practical.statements} if practical is not None else set()
     rest = [f for f in after if f.kind not in known]
     if rest:
-        parts.append("after the fit\n" + _indented("\n".join(map(str, rest))))
+        parts.append("after the fit\n" + indent("\n".join(map(str, rest)), "  "))
     return "\n".join(parts)
 
 
@@ -88,7 +85,3 @@ def _verdict(p: Practical) -> str:
     if not p.pinned:
         return f"the data determine none of {len(every)} parameters by itself"
     return f"the data determine {len(p.pinned)} of {len(every)} parameters: {', '.join(p.pinned)}"
-
-
-def _indented(text: str) -> str:
-    return "\n".join(f"  {line}" for line in text.splitlines())

@@ -6,9 +6,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from bondgraph.signals.files.checks import optional
 from identification.report import html
 from identification.report.numbers import quantity, short, times_noise
-from identification.report.tables import aligned, library
+from identification.report.tables import aligned
 from identification.validation.tables import ends, value
 
 if TYPE_CHECKING:
@@ -17,10 +18,8 @@ if TYPE_CHECKING:
 
 def heads(c: Comparison) -> list[str]:
     """Return the columns of the table of fits."""
-    several = len(c.best.judgement.material.records) > 1
-    readings = [
-        f"{x.channel} of {x.record}" if several else x.channel for x in c.best.judgement.channels
-    ]
+    best = c.best.judgement
+    readings = [best.material.label(x.channel, x.record) for x in best.channels]
     return [
         "fit", "error / noise", *(f"rms error {r}" for r in readings),
         "fitted numbers", "dAICc", "dBIC", "z behind", "standing",
@@ -103,7 +102,7 @@ def html_parts(c: Comparison) -> tuple[str, str, str]:
 
 def frame(c: Comparison) -> Any:
     """Return a DataFrame: one row a fit; errors, criteria and parameters as columns, SI."""
-    pd = library("pandas", "to_pandas")
+    pd = optional("pandas", "to_pandas", "tables")
     records = []
     for x in c.contestants:
         row: dict[str, Any] = {"fit": x.name, "chi2": x.held_out, "behind": x.behind, "p": x.p}

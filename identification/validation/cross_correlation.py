@@ -112,7 +112,6 @@ def cross_correlation(
     dt: float = 1.0,
     usable: Array | None = None,
     *,
-    lags: int | None = None,
     channel: str = "residual",
     name: str = "input",
     level: float = 0.05,
@@ -127,8 +126,6 @@ def cross_correlation(
     residual, drive : ndarray, shape (N,)
     dt : float, s
     usable : ndarray of bool, shape (N,), optional
-    lags : int, optional
-        Largest lag; ``10 log10 N`` if not given.
     level : float
         Chance of a false alarm of each of the two tests; divide 0.05 by the number of tests made.
 
@@ -145,7 +142,7 @@ def cross_correlation(
     u = np.asarray(drive, float)
     if not np.ptp(u[good]) > 0:
         raise UnusableInput(f"{name} does not move where {channel} is scored; nothing to follow")
-    m = int(max(1, min(lags if lags is not None else round(10 * np.log10(n)), n // 8)))
+    m = int(max(1, min(round(10 * np.log10(n)), n // 8)))
     e_pieces, u_pieces = _whitened(residual, u, good, m)
     n = sum(p.size for p in e_pieces)
     sums = correlate(e_pieces, u_pieces, m)

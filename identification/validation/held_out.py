@@ -8,7 +8,7 @@ import numpy as np
 
 from bondgraph.support.arrays import Array
 from identification.statistics.bootstrap import mean_interval
-from identification.validation.validation_data import ValidationData, ValidationRecord
+from identification.validation.validation_data import ValidationRecord
 
 
 @dataclass(frozen=True)
@@ -26,13 +26,10 @@ class Error:
     rmse_ci : (float, float), SI
         95 % interval from a block bootstrap of the squares; NaN if the part is shorter than
         eight blocks.
-    nrmse : float
-        `rmse` over the standard deviation of the reading on the part.
     fit : float
-        ``100 (1 - nrmse)``, in per cent.
+        100 % less `rmse` in per cent of the standard deviation of the reading on the part.
     bias : float, SI
         Mean of the residual.
-    bias_ci : (float, float), SI
     chi2, chi2_ci
         Mean square residual over the squared noise floor: 1 is the noise.
     worst : float, SI
@@ -47,10 +44,8 @@ class Error:
     floor: float
     rmse: float
     rmse_ci: tuple[float, float]
-    nrmse: float
     fit: float
     bias: float
-    bias_ci: tuple[float, float]
     chi2: float
     chi2_ci: tuple[float, float]
     worst: float
@@ -87,7 +82,7 @@ def error_of(
     n, nan = residual.size, float("nan")
     if n == 0:
         none = (nan, nan)
-        return Error(*labels, 0, floor, nan, none, nan, nan, nan, none, nan, none, nan)
+        return Error(*labels, 0, floor, nan, none, nan, nan, nan, none, nan)
     square = residual**2
     mean = float(square.mean())
     low, high = mean_interval(square)
@@ -95,26 +90,7 @@ def error_of(
     rmse, spread = float(np.sqrt(mean)), float(measured.std())
     nrmse = rmse / spread if spread > 0 else float("inf")
     return Error(
-        *labels,
-        n,
-        floor,
-        rmse,
-        (float(np.sqrt(low)), float(np.sqrt(high))),
-        nrmse,
-        100.0 * (1.0 - nrmse),
-        float(residual.mean()),
-        mean_interval(residual),
-        mean / floor**2,
-        (low / floor**2, high / floor**2),
-        float(np.abs(residual).max()),
-    )
-
-
-def errors(material: ValidationData) -> tuple[Error, ...]:
-    """Errors of every record and reading, training before held out."""
-    return tuple(
-        error(r, c, part)
-        for r in material.records
-        for c in range(len(r.names))
-        for part in ("train", "test")
-    )
+        *labels, n, floor, rmse, (float(np.sqrt(low)), float(np.sqrt(high))),
+        100.0 * (1.0 - nrmse), float(residual.mean()), mean / floor**2,
+        (low / floor**2, high / floor**2), float(np.abs(residual).max()),
+    )  # fmt: skip

@@ -29,14 +29,13 @@ def remarks(
     separated: tuple[Separated, ...] = (),
 ) -> tuple[Remark, ...]:
     """Return all remarks, faults first, then notes, then what is fine."""
-    several = len(material.records) > 1
-    found = [*_far(channels, several), *_ending(material), *map(note, material.notes)]
+    found = [*_far(channels, material), *_ending(material), *map(note, material.notes)]
     for c in channels:
-        where = _where(c, several)
+        where = material.label(c.channel, c.record)
         for said in (_level, _gap, _memory, _timing, _inputs):
             found += said(c, where)
     for s in separated:
-        found += _distortion(s, several)
+        found += _distortion(s, material)
     found += parameter_remarks(material)
     order = (Weight.FAULT, Weight.NOTE, Weight.FINE)
     return tuple(sorted(found, key=lambda r: order.index(r.weight)))
@@ -46,12 +45,10 @@ FAR = 5.0
 """Times the noise from which nothing else that is said of a fit means much."""
 
 
-def _where(c: ChannelJudgement, several: bool) -> str:
-    return f"{c.channel} of {c.record}" if several else c.channel
-
-
-def _far(channels: tuple[ChannelJudgement, ...], several: bool) -> Iterator[Remark]:
-    over = [(times_noise(c.judged.chi2), _where(c, several)) for c in channels if c.judged.n]
+def _far(channels: tuple[ChannelJudgement, ...], m: ValidationData) -> Iterator[Remark]:
+    over = [
+        (times_noise(c.judged.chi2), m.label(c.channel, c.record)) for c in channels if c.judged.n
+    ]
     worst = sorted((o for o in over if o[0] >= FAR), reverse=True)
     if worst:
         told = listed([f"{short(times, 3)} times that of {name}" for times, name in worst[:3]])
@@ -183,14 +180,13 @@ def _distorts(level: DistortionLevel) -> float:
     return float(np.nan_to_num(max(odd, even)))
 
 
-def _distortion(s: Separated, several: bool) -> Iterator[Remark]:
+def _distortion(s: Separated, m: ValidationData) -> Iterator[Remark]:
     """Where the drive repeats: is the residual noise, and does the plant distort."""
     for name in s.reading.outputs:
         level, left = s.reading.level(name), s.left(name)
         if not (np.isfinite(left) and level.linear > 0 and level.noise > 0):
             continue
-        said = f"{name} of {s.record}: {s.words(name).removeprefix(f'{name}: ')}"
-        said = said if several else s.words(name)
+        said = f"{m.label(name, s.record)}: {s.words(name).removeprefix(f'{name}: ')}"
         if left <= 1.5 * level.noise:
             yield fine(said)
         elif _distorts(level) > 0.1 * left:

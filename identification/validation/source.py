@@ -7,13 +7,14 @@ from dataclasses import replace
 
 import numpy as np
 
+from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.sensors import Sensor
 from bondgraph.support.errors import BondsightError
 from identification.estimation.estimates import Estimate
 from identification.estimation.result import Estimation
+from identification.estimation.settling import sizes
 from identification.estimation.single_record import Fit
-from identification.study.problem import Problem
-from identification.study.residual import windows
+from identification.study.joint import stack_of
 from identification.uncertainty.fitted import from_estimation as fit_view
 from identification.uncertainty.tied import Tied, remark_on, tied
 from identification.validation.parameter_remarks import is_wide
@@ -36,19 +37,13 @@ def from_fit(fit: Fit) -> ValidationData:
         data.name, data.time, data.names, units, data.readings, fit.simulated, data.floor,
         data.mask("train"), data.mask("test"), dict(data.commands), data.sha256,
     )  # fmt: skip
-    declared = problem.graph.parameters
-    numbers = tuple(
-        replace(number(e), nominal=float(declared[e.name].value)) if e.name in declared
-        else number(e)
-        for e in fit.estimates
-    )  # fmt: skip
     run = FREE_RUN
     if problem.window is not None:
         run = f"windows of {problem.window} samples, each with an initial state of its own"
     return ValidationData(
-        problem.graph.name, (record,), numbers,
-        len(fit.estimates) + len(fit.nuisances) + _states(problem), fit.status.value, run,
-        nuisances=tuple(number(e) for e in fit.nuisances), states=_states(problem),
+        problem.graph.name, (record,), tuple(_numbers(fit.estimates, problem.graph)),
+        sizes(stack_of((problem,)))[1], fit.status.value, run,
+        nuisances=tuple(map(number, fit.nuisances)), states=_states(problem),
     )  # fmt: skip
 
 
@@ -61,26 +56,32 @@ def from_estimation(found: Estimation, kinds: Mapping[str, str] | None = None) -
         What a profile said about a parameter, in a word, by name.
     """
     study, stack = found.study, found.stack
-    declared = study.graph.parameters
-    numbers = []
-    for e in found.estimates:
-        plain = e.name.split(" @")[0]
-        nominal = float(declared[plain].value) if plain in declared else float("nan")
-        kind = (kinds or {}).get(e.name, "")
-        numbers.append(replace(number(e), nominal=nominal, kind=kind))
+    numbers = _numbers(found.estimates, study.graph, kinds)
     together = _tied(found, numbers)
     numbers = [replace(n, only=remark_on(n.name, together)) for n in numbers]
-    lower, upper = stack.bounds
     states = sum(map(_states, stack.problems))
-    unknowns = int(np.sum(upper > lower)) + states
     orders = sum(max(v.size - 1, 0) for w in found.setting.whitening for v in w)
     at = [stack.names.index(e.name) for e in found.estimates]
     records = tuple(_record(found, r) for r in range(len(study.records)))
     return ValidationData(
-        study.graph.name, records, tuple(numbers), unknowns + orders, found.status.value,
-        _run_words(found), (), tuple(number(e) for e in found.nuisances),
+        study.graph.name, records, tuple(numbers), sizes(stack)[1] + orders, found.status.value,
+        _run_words(found), (), tuple(map(number, found.nuisances)),
         correlations(found.covariance)[np.ix_(at, at)], tuple(found.notes), together, states,
     )  # fmt: skip
+
+
+def _numbers(
+    estimates: Sequence[Estimate], graph: BondGraph, kinds: Mapping[str, str] | None = None
+) -> list[Number]:
+    """Return estimates with what was declared before the fit, and what a profile said."""
+    declared = {n: float(p.value) for n, p in graph.parameters.items()}
+    return [
+        replace(
+            number(e), nominal=declared.get(e.name.split(" @")[0], float("nan")),
+            kind=(kinds or {}).get(e.name, ""),
+        )
+        for e in estimates
+    ]  # fmt: skip
 
 
 def _tied(found: Estimation, numbers: Sequence[Number]) -> tuple[Tied, ...]:
@@ -103,11 +104,6 @@ def _record(found: Estimation, r: int) -> ValidationRecord:
         found.floors[r], data.mask("train"), data.mask("test"), dict(data.commands),
         study.records[r].sha256, tuple(whitening),
     )  # fmt: skip
-
-
-def _states(problem: Problem) -> int:
-    trained = problem.data.mask("train")
-    return int(problem.free_states.size) * sum(bool(trained[w].any()) for w in windows(problem))
 
 
 def _run_words(found: Estimation) -> str:

@@ -13,6 +13,7 @@ import numpy as np
 
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import UnusableInput
+from identification.estimation.estimates import Estimate
 from identification.statistics.autoregression import innovations
 from identification.uncertainty.tied import Tied
 
@@ -110,8 +111,8 @@ class ValidationRecord:
 
 
 @dataclass(frozen=True)
-class Number:
-    """A fitted number with its 95 % interval.
+class Number(Estimate):
+    """A fitted number beside what was declared, and what is said of it.
 
     Attributes
     ----------
@@ -123,11 +124,6 @@ class Number:
         Stands instead of an interval where it is told only together with others.
     """
 
-    name: str
-    value: float
-    unit: str
-    ci95: tuple[float, float]
-    at_bound: bool = False
     nominal: float = float("nan")
     kind: str = ""
     only: str = ""
@@ -175,6 +171,10 @@ class ValidationData:
     tied: tuple[Tied, ...] = ()
     states: int = 0
 
+    def label(self, channel: str, record: str) -> str:
+        """Return the name of a reading, with its record where there are several."""
+        return f"{channel} of {record}" if len(self.records) > 1 else channel
+
     def __post_init__(self) -> None:
         """Refuse an empty judgement."""
         if not self.records:
@@ -185,8 +185,3 @@ class ValidationData:
                 f"{self.model}: two records are called {max(names, key=names.count)!r}; "
                 "rename one, or the tables cannot tell them apart"
             )
-
-    @property
-    def scored(self) -> int:
-        """Training samples times readings."""
-        return sum(int(r.train.sum()) * len(r.names) for r in self.records)

@@ -19,7 +19,7 @@ from identification.experiments.design.loops import reversal_curves
 from identification.experiments.design.multisine import multisine
 from identification.experiments.design.optimal import optimal_multisine
 from identification.experiments.design.sweep import sweep
-from identification.experiments.design.verification import verify
+from tests.identification.experiments.design.verification import verify
 from tests.spring import spring
 
 

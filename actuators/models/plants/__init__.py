@@ -26,7 +26,7 @@ from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.drives import Drive
 from bondgraph.graph.elements import Source
 from bondgraph.graph.parameter import Parameter
-from bondgraph.support.errors import unknown_name
+from bondgraph.support.errors import require_known
 
 PLANT_MODELS: MappingProxyType[str, Callable[[Sequence[str] | None], BondGraph]] = MappingProxyType(
     {
@@ -66,8 +66,7 @@ def plant_model(plant: str, sensors: Sequence[str] | None = None, delay: float =
     UnknownName
         If there is no such plant or sensor.
     """
-    if plant not in PLANT_MODELS:
-        raise unknown_name("plant", plant, "the virtual plants", PLANT_MODELS)
+    require_known("plant", "the virtual plants", PLANT_MODELS, plant)
     graph = PLANT_MODELS[plant](sensors)
     if delay <= 0.0:
         return graph

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from bondgraph.support.errors import UnusableInput, unknown_name
+from bondgraph.support.errors import UnusableInput, require_known
 
 SPREAD = 3.0
 """A drawing or a data sheet knows a value within this factor."""
@@ -20,9 +20,7 @@ def wanted(plant: str, known: tuple[str, ...], sensors: Sequence[str] | None) ->
     """
     if sensors is None:
         return known
-    for name in sensors:
-        if name not in known:
-            raise unknown_name("sensor", name, plant, known)
+    require_known("sensor", plant, known, *sensors)
     if not sensors:
         raise UnusableInput(f"{plant}: name at least one sensor of {', '.join(known)}")
     return tuple(n for n in known if n in sensors)

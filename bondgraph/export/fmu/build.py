@@ -15,7 +15,7 @@ from bondgraph.export.fmu.equations import Equations, equations
 from bondgraph.export.fmu.names import identifier
 from bondgraph.export.fmu.sizes import size_header, state_sizes
 from bondgraph.export.fmu.variables import variables
-from bondgraph.support.errors import UnusableInput, unknown_name
+from bondgraph.support.errors import UnusableInput, require_known
 
 _SHARED = ("model.h", "model.c", "linear.c", "values.c")
 _OWN = {
@@ -115,8 +115,7 @@ def fmu3_model_exchange(
     found = equations(program)
     sizes = [float(s) for s in state_sizes(program, found)]
     for state, size in (nominal or {}).items():
-        if state not in program.states:
-            raise unknown_name("state", state, program.name, program.states)
+        require_known("state", program.name, program.states, state)
         if not (math.isfinite(size) and size > 0.0):
             raise UnusableInput(f"FMU of {program.name}: nominal size {size} of {state}: give > 0")
         sizes[program.states.index(state)] = float(size)

@@ -12,7 +12,7 @@ from bondgraph.graph.composing.renaming import declared_parameters, mentioned_na
 from bondgraph.graph.elements import C, TwoPort
 from bondgraph.graph.parameter import Parameter
 from bondgraph.signals.units import parse_unit
-from bondgraph.support.errors import GraphError, UnusableInput, unknown_name
+from bondgraph.support.errors import GraphError, UnusableInput, require_known, unknown_name
 
 Binding: TypeAlias = float | str | Any
 """A number, the name of a parameter outside, or a SymPy expression of parameters outside."""
@@ -49,8 +49,7 @@ def bound(
 def _outside(outer: BondGraph, where: str, binding: Binding) -> sp.Expr:
     """Return the expression a binding stands for."""
     if isinstance(binding, str):
-        if binding not in outer.parameters:
-            raise unknown_name("parameter", binding, f"{outer.name}, for {where}", outer.parameters)
+        require_known("parameter", f"{outer.name}, for {where}", outer.parameters, binding)
         return outer.parameters[binding].symbol
     if not isinstance(binding, sp.Expr):
         raise GraphError(

@@ -31,7 +31,7 @@ from bondgraph.graph.composing.renaming import (
     set_numbers,
 )
 from bondgraph.graph.elements import Element, Junction, One, Zero
-from bondgraph.support.errors import GraphError, nearest, unknown_name
+from bondgraph.support.errors import GraphError, nearest, require_known, unknown_name
 
 _COMMON = ("", "effort", "flow")
 
@@ -99,14 +99,12 @@ class Instance:
 
     def port(self, name: str) -> Element:
         """Return a port; a typo is answered with the nearest names."""
-        if name not in self.ports:
-            raise unknown_name("port", name, self.name, self.ports)
+        require_known("port", self.name, self.ports, name)
         return self.ports[name]
 
     def __getitem__(self, name: str) -> Element:
         """Element by its name inside the sub-graph."""
-        if name not in self.elements:
-            raise unknown_name("element", name, self.name, self.elements)
+        require_known("element", self.name, self.elements, name)
         return self.elements[name]
 
     def __getattr__(self, name: str) -> Element:

@@ -11,7 +11,7 @@ from typing import Any
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.composing.binding import Binding
 from bondgraph.graph.composing.hierarchy import Instance, use
-from bondgraph.support.errors import GraphError, unknown_name
+from bondgraph.support.errors import GraphError, require_known
 
 Factory = Callable[..., BondGraph]
 _making: ContextVar[tuple[str, ...]] = ContextVar("bondgraph_library_making", default=())
@@ -47,8 +47,7 @@ class ComponentLibrary:
 
     def __getitem__(self, name: str) -> Factory:
         """Return a factory by name; a typo is answered with the nearest names."""
-        if name not in self.factories:
-            raise unknown_name("component", name, self.name, self.factories)
+        require_known("component", self.name, self.factories, name)
         return self.factories[name]
 
     def with_component(self, factory: Factory, name: str | None = None) -> ComponentLibrary:

@@ -21,7 +21,7 @@ from bondgraph.simulation.modes.states import Mode
 from bondgraph.simulation.simulate import require_finite, rested
 from bondgraph.simulation.start import inputs_of
 from bondgraph.support.arrays import Array
-from bondgraph.support.errors import unknown_name
+from bondgraph.support.errors import require_known
 
 if TYPE_CHECKING:
     from bondgraph.simulation.lure import Compiled
@@ -43,9 +43,7 @@ class ExactMode(ModeRun):
 
         super().__init__(mode, inputs, accuracy, (*compiled.model.output_names, *compiled.observed))
         self.compiled = compiled
-        for name in inputs.commands:
-            if name not in compiled.inputs:
-                raise unknown_name("input", name, compiled.model.name, compiled.inputs)
+        require_known("input", compiled.model.name, compiled.inputs, *inputs.commands)
         self.p = compiled.vector(parameters)
         require_finite(compiled, self.p)
         self._matrices = continuous(compiled, self.p)

@@ -13,7 +13,7 @@ from bondgraph.simulation.exact_run import Memories
 from bondgraph.simulation.modes.inputs import SHORT, Inputs
 from bondgraph.simulation.modes.states import Mode
 from bondgraph.support.arrays import Array
-from bondgraph.support.errors import unknown_name
+from bondgraph.support.errors import require_known
 
 
 @dataclass(frozen=True)
@@ -123,9 +123,7 @@ class ModeRun(ABC):
     def begun(self, start: Mapping[str, float]) -> ModeState:
         """Return the state at the first sample: at rest, but for what is given by name."""
         states = self.mode.states
-        for name in start:
-            if name not in states:
-                raise unknown_name("state", name, f"mode {self.mode.text}", states)
+        require_known("state", f"mode {self.mode.text}", states, *start)
         if start and all(n in start for n in states):
             return ModeState(np.array([float(start[n]) for n in states]), {})
         x, memory = self.rest()

@@ -15,7 +15,7 @@ from itertools import product
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.composing.renaming import apart, declared_parameters, rebuilt
 from bondgraph.graph.elements import X0, Element, MSe, MSf, One, Switched, Zero
-from bondgraph.support.errors import GraphError, unknown_name
+from bondgraph.support.errors import GraphError, require_known
 
 MOST_MODES = 2**10
 """So many modes are listed at most."""
@@ -100,8 +100,7 @@ def modes(graph: BondGraph) -> Iterator[tuple[dict[str, bool], BondGraph]]:
 def _full(graph: BondGraph, mode: Mapping[str, bool]) -> dict[str, bool]:
     state = mode_of(graph)
     for name, on in mode.items():
-        if name not in state:
-            raise unknown_name("switched junction", name, graph.name, state)
+        require_known("switched junction", graph.name, state, name)
         if not isinstance(on, bool):
             raise GraphError(f"{graph.name}: mode of {name} is {on!r}; give True (on) or False")
         state[name] = on

@@ -25,7 +25,7 @@ from bondgraph.simulation.start import checked_commands, usual_hold
 from bondgraph.simulation.timing import is_timed, read, sent, without_timing
 from bondgraph.simulation.trajectory import Trajectory
 from bondgraph.support.arrays import Array
-from bondgraph.support.errors import GraphError, UnusableInput, unknown_name
+from bondgraph.support.errors import GraphError, UnusableInput, require_known
 
 Schedule = Sequence[tuple[float, Mapping[str, bool]]]
 """Times of switching (s, rising) and what each changes."""
@@ -120,8 +120,7 @@ def simulate_modes(
     grid = _checked_grid(graph, time)
     given = checked_commands(graph.name, commands, grid)
     hold = hold or usual_hold(graph, ())
-    if hold not in ("linear", "hold"):
-        raise unknown_name("inter-sample behaviour", hold, "simulate_modes", ("linear", "hold"))
+    require_known("inter-sample behaviour", "simulate_modes", ("linear", "hold"), hold)
     if hold == "hold" and (by := [s.name for s in graph.of_type(Source) if s.given == "integral"]):
         raise UnusableInput(
             f"{graph.name}: the equations need the rate of what is recorded of {by[0]}, but an "
@@ -167,8 +166,7 @@ def _stretches(
             found.append((begin, float(t), set_there))
             begin, set_there = float(t), {}
         for name, on in changes.items():
-            if name not in mode:
-                raise unknown_name("switched junction", name, graph.name, mode)
+            require_known("switched junction", graph.name, mode, name)
             set_there[name] = on
     if grid[-1] - begin > slack:
         found.append((begin, float(grid[-1]), set_there))

@@ -17,7 +17,13 @@ from bondgraph.graph.sensors import Reading, Sensor
 from bondgraph.simulation.modes.guards import Guard, When
 from bondgraph.simulation.modes.resolve import mode_of, off_source
 from bondgraph.support.arrays import Array
-from bondgraph.support.errors import GraphError, UnusableInput, real_number, unknown_name
+from bondgraph.support.errors import (
+    GraphError,
+    UnusableInput,
+    real_number,
+    require_known,
+    unknown_name,
+)
 
 
 @dataclass(frozen=True)
@@ -135,8 +141,7 @@ class Watch:
     def _number(self, junction: str, value: Value) -> float:
         where = f"{self.graph.name}: level of the guard of {junction}"
         if isinstance(value, str):
-            if value not in self.numbers:
-                raise unknown_name("parameter", value, where, self.numbers)
+            require_known("parameter", where, self.numbers, value)
             return real_number(where, self.numbers[value])
         if isinstance(value, sp.Basic):
             known = {p.symbol: n for n, p in self.graph.parameters.items()}
@@ -168,10 +173,9 @@ class Watch:
         graph = self.graph
         if isinstance(when.signal, str):
             sensors = {s.name: s for s in graph.of_type(Sensor)}
-            if when.signal not in sensors:
-                raise unknown_name(
-                    "sensor", when.signal, f"{graph.name} for the guard of {junction}", sensors
-                )
+            require_known(
+                "sensor", f"{graph.name} for the guard of {junction}", sensors, when.signal
+            )
             sensor = sensors[when.signal]
             if sensor.delay or sensor.clock:
                 raise UnusableInput(
@@ -204,8 +208,7 @@ def _checked_junctions(
     for guard in guards:
         if not isinstance(guard, Guard):
             raise GraphError(f"{graph.name}: events={guard!r}; give Guard(...)s")
-        if guard.junction not in known:
-            raise unknown_name("switched junction", guard.junction, graph.name, known)
+        require_known("switched junction", graph.name, known, guard.junction)
         if guard.junction in found:
             raise GraphError(
                 f"{graph.name}: {guard.junction} has two guards; give on and off in one"

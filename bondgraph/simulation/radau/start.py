@@ -16,7 +16,7 @@ from bondgraph.simulation.radau.memory import relaxed_at
 from bondgraph.simulation.radau.recorder import Key
 from bondgraph.simulation.start import missing, own_input
 from bondgraph.support.arrays import Array
-from bondgraph.support.errors import BondsightError, UnusableInput, unknown_name
+from bondgraph.support.errors import BondsightError, UnusableInput, require_known
 
 SOLVED = 1e-12
 LOOSE = 1e-7
@@ -41,9 +41,7 @@ def inputs_of(
         A second derivative of a command is needed and not given.
     """
     known: Sequence[str] = program.inputs
-    for name in commands:
-        if name not in known:
-            raise unknown_name("input", name, program.name, known)
+    require_known("input", program.name, known, *commands)
     u = np.empty((time.size, len(known)))
     for i, name in enumerate(known):
         given = commands.get(name, own_input(name, time.size))

@@ -6,8 +6,8 @@ from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from bondgraph.signals.files.checks import optional
 from bondgraph.support.errors import UnusableInput
-from identification.report.tables import library
 
 if TYPE_CHECKING:
     from bondgraph.drawing.panels import Panels
@@ -65,7 +65,7 @@ def table(d: Diagnosis) -> Any:
     """Return one row a finding as a data frame; the columns are keys of ``verdict.json``."""
     from identification.diagnosis.verdict import verdict
 
-    pandas = library("pandas", "to_pandas")
+    pandas = optional("pandas", "to_pandas", "tables")
     rows = [
         {
             "effect": f["effect"],

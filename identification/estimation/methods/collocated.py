@@ -17,7 +17,6 @@ from identification.study.joint import JointProblem
 from identification.study.problem import Problem
 from identification.study.residual import offset_scale, parameters_at, slots
 
-STAGES = 3
 TAPS = 4
 """Samples on either side of a late reading that its interpolation may take."""
 
@@ -69,7 +68,7 @@ class CollocatedRecord:
 
 def _staged(made: Program, problem: Problem, n_sub: int, last: int) -> tuple[Array, Array]:
     u = inputs_of(made, problem.data.commands, problem.data.time)
-    staged, nodes = stage_inputs(made, u, problem.data.dt, n_sub, problem.data.hold, STAGES)
+    staged, nodes = stage_inputs(made, u, problem.data.dt, n_sub, problem.data.hold)
     steps = (last - 1) * n_sub
     return staged[:, :steps], nodes[:, : steps + 1]
 
@@ -89,10 +88,8 @@ def record_of(
     if scales is None:
         scales = Scales(problem.state_scale[order], np.ones(n_z), np.ones(n_z))
     theta = ca.SX.sym("theta", stack.n)
-    step = step_of(
-        made, theta, _parameters(stack, r, made.parameters, theta), problem.data.names, scales,
-        STAGES,
-    )  # fmt: skip
+    p = _parameters(stack, r, made.parameters, theta)
+    step = step_of(made, theta, p, problem.data.names, scales)
     trained = np.flatnonzero(problem.data.mask("train"))
     last = min(problem.data.n, int(trained[-1]) + 1 + TAPS) if trained.size else 2
     u, nodes = _staged(made, problem, n_sub, last)

@@ -8,7 +8,7 @@ by steps four times shorter and allowed to the constraints (defect correction, S
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import ClassVar, final
 
 import numpy as np
@@ -17,11 +17,11 @@ from bondgraph.laws.law import Law
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import UnusableInput
 from identification.estimation.levenberg_marquardt import FitStatus
-from identification.estimation.methods.collocated import STAGES, CollocatedRecord, record_of
+from identification.estimation.methods.collocated import CollocatedRecord, record_of
 from identification.estimation.methods.interior_point import Found, Runner
 from identification.estimation.methods.method import FitOptions, FitTask, Method, MethodSolution
 from identification.estimation.methods.optimality import optimality, shifted
-from identification.estimation.methods.radau import march
+from identification.estimation.methods.radau import STAGES, march
 from identification.estimation.methods.trajectory import (
     followed,
     observed,
@@ -52,27 +52,14 @@ FINE_RUNS = (1, 4, 16)
 
 
 @final
-@dataclass(frozen=True)
 class Collocation(Method):
-    """For unstable and integrating plants of moderate length.
-
-    Attributes
-    ----------
-    hessian : {"exact", "gauss_newton"}
-        Of the Lagrangian; the second leaves out the curvature of the constraints.
-    wall_time : float
-        Longest time of one run of IPOPT, s.
-    """
-
-    hessian: str = "exact"
-    wall_time: float = 600.0
+    """For unstable and integrating plants of moderate length."""
 
     name: ClassVar[str] = "collocation"
-    memory: ClassVar[str] = "refused: what the memory keeps would need equations of its own"
     optimisers: ClassVar[tuple[str, ...]] = ("ipopt",)
 
     def check(self, study: Study) -> None:
-        """Refuse memory, jumps, dead times, clocks and windows."""
+        """Refuse memory, which needs equations of its own, jumps, dead times, clocks, windows."""
         instead = "use method='single_shooting'"
         for e in study.graph.elements.values():
             law, drive = getattr(e, "law", None), getattr(e, "drive", None)
@@ -119,7 +106,7 @@ class Collocation(Method):
         coarse = COARSE if options.tolerance <= ROUGH else LOOSE
         while True:
             made = programme(stack, records, w[: stack.n])
-            runner = Runner(made, options, trace, self.hessian, self.wall_time)
+            runner = Runner(made, options, trace)
             allowed = [np.zeros((r.step.n_x, r.steps)) for r in records]
             found = runner.run(w, allowed)
             reached.append((runner, found, np.inf))

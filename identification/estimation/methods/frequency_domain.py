@@ -16,12 +16,7 @@ from identification.estimation.covariance import inverse_information
 from identification.estimation.levenberg_marquardt import Descent
 from identification.estimation.methods.line_response import line_evaluation
 from identification.estimation.methods.method import FitTask, Method, MethodSolution
-from identification.estimation.methods.periodic_lines import (
-    Lines,
-    lines_of,
-    mixes,
-    require_lines,
-)
+from identification.estimation.methods.periodic_lines import Lines, lines_of, mixes, require_lines
 from identification.estimation.methods.steady_response import (
     Course,
     settled_course,
@@ -38,13 +33,11 @@ class FrequencyDomain(Method):
     """For periodic records; a run-in is left out, or fitted where it must be (linear models).
 
     The commands count as exact; offsets of sensors and of integrating states carry no
-    information and are found afterwards. Noise must be smooth in frequency, not white.
+    information and are found afterwards. Noise must be smooth in frequency, not white. Commands
+    repeat until memory runs its closed course; only that period is compared.
     """
 
     name: ClassVar[str] = "frequency_domain"
-    memory: ClassVar[str] = (
-        "the commands repeat until memory runs its closed course; only that period is compared"
-    )
 
     def check(self, study: Study) -> None:
         """Refuse laws, windows, clocks of their own and records that do not repeat."""

@@ -11,11 +11,19 @@ import numpy as np
 from bondgraph.support.arrays import Array
 from bondgraph.support.interrupts import Interrupts, interrupts
 from identification.estimation.levenberg_marquardt import FitStatus
-from identification.estimation.methods.collocated import STAGES
 from identification.estimation.methods.method import FitOptions
+from identification.estimation.methods.radau import STAGES
 from identification.estimation.methods.transcription import Programme
 
 LARGE = 1e19
+ENDED = {
+    "Solve_Succeeded": FitStatus.CONVERGED, "Solved_To_Acceptable_Level": FitStatus.CONVERGED,
+    "Maximum_Iterations_Exceeded": FitStatus.ITERATIONS,
+    "Maximum_WallTime_Exceeded": FitStatus.ITERATIONS,
+}  # fmt: skip
+"""What IPOPT says, in the words of a fit; all else is no progress."""
+LONGEST = 600.0
+"""Time of one run, s."""
 FEASIBLE = 1e-6
 """Gap of the constraints below which the cost alone decides which point is best."""
 
@@ -53,14 +61,7 @@ class Found:
 class Runner:
     """IPOPT for one programme."""
 
-    def __init__(
-        self,
-        made: Programme,
-        options: FitOptions,
-        trace: list[float],
-        hessian: str,
-        wall_time: float,
-    ) -> None:
+    def __init__(self, made: Programme, options: FitOptions, trace: list[float]) -> None:
         self.made, self.options, self.trace = made, options, trace
         self.problem = {"x": made.w, "p": made.p, "f": made.f, "g": made.g}
         self.watch = _Watch(self, made.w.numel(), made.g.numel(), made.p.numel())
@@ -72,24 +73,15 @@ class Runner:
         settings: dict[str, Any] = {
             **ipopt_settings(options.linear_solver),
             "ipopt.max_iter": max(options.max_iterations, 1),
-            "ipopt.max_wall_time": wall_time,
+            "ipopt.max_wall_time": LONGEST,
             "ipopt.tol": min(options.tolerance, 1e-8),
             "iteration_callback": self.watch,
         }
-        if hessian == "gauss_newton":
-            settings["hess_lag"] = self._squares()
         self.first = ca.nlpsol("collocation", "ipopt", self.problem, settings)
         settings["jac_g"] = self.first.get_function("nlp_jac_g")
         settings["hess_lag"] = self.first.get_function("nlp_hess_l")
         again = settings | {"ipopt.warm_start_init_point": "yes", "ipopt.mu_init": 1e-7}
         self.again = ca.nlpsol("collocation_again", "ipopt", self.problem, again)
-
-    def _squares(self) -> ca.Function:
-        made = self.made
-        lam_f, lam_g = ca.MX.sym("lam_f"), ca.MX.sym("lam_g", made.g.numel())
-        slope = ca.jacobian(made.residual, made.w)
-        whole = ca.triu(lam_f / made.count * (slope.T @ slope))
-        return ca.Function("squares", [made.w, made.p, lam_f, lam_g], [whole])
 
     def hold(self) -> None:
         """Fix the known initial states by their bounds; `run` fills in the values."""
@@ -125,12 +117,7 @@ class Runner:
         heard = self.watch.interrupted or self.watch.flag.heard
         if heard or said == "User_Requested_Stop":
             return self._kept(w, p, FitStatus.CANCELLED)
-        status = {
-            "Solve_Succeeded": FitStatus.CONVERGED,
-            "Solved_To_Acceptable_Level": FitStatus.CONVERGED,
-            "Maximum_Iterations_Exceeded": FitStatus.ITERATIONS,
-            "Maximum_WallTime_Exceeded": FitStatus.ITERATIONS,
-        }.get(said, FitStatus.NO_PROGRESS)
+        status = ENDED.get(said, FitStatus.NO_PROGRESS)
         if status is not FitStatus.CONVERGED:
             return self._kept(found, p, status)
         return Found(found, p, multipliers, out["lam_x"].full().ravel(), status, cost)

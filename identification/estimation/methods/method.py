@@ -1,4 +1,4 @@
-"""What every way of fitting offers, and what it says about memory."""
+"""What every way of fitting offers."""
 
 from __future__ import annotations
 
@@ -94,11 +94,10 @@ class FitTask:
 class Method(ABC):
     """A way to fit a study; subclasses are final and stateless.
 
-    `memory` says what becomes of hysteretic memory; `optimisers` names those it can use.
+    `optimisers` names those it can use.
     """
 
     name: ClassVar[str]
-    memory: ClassVar[str]
     optimisers: ClassVar[tuple[str, ...]] = ("gauss_newton",)
     hears_noise: ClassVar[bool] = False
     """Whether the method estimates the noise itself, so that one pass is enough."""

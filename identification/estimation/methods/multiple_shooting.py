@@ -45,13 +45,13 @@ STAGE_ITERATIONS = 12
 
 @final
 class MultipleShooting(Method):
-    """For long, unstable or integrating plants, and for poor start values."""
+    """For long, unstable or integrating plants, and for poor start values.
+
+    Memory runs on from window to window with its value; its derivatives end at each window, and the
+    free run finishes the fit.
+    """
 
     name: ClassVar[str] = "multiple_shooting"
-    memory: ClassVar[str] = (
-        "memory runs on from window to window with its value; its derivatives end at each window, "
-        "and the free run finishes the fit"
-    )
 
     def check(self, study: Study) -> None:
         """Refuse windows of the study, dead times and clocks: they reach over edges of windows."""

@@ -10,9 +10,8 @@ from scipy import sparse
 from scipy.sparse.linalg import splu
 
 from bondgraph.support.arrays import Array
-from identification.estimation.methods.collocated import STAGES
 from identification.estimation.methods.interior_point import Found, Runner
-from identification.estimation.methods.radau import march
+from identification.estimation.methods.radau import STAGES, march
 from identification.estimation.methods.transcription import Programme
 
 FINER = 4

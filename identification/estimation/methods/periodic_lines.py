@@ -43,8 +43,8 @@ class Lines:
         The mean period (Q = 1), or all periods if a transient is fitted.
     variance : ndarray, shape (F, n_y)
         ``E |noise|^2`` of one line of one of the Q periods.
-    period, count : int
-        Samples of a period; periods used.
+    period : int
+        Samples of a period.
     transient : bool
     words : str
     """
@@ -55,7 +55,6 @@ class Lines:
     y: NDArray[np.complex128]
     variance: Array
     period: int
-    count: int
     transient: bool
     words: str
 
@@ -142,17 +141,7 @@ def lines_of(problem: Problem) -> Lines:
         y = y.mean(axis=0, keepdims=True)
     # a record without noise still has that of its arithmetic
     least = (1e-9 * np.abs(y).max(axis=(0, 1))) ** 2 + 1e-300
-    return Lines(
-        omega,
-        drive,
-        u[at],
-        y[:, at],
-        np.maximum(variance, least),
-        n,
-        settled.count,
-        transient,
-        words,
-    )
+    return Lines(omega, drive, u[at], y[:, at], np.maximum(variance, least), n, transient, words)
 
 
 def _settled(every: Periods, names: tuple[str, ...], needed: bool) -> tuple[Periods, bool, str]:
@@ -199,8 +188,7 @@ def _chosen(problem: Problem, u: NDArray[np.complex128], n: int) -> NDArray[np.i
     at = np.flatnonzero(wanted)
     if mixes(problem):
         at = np.arange(1, min(HARMONICS * int(at[-1]), (n - 1) // 2) + 1)
-    offsets_free = problem.nuisances and problem.offsets
-    if not offsets_free and not _integrates(problem):
+    if not problem.offsets and not _integrates(problem):
         at = np.concatenate([[0], at])
     return at
 

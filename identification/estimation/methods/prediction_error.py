@@ -30,14 +30,13 @@ AWAY = 3.0
 
 @final
 class PredictionError(Method):
-    """Maximum likelihood of what a Kalman filter predicts one step ahead."""
+    """Maximum likelihood of what a Kalman filter predicts one step ahead.
+
+    Memory follows the filtered argument; its own uncertainty is left out.
+    """
 
     name: ClassVar[str] = "prediction_error"
     hears_noise: ClassVar[bool] = True
-    memory: ClassVar[str] = (
-        "memory follows the filtered argument, with exact derivatives; its own uncertainty is "
-        "left out"
-    )
 
     def check(self, study: Study) -> None:
         """Refuse dead times, clocks, windows, and laws that the step cannot follow."""

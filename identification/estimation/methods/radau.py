@@ -18,6 +18,7 @@ from bondgraph.signals.recorded_rates import slope_within
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import UnusableInput
 
+STAGES = 3
 NEWTON = 30
 SETTLED = 1e-11
 FINER = 8
@@ -67,35 +68,29 @@ class CollocationStep:
         ``(theta, x, z, u, t) -> y`` in SI, in the order of the readings.
     closing : casadi.Function
         ``(theta, x, z, u, t) -> equations of z``, scaled.
-    stages, n_x, n_z : int
+    n_x, n_z : int
     """
 
     defect: ca.Function
     newton: ca.Function
     reading: ca.Function
     closing: ca.Function
-    stages: int
     n_x: int
     n_z: int
 
 
 def step_of(
-    program: Program,
-    theta: ca.SX,
-    p: ca.SX,
-    outputs: tuple[str, ...],
-    scales: Scales,
-    stages: int,
+    program: Program, theta: ca.SX, p: ca.SX, outputs: tuple[str, ...], scales: Scales
 ) -> CollocationStep:
     """Functions of one step of `program` with parameters ``p(theta)``."""
     n_x, n_z, n_u = len(program.states), len(program.algebraic), len(program.inputs)
     size = n_x + n_z
-    c, a = tableau(stages)
-    x, v = ca.SX.sym("x", n_x), ca.SX.sym("v", size * stages)
-    u, t, h = ca.SX.sym("u", n_u * stages), ca.SX.sym("t"), ca.SX.sym("h")
+    c, a = tableau(STAGES)
+    x, v = ca.SX.sym("x", n_x), ca.SX.sym("v", size * STAGES)
+    u, t, h = ca.SX.sym("u", n_u * STAGES), ca.SX.sym("t"), ca.SX.sym("h")
     empty = ca.SX(0, 1)
     rates, closings = [], []
-    for i in range(stages):
+    for i in range(STAGES):
         own = v[i * size : (i + 1) * size]
         at = (
             t + c[i] * h, own[:n_x] * scales.x, own[n_x:] * scales.z,
@@ -104,9 +99,9 @@ def step_of(
         rates.append(program.rhs(*at)[0] / scales.x)
         closings.append(program.residual(*at) / scales.g)
     rows = []
-    for i in range(stages):
+    for i in range(STAGES):
         moved = x
-        for j in range(stages):
+        for j in range(STAGES):
             moved = moved + h * a[i, j] * rates[j]
         rows += [v[i * size : i * size + n_x] - moved, closings[i]]
     defect = ca.densify(ca.vertcat(*rows))
@@ -121,12 +116,12 @@ def step_of(
         ca.Function("newton", inputs, [defect, ca.densify(ca.jacobian(defect, v))], {"cse": True}),
         ca.Function("reading", [theta, x, z, one, t], [y], {"cse": True}),
         ca.Function("closing", [theta, x, z, one, t], [g], {"cse": True}),
-        stages, n_x, n_z,
+        n_x, n_z,
     )  # fmt: skip
 
 
 def stage_inputs(
-    program: Program, u: Array, dt: float, n_sub: int, hold: str, stages: int
+    program: Program, u: Array, dt: float, n_sub: int, hold: str
 ) -> tuple[Array, Array]:
     """Return the inputs at the stages and at the nodes.
 
@@ -144,7 +139,7 @@ def stage_inputs(
     from scipy.interpolate import CubicSpline
 
     n, n_u = u.shape[0] - 1, u.shape[1]
-    c = tableau(stages)[0]
+    c = tableau(STAGES)[0]
     part = (np.arange(n_sub)[:, None] + c[None, :]).ravel() / n_sub
     if hold == "hold":
         values = np.repeat(u[:-1, None], part.size, axis=1)
@@ -173,9 +168,9 @@ def stage_inputs(
             )
         values[:, :, column] = slopes[:, :, program.inputs.index(source)]
         first[column] = values[0, 0, column]
-    staged = values.reshape(n * n_sub, stages, n_u)
+    staged = values.reshape(n * n_sub, STAGES, n_u)
     nodes = np.concatenate([first[None], staged[:, -1]]).T
-    return staged.reshape(n * n_sub, stages * n_u).T, nodes
+    return staged.reshape(n * n_sub, STAGES * n_u).T, nodes
 
 
 def march(
@@ -204,10 +199,10 @@ def march(
     many = step.newton.map(count)
     wide = np.tile(np.asarray(theta)[:, None], (1, count))
     steps = np.full((1, count), h)
-    found = np.full((u.shape[0], size * step.stages, count), np.nan)
+    found = np.full((u.shape[0], size * STAGES, count), np.nan)
     now = begin
     for k in range(u.shape[0]):
-        v = np.tile(now, (step.stages, 1))
+        v = np.tile(now, (STAGES, 1))
         done = np.zeros(count, bool)
         for _ in range(NEWTON):
             value, slope = many(wide, now[: step.n_x], v, u[k], t[k][None], steps)

@@ -12,10 +12,9 @@ from identification.study.study import Study
 
 @final
 class SingleShooting(Method):
-    """Output error of the free run; the initial states are eliminated."""
+    """Output error of the free run; initial states are eliminated, memory has exact derivatives."""
 
     name: ClassVar[str] = "single_shooting"
-    memory: ClassVar[str] = "memory runs along with the simulation, with exact derivatives"
     optimisers: ClassVar[tuple[str, ...]] = ("gauss_newton", "ipopt")
 
     def check(self, study: Study) -> None:

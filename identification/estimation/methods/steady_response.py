@@ -11,12 +11,7 @@ from bondgraph.support.errors import UnusableInput
 from identification.estimation.methods.line_response import line_residuals
 from identification.estimation.methods.periodic_lines import Lines
 from identification.study.problem import Problem
-from identification.study.residual import (
-    Point,
-    ResidualEvaluation,
-    output_delays,
-    parameters_at,
-)
+from identification.study.residual import Point, ResidualEvaluation, output_delays, parameters_at
 
 REPEATS = (2, 3, 5, 9, 17, 33)
 SETTLED = 0.1

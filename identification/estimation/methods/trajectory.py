@@ -10,8 +10,8 @@ import casadi as ca
 import numpy as np
 
 from bondgraph.support.arrays import Array
-from identification.estimation.methods.collocated import STAGES, CollocatedRecord
-from identification.estimation.methods.radau import Scales, march
+from identification.estimation.methods.collocated import CollocatedRecord
+from identification.estimation.methods.radau import STAGES, Scales, march
 from identification.study.joint import JointPoint, JointProblem, refine_states
 from identification.study.problem import Problem
 from identification.study.residual import windows

@@ -9,14 +9,10 @@ import casadi as ca
 import numpy as np
 
 from bondgraph.support.arrays import Array
-from identification.estimation.methods.collocated import (
-    STAGES,
-    CollocatedRecord,
-    misfit,
-    readings_of,
-)
+from identification.estimation.methods.collocated import CollocatedRecord, misfit, readings_of
+from identification.estimation.methods.radau import STAGES
 from identification.study.joint import STATE_WEIGHT, JointProblem
-from identification.study.residual import parameters_at
+from identification.study.residual import parameters_at, rest_under, slots
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,7 +34,6 @@ class Programme:
     p: ca.MX
     f: ca.MX
     g: ca.MX
-    residual: ca.MX
     readings: ca.Function
     count: int
 
@@ -86,22 +81,15 @@ class Programme:
         return np.concatenate(parts)
 
     def _rest(self, r: int, theta: Array) -> tuple[Array, Array]:
-        """Scaled rest state and its slope by theta, by central differences."""
+        """Scaled rest state and its slope by theta."""
         record, stack = self.records[r], self.stack
-        p = record.problem
-
-        def rest(local: Array) -> Array:
-            found = p.engine.rest(parameters_at(p, local), p.inputs[0])
-            return np.asarray(found[record.order] / record.scales.x)
-
-        local = theta[stack.columns[r]] * stack.factors[r]
+        p, columns = record.problem, stack.columns[r]
+        local = theta[columns] * stack.factors[r]
+        x, by_p = rest_under(p.engine, parameters_at(p, local), p.inputs[0], p.directions)
+        unit = record.scales.x
         slope = np.zeros((record.step.n_x, stack.n))
-        for i in range(len(p.free)):
-            ends = [local.copy(), local.copy()]
-            ends[0][i] += 1e-5
-            ends[1][i] -= 1e-5
-            slope[:, stack.columns[r][i]] = (rest(ends[0]) - rest(ends[1])) / 2e-5
-        return rest(local), slope
+        slope[:, columns[slots(p).free]] = by_p[record.order] * p.slopes(local) / unit[:, None]
+        return x[record.order] / unit, slope
 
 
 def programme(
@@ -146,7 +134,7 @@ def programme(
     w = ca.vertcat(*unknowns)
     return Programme(
         stack, records, w, ca.vertcat(*parameters), 0.5 * ca.sumsqr(residual) / max(count, 1),
-        ca.vertcat(*constraints), residual, ca.Function("readings", [w], shown), max(count, 1),
+        ca.vertcat(*constraints), ca.Function("readings", [w], shown), max(count, 1),
     )  # fmt: skip
 
 

@@ -132,13 +132,7 @@ def _law_numbers(
 
 
 def _polished(
-    compiled: Compiled,
-    free: ca.SX,
-    gain: ca.SX,
-    memory: ca.SX,
-    q: ca.SX,
-    guess: ca.SX,
-    step: Any,
+    compiled: Compiled, free: ca.SX, gain: ca.SX, memory: ca.SX, q: ca.SX, guess: ca.SX, step: Any
 ) -> ca.SX:
     """Deviations near `guess`, already a solution, as functions with exact derivatives.
 

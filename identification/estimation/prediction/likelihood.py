@@ -36,15 +36,12 @@ class LikelihoodEvaluation:
     information : ndarray, shape (n_theta, n_theta)
     scores : ndarray, shape (n_blocks, n_theta)
         Gradient by runs of samples.
-    count : int
-        Readings that entered.
     """
 
     log_likelihood: float
     gradient: Array
     information: Array
     scores: Array
-    count: int
 
 
 def evaluate(kalman: KalmanFilter, theta: Array, derivatives: bool = True) -> LikelihoodEvaluation:
@@ -52,13 +49,12 @@ def evaluate(kalman: KalmanFilter, theta: Array, derivatives: bool = True) -> Li
     n = theta.size
     gradient, information = np.zeros(n), np.zeros((n, n))
     scores: list[Array] = []
-    total, count = 0.0, 0
+    total = 0.0
     for record in range(len(kalman.problems)):
         mask = scored(kalman, record)
         with np.errstate(all="ignore"):
             passed, where = pass_over(kalman, theta, record, mask, derivatives)
             value = _value(passed, mask)
-        count += int(mask.sum())
         total += value - float((mask * np.log(kalman.reading_scale(record))).sum())
         if not np.isfinite(value) or not derivatives:
             continue
@@ -71,9 +67,7 @@ def evaluate(kalman: KalmanFilter, theta: Array, derivatives: bool = True) -> Li
             scores.append(row)
     if not np.isfinite(total):
         total = -np.inf
-    return LikelihoodEvaluation(
-        total, gradient, information, np.array(scores).reshape(-1, n), count
-    )
+    return LikelihoodEvaluation(total, gradient, information, np.array(scores).reshape(-1, n))
 
 
 def pass_over(

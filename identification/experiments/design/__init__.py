@@ -22,11 +22,8 @@ from identification.experiments.design.optimal import Proposal as Proposal
 from identification.experiments.design.optimal import information_of_signal as information_of_signal
 from identification.experiments.design.optimal import optimal_multisine as optimal_multisine
 from identification.experiments.design.signal import Signal as Signal
-from identification.experiments.design.signal import join as join
 from identification.experiments.design.steps import prbs as prbs
 from identification.experiments.design.steps import staircase as staircase
 from identification.experiments.design.sweep import sweep as sweep
-from identification.experiments.design.verification import VerifiedIntervals as VerifiedIntervals
-from identification.experiments.design.verification import verify as verify
 from identification.experiments.design.weights import Weights as Weights
 from identification.experiments.design.weights import optimal_weights as optimal_weights

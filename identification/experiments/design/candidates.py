@@ -16,7 +16,7 @@ import numpy as np
 
 from bondgraph.simulation.exact_run import KernelRun, relative_change
 from bondgraph.support.arrays import FloatArray
-from bondgraph.support.errors import UnusableInput, unknown_name
+from bondgraph.support.errors import UnusableInput, require_known
 from identification.experiments.design.expected import (
     ExpectedTable,
     beside_seen,
@@ -110,15 +110,11 @@ def record_information(
     n_sub : int
         Sub-steps a sample.
     """
-    if initial not in ("free", "rest"):
-        raise unknown_name("initial state", initial, "design", ("free", "rest"))
+    require_known("initial state", "design", ("free", "rest"), initial)
     engine = engine_of(model)
     sources = engine.commands
-    if signal.name not in sources:
-        raise unknown_name("input", signal.name, engine.name, sources)
-    for name in others or {}:
-        if name not in sources:
-            raise unknown_name("input", name, engine.name, sources)
+    require_known("input", engine.name, sources, signal.name)
+    require_known("input", engine.name, sources, *(others or {}))
     u = _inputs(engine, signal, others)
     if initial == "rest":
         engine.at_rest(p, u[0])  # or it says that there is none
@@ -128,8 +124,7 @@ def record_information(
     blocks = []
     outputs = list(engine.output_names)
     for k, (name, level) in enumerate(noise.items()):
-        if name not in outputs:
-            raise unknown_name("sensor", name, engine.name, outputs)
+        require_known("sensor", engine.name, outputs, name)
         if not level > 0.0:
             raise UnusableInput(f"design: the noise of {name} must be positive")
         slope = run.dy[:, outputs.index(name)] / level
@@ -231,8 +226,7 @@ def rank_signals(
         If no candidate determines the chosen parameters.
     """
     engine = engine_of(model)
-    if criterion not in CRITERIA:
-        raise unknown_name("criterion", criterion, "design", CRITERIA)
+    require_known("criterion", "design", CRITERIA, criterion)
     if not signals:
         raise UnusableInput("rank_signals: there is no candidate; give at least one signal")
     first, rest = wanted(engine, chosen, nuisances)

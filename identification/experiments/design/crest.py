@@ -12,7 +12,7 @@ import numpy as np
 from scipy.fft import irfft, next_fast_len, rfft
 
 from bondgraph.support.arrays import FloatArray, IntArray
-from bondgraph.support.errors import unknown_name
+from bondgraph.support.errors import require_known
 
 PHASES = ("random", "schroeder", "low_crest")
 
@@ -51,8 +51,7 @@ def phases_of(
     rounds : int
         Of clipping, for each start.
     """
-    if kind not in PHASES:
-        raise unknown_name("choice of phases", kind, "multisine", PHASES)
+    require_known("choice of phases", "multisine", PHASES, kind)
     random = rng.uniform(0.0, 2.0 * np.pi, lines.size)
     if kind == "random":
         return random

@@ -10,7 +10,7 @@ import numpy as np
 
 from bondgraph.signals.files.checks import optional
 from bondgraph.support.arrays import FloatArray
-from bondgraph.support.errors import UnusableInput, unknown_name
+from bondgraph.support.errors import UnusableInput, require_known, unknown_name
 from identification.study.engine import Engine
 
 
@@ -118,9 +118,7 @@ def wanted(
     free = [n for n, p in known.items() if not p.fixed]
     first = tuple(free) if chosen is None else tuple(chosen)
     rest = tuple(n for n in free if n not in first) if nuisances is None else tuple(nuisances)
-    for n in (*first, *rest):
-        if n not in known:
-            raise unknown_name("parameter", n, engine.name, known)
+    require_known("parameter", engine.name, known, *first, *rest)
     if not first or set(first) & set(rest) or len({*first, *rest}) != len(first) + len(rest):
         raise UnusableInput(
             f"{engine.name}: choose at least one parameter, and none twice or also as a nuisance"
@@ -159,8 +157,7 @@ def prior_samples(
     if not prior:
         return nominal[None], scale
     for n, s in prior.items():
-        if n not in engine.parameter_names:
-            raise unknown_name("parameter", n, engine.name, engine.parameter_names)
+        require_known("parameter", engine.name, engine.parameter_names, n)
         if not 0.0 <= s < 5.0:
             raise UnusableInput(f"prior of {n}: {s} is no relative standard deviation")
     rng = np.random.default_rng(seed)

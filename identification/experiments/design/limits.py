@@ -16,7 +16,7 @@ import numpy as np
 from scipy.fft import irfft, next_fast_len, rfft
 
 from bondgraph.signals.drive_limits import DriveLimits
-from bondgraph.support.errors import UnusableInput, unknown_name
+from bondgraph.support.errors import UnusableInput, require_known
 from identification.experiments.design.signal import Signal
 
 SLACK = 1e-9
@@ -157,8 +157,7 @@ def fitted(
     UnusableInput
         If the mean lies outside, or held samples jump while the slew is limited.
     """
-    if by not in ("amplitude", "frequency"):
-        raise unknown_name("way to fit", by, "fitted", ("amplitude", "frequency"))
+    require_known("way to fit", "fitted", ("amplitude", "frequency"), by)
     moved = signal if bias is None else signal.moved(bias)
     low, high, slew = extremes(moved)
     middle = moved.bias

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from bondgraph.support.arrays import ComplexArray, FloatArray
-from bondgraph.support.errors import UnusableInput, unknown_name
+from bondgraph.support.errors import UnusableInput, require_known
 from identification.study.engine import Model, engine_of
 
 
@@ -55,9 +55,7 @@ def response_and_sensitivity(
         ("sensor", outputs, engine.output_names),
         ("parameter", parameters, engine.parameter_names),
     ):
-        for n in names:
-            if n not in known:
-                raise unknown_name(kind, n, engine.name, known)
+        require_known(kind, engine.name, known, *names)
     if not (np.asarray(frequency) > 0.0).all():
         raise UnusableInput(f"{engine.name}: frequencies of a response must be positive")
     held = {n: np.full(2, (bias or {}).get(n, 0.0)) for n in engine.commands}

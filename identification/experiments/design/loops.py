@@ -11,7 +11,7 @@ import numpy as np
 from actuators.stack.excitation import demagnetisation
 from bondgraph.signals.drive_limits import DriveLimits
 from bondgraph.support.arrays import FloatArray
-from bondgraph.support.errors import UnusableInput, unknown_name
+from bondgraph.support.errors import UnusableInput, require_known
 from identification.experiments.design.signal import Signal
 
 
@@ -144,8 +144,7 @@ def through(
     Each way takes the fewest whole samples that keep the slew limit, so turning points are
     samples. Parameters as in `reversal_curves`.
     """
-    if course not in ("linear", "cosine"):
-        raise unknown_name("course", course, kind, ("linear", "cosine"))
+    require_known("course", kind, ("linear", "cosine"), course)
     at = np.asarray(points, float)
     if at.size < 2 or not slew > 0.0 or not rate > 0.0 or dwell < 0.0:
         raise UnusableInput(f"{kind}: needs two points, a positive slew and rate, and dwell >= 0")

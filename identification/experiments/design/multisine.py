@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from bondgraph.support.arrays import FloatArray, IntArray
-from bondgraph.support.errors import UnusableInput, unknown_name
+from bondgraph.support.errors import UnusableInput, require_known
 from identification.experiments.design.crest import course, crest_factor, phases_of
 from identification.experiments.design.signal import Signal
 
@@ -148,8 +148,7 @@ def _lines(
     rng: np.random.Generator,
 ) -> tuple[IntArray, IntArray]:
     """Excited lines and detection lines."""
-    if kind not in KINDS:
-        raise unknown_name("kind of multisine", kind, "multisine", KINDS)
+    require_known("kind of multisine", "multisine", KINDS, kind)
     if not rate > 0.0 or period < 4:
         raise UnusableInput("multisine: rate must be positive, and a period at least 4 samples")
     if band is not None and lines is not None:

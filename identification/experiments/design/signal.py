@@ -10,7 +10,7 @@ import numpy as np
 from bondgraph.signals.recording import Recording
 from bondgraph.signals.units import parse_unit
 from bondgraph.support.arrays import FloatArray
-from bondgraph.support.errors import UnusableInput, unknown_name
+from bondgraph.support.errors import UnusableInput, require_known
 
 BETWEEN = ("band-limited", "linear", "hold")
 
@@ -65,8 +65,7 @@ class Signal:
 
     def __post_init__(self) -> None:
         """Check shape, finiteness, unit and the course between samples; freeze the arrays."""
-        if self.between not in BETWEEN:
-            raise unknown_name("inter-sample behaviour", self.between, self.name, BETWEEN)
+        require_known("inter-sample behaviour", self.name, BETWEEN, self.between)
         if self.values.shape != self.time.shape or self.time.ndim != 1 or self.time.size < 2:
             raise UnusableInput(f"{self.name}: values and time must be (N,) with N >= 2")
         if not np.isfinite(self.values).all():
@@ -153,34 +152,3 @@ class Signal:
             f"{repeats}{lines}{held}, {self.values.min():.4g} .. {self.values.max():.4g} "
             f"{self.unit}, rms {self.rms:.4g})"
         )
-
-
-def join(*parts: Signal) -> Signal:
-    """Return the parts one after the other; each begins where the one before ended.
-
-    A step at a joint counts as a step of the signal when limits are checked.
-
-    Raises
-    ------
-    UnusableInput
-        If names, units, rates or the courses between samples differ.
-    """
-    if not parts:
-        raise UnusableInput("join: there is no signal; give at least one")
-    first = parts[0]
-    for p in parts[1:]:
-        if (p.name, p.unit, p.between) != (first.name, first.unit, first.between):
-            raise UnusableInput(
-                f"join: {p.name} [{p.unit}], {p.between}, does not follow {first.name} "
-                f"[{first.unit}], {first.between}; make them alike"
-            )
-        if abs(p.rate / first.rate - 1) > 1e-9:
-            raise UnusableInput(f"join: {p.rate:g} Hz does not follow {first.rate:g} Hz; resample")
-    values = np.concatenate([p.values for p in parts])
-    starts = np.cumsum([0, *(p.values.size for p in parts[:-1])])
-    marks = tuple(int(s) + m for s, p in zip(starts, parts, strict=True) for m in p.marks)
-    return Signal(
-        first.name, np.arange(values.size) / first.rate, values, first.unit,
-        " then ".join(p.kind for p in parts), first.between, marks=marks,
-        notes=tuple(n for p in parts for n in p.notes),
-    )  # fmt: skip

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from bondgraph.support.errors import UnusableInput, unknown_name
+from bondgraph.support.errors import UnusableInput, require_known
 from identification.experiments.design.signal import Signal
 
 
@@ -52,8 +52,7 @@ def sweep(
     >>> chirp.values.size, chirp.unit
     (801, 'N')
     """
-    if kind not in ("linear", "log"):
-        raise unknown_name("kind of sweep", kind, "sweep", ("linear", "log"))
+    require_known("kind of sweep", "sweep", ("linear", "log"), kind)
     if not (0.0 < low < 0.5 * rate and 0.0 < high < 0.5 * rate):
         raise UnusableInput(
             f"sweep: {low:g} .. {high:g} Hz must lie above 0 and below {0.5 * rate:g} Hz; raise "

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from bondgraph.support.arrays import FloatArray
-from bondgraph.support.errors import UnusableInput, unknown_name
+from bondgraph.support.errors import UnusableInput, require_known
 
 CRITERIA = ("D", "A")
 
@@ -97,8 +97,7 @@ def optimal_weights(
     >>> w.shares.round(2).tolist()
     [0.5, 0.0, 0.5]
     """
-    if criterion not in CRITERIA:
-        raise unknown_name("criterion", criterion, "design", CRITERIA)
+    require_known("criterion", "design", CRITERIA, criterion)
     count, n = information.shape[1], information.shape[2]
     price = np.ones(count) if cost is None else np.asarray(cost, float)
     if price.shape != (count,) or not (price > 0.0).all() or not 1 <= chosen <= n:

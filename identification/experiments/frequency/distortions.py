@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from bondgraph.signals.files.checks import optional
 from bondgraph.signals.recording import Recording
 from bondgraph.support.arrays import ComplexArray, FloatArray
-from bondgraph.support.errors import UnusableInput, unknown_name
+from bondgraph.support.errors import UnusableInput, require_known
 from identification.experiments.frequency.periods import Periods, cut, excited_lines, same_grid
 
 KINDS = ("excited", "odd", "even")
@@ -116,8 +116,7 @@ class Distortions:
         """Levels of one output over a band (Hz; the excited one if not given)."""
         from scipy.stats import f as fisher
 
-        if output not in self.outputs:
-            raise unknown_name("output", output, self.name, self.outputs)
+        require_known("output", self.name, self.outputs, output)
         c = self.outputs.index(output)
         excited = self.frequency[self.kind == "excited"]
         low, high = band if band is not None else (0.0, float(excited[-1]))

@@ -16,7 +16,7 @@ from scipy.fft import rfft
 
 from bondgraph.signals.recording import Recording
 from bondgraph.support.arrays import ComplexArray, FloatArray
-from bondgraph.support.errors import UnusableInput, unknown_name
+from bondgraph.support.errors import UnusableInput, require_known
 from identification.statistics.periods import find_period, whole_period
 
 LARGEST_CHANGE = 0.6
@@ -65,9 +65,7 @@ class Periods:
 
     def spectra(self, names: Sequence[str]) -> ComplexArray:
         """Complex peak amplitudes of each period, shape (P, F, len(names)), lines 0 .. N // 2."""
-        for n in names:
-            if n not in self.channels:
-                raise unknown_name("channel", n, f"recording {self.name}", self.channels)
+        require_known("channel", f"recording {self.name}", self.channels, *names)
         stacked = np.stack([self.channels[n] for n in names], axis=2)
         return np.asarray(rfft(stacked, axis=1) * (2.0 / self.period))
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from bondgraph.signals.files.checks import optional
 from bondgraph.support.arrays import ComplexArray, FloatArray
-from bondgraph.support.errors import UnusableInput, unknown_name
+from bondgraph.support.errors import UnusableInput, require_known
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -79,10 +79,8 @@ class FrequencyResponse:
 
     def entry(self, output: str, given: str) -> tuple[ComplexArray, FloatArray, FloatArray]:
         """Return response, noise and total standard deviation of one path, shape (F,) each."""
-        if output not in self.outputs:
-            raise unknown_name("output", output, self.name, self.outputs)
-        if given not in self.inputs:
-            raise unknown_name("input", given, self.name, self.inputs)
+        require_known("output", self.name, self.outputs, output)
+        require_known("input", self.name, self.inputs, given)
         i, j = self.outputs.index(output), self.inputs.index(given)
         return (
             self.response[:, i, j],
@@ -112,8 +110,7 @@ class FrequencyResponse:
         Root of the summed variance over the summed squared magnitude; `kind` is ``"noise"`` or
         ``"total"``.
         """
-        if kind not in ("noise", "total"):
-            raise unknown_name("spread", kind, self.name, ("noise", "total"))
+        require_known("spread", self.name, ("noise", "total"), kind)
         variance = self.noise_variance if kind == "noise" else self.total_variance
         power = np.sum(np.abs(self.response) ** 2, axis=0)
         return np.asarray(np.sqrt(variance.sum(axis=0) / np.maximum(power, 1e-300)))

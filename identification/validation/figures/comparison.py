@@ -16,7 +16,6 @@ def comparison_figure(c: Comparison) -> Picture:
     """Draw the held-out rms error over the floor, reading by reading, with 95 % intervals."""
     readings = list(range(len(c.best.judgement.channels)))[:MOST]
     fits = c.contestants
-    several = len(c.best.judgement.material.records) > 1
     with drawing("comparison", 0.7 + len(readings) * (0.4 + 0.32 * len(fits))) as canvas:
         axes = canvas.rows(len(readings))[:, 0]
         for ax, k in zip(axes, readings, strict=True):
@@ -44,7 +43,7 @@ def comparison_figure(c: Comparison) -> Picture:
                 ax.set_xlim(0, 1.15 * top)
             ax.set_yticks(rows, [plain(x.name) for x in fits])
             v = c.best.judgement.channels[k]
-            ax.set_title(plain(f"{v.channel} of {v.record}" if several else v.channel))
+            ax.set_title(plain(c.best.judgement.material.label(v.channel, v.record)))
         axes[-1].set_xlabel("rms error / noise floor")
     return Picture(
         canvas.svg,

@@ -28,7 +28,7 @@ def correlation_figure(j: Judgement) -> Picture:
     with drawing("correlations", 0.35 + 2.0 * len(rows)) as canvas:
         axes = canvas.rows(len(rows), (1,) * columns)
         for line, c in zip(axes, rows, strict=True):
-            _memory(line[0], c, f"{c.channel} of {c.record}" if _several(j) else c.channel)
+            _memory(line[0], c, j.material.label(c.channel, c.record))
             for k, ax in enumerate(line[1:]):
                 _crossed(ax, c, k)
         for ax in axes[-1]:
@@ -39,10 +39,6 @@ def correlation_figure(j: Judgement) -> Picture:
         "(input whitened); positive lags follow the input, negative ones run ahead of it. "
         f"Tinted: 95 % of what independent noise of these colours gives.{left_out(j)}",
     )
-
-
-def _several(j: Judgement) -> bool:
-    return len(j.material.records) > 1
 
 
 def _memory(ax: Any, c: ChannelJudgement, name: str) -> None:

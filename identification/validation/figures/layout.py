@@ -29,12 +29,6 @@ def left_out(j: Judgement) -> str:
     return f" The {count} readings nearest to the floor are left out." if count > 0 else ""
 
 
-def title_of(j: Judgement, record: ValidationRecord, column: int) -> str:
-    """Name of a reading, with its record where there are several."""
-    name = record.names[column]
-    return f"{name} of {record.name}" if len(j.material.records) > 1 else name
-
-
 def scored(record: ValidationRecord) -> slice:
     """Stretch of the record from the first to the last scored sample."""
     return span(record.train | record.test)

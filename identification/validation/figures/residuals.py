@@ -13,13 +13,7 @@ from identification.report.picture import Picture
 from identification.report.style import AFTER, BEFORE, FLOOR
 from identification.report.traces import envelope, thin_log
 from identification.statistics.correlation import stretches
-from identification.validation.figures.layout import (
-    left_out,
-    scored,
-    shown,
-    tint_held_out,
-    title_of,
-)
+from identification.validation.figures.layout import left_out, scored, shown, tint_held_out
 from identification.validation.judge import Judgement
 from identification.validation.validation_data import ValidationRecord
 
@@ -31,7 +25,7 @@ def residual_figure(j: Judgement) -> Picture:
     with drawing("residuals", 0.6 + 2.2 * len(rows)) as canvas:
         axes = canvas.rows(len(rows), (1.4, 1))
         for (time, spectrum), (record, c) in zip(axes, rows, strict=True):
-            _over_time(time, record, c, title_of(j, record, c))
+            _over_time(time, record, c, j.material.label(record.names[c], record.name))
             _spectrum(spectrum, record, c)
         axes[-1, 0].set_xlabel("time (s)")
         axes[-1, 1].set_xlabel("frequency (Hz)")

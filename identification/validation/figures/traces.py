@@ -13,13 +13,7 @@ from identification.report.picture import Picture
 from identification.report.style import AFTER, BAND, FLOOR, MEASURED
 from identification.report.traces import envelope, worst_stretch
 from identification.statistics.correlation import stretches
-from identification.validation.figures.layout import (
-    left_out,
-    scored,
-    shown,
-    tint_held_out,
-    title_of,
-)
+from identification.validation.figures.layout import left_out, scored, shown, tint_held_out
 from identification.validation.judge import Judgement
 from identification.validation.validation_data import ValidationRecord
 
@@ -30,7 +24,7 @@ def trace_figure(j: Judgement) -> Picture:
     with drawing("traces", 0.6 + 2.1 * len(rows)) as canvas:
         axes = canvas.rows(len(rows), (1, 1.25))
         for (whole, near), (record, c) in zip(axes, rows, strict=True):
-            name = title_of(j, record, c)
+            name = j.material.label(record.names[c], record.name)
             _whole(whole, record, c, name)
             _near(near, record, c, name)
         for ax in axes[-1]:

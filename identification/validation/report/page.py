@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from bondgraph.support.errors import UnusableInput
-from bondgraph.support.whole_file import replacing
+from bondgraph.support.whole_file import write_atomically
 from identification.estimation.result import Estimation
 from identification.estimation.single_record import Fit
 from identification.estimation.starts import Starts
@@ -75,6 +75,5 @@ def write_report(
     if target.suffix.lower() not in (".html", ".htm"):
         raise UnusableInput(f"{target.name}: the report is a page; name it .html")
     text = page(fit, findings=findings, comparison=comparison, command=command)
-    with replacing(target) as stream:
-        stream.write(text.encode("utf-8"))
+    write_atomically(target, text)
     return target

@@ -73,7 +73,7 @@ def headline(j: Judgement) -> str:
     worst = max(held, key=lambda c: c.judged.chi2)
     e = worst.judged
     part = "held-out" if worst.test.n else "training"
-    where = f"{e.channel} of {e.record}" if len(j.material.records) > 1 else e.channel
+    where = j.material.label(e.channel, e.record)
     if j.acceptable:
         return (
             f"The model describes every reading down to its noise: the largest {part} error is "

@@ -97,22 +97,28 @@ def scene_of(nominal: Fit) -> FittedModel:
 def scene() -> FittedModel:
     graph = plant()
     given = ("m", "k", "b")
-    problem = Problem(graph, recorded(graph), fixed=given, nuisances=False, initial="rest")
+    problem = Problem(
+        graph, recorded(graph), fixed=given, lags=False, offsets=False, initial="rest"
+    )
     return scene_of(fit(problem, max_iterations=1))
 
 
 def readings(graph: BondGraph, scene: FittedModel, values: Mapping[str, float]) -> np.ndarray:
     """Readings of a model from the initial state of the nominal one."""
-    nominal = Problem(scene.graph, scene.data, nuisances=False)
+    nominal = Problem(scene.graph, scene.data, lags=False, offsets=False)
     begun = dict(zip(nominal.engine.state_names, start_point(nominal).states.T, strict=True))
-    problem = Problem(graph, scene.data, starts=values, known_states=begun, nuisances=False)
+    problem = Problem(
+        graph, scene.data, starts=values, known_states=begun, lags=False, offsets=False
+    )
     return evaluate(problem, start_point(problem), derivatives=False).y
 
 
 def driven(scene: FittedModel, command: np.ndarray) -> np.ndarray:
     """Readings of the nominal model under another command, from the same initial state."""
-    nominal = Problem(scene.graph, scene.data, nuisances=False)
-    other = Problem(scene.graph, replace(scene.data, commands={"F": command}), nuisances=False)
+    nominal = Problem(scene.graph, scene.data, lags=False, offsets=False)
+    other = Problem(
+        scene.graph, replace(scene.data, commands={"F": command}), lags=False, offsets=False
+    )
     return evaluate(other, start_point(nominal), derivatives=False).y
 
 

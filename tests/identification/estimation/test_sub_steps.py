@@ -104,26 +104,6 @@ def test_where_few_are_too_coarse_all_are_taken(monkeypatch: pytest.MonkeyPatch)
     assert fit_from(p, begun(p), 40).cost == fit(p, start=begun(p)).cost
 
 
-def test_a_descent_that_will_not_win_ends_early() -> None:
-    p = problem("cubic")
-    passes: list[int] = []
-    whole = fit_from(p, begun(p), 40)
-    shifted = replace(p, data=replace(p.data, hold="hold"))  # the command is half a sample late
-    for beat in (np.inf, 0.01 * whole.cost):
-        calls = 0
-
-        def counted(problem: Problem, **more: object) -> Fit:
-            nonlocal calls
-            calls += 1
-            return fit(problem, **more)  # type: ignore[arg-type]
-
-        with pytest.MonkeyPatch.context() as patch:
-            patch.setattr(sub_steps, "fit", counted)
-            fit_from(shifted, begun(p), 4, beat)
-        passes.append(calls)
-    assert passes[1] == 1 < passes[0]
-
-
 def test_sub_steps_are_refined_beside_a_dead_time() -> None:
     # the readings of a late sensor are taken between four sub-steps at least
     p = problem("cubic")

@@ -18,7 +18,6 @@ def test_criteria_by_hand() -> None:
     assert found.aic == pytest.approx(50 * np.log(4.0) + 10)
     assert found.aicc == pytest.approx(found.aic + 60 / 104)
     assert found.bic == pytest.approx(50 * np.log(4.0) + 5 * np.log(110))
-    assert found.plain_aic == pytest.approx(100 * np.log(4.0) + 10)
 
 
 def test_more_parameters_than_samples_have_no_aicc() -> None:

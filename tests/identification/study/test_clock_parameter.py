@@ -114,12 +114,12 @@ def test_a_window_counts_time_from_the_start_of_the_record() -> None:
 
 def test_a_nuisance_clock_counts_from_the_start_of_the_record_in_windows_too() -> None:
     data = recorded(0.003)
-    problem = Problem(plant(None), data, window=500, clock=0.01, nuisances=False)
+    problem = Problem(plant(None), data, window=500, clock=0.01)
     at, point = slots(problem), start_point(problem)
     theta = point.theta.copy()
     theta[at.clocks] = 0.3, 0.0
     y = evaluate(problem, Point(theta, point.states)).y
-    declared = Problem(plant(), data, window=500, starts={"clock_x": 0.003}, nuisances=False)
+    declared = Problem(plant(), data, window=500, starts={"clock_x": 0.003})
     wanted = evaluate(declared, start_point(declared)).y
     begins = np.array([w.start for w in windows(problem)])
     inner = np.abs(np.arange(N)[:, None] - np.append(begins, N)).min(axis=1) > 20

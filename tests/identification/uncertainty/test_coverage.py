@@ -7,14 +7,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from actuators.models.textbook import thermal_lag
 from bondgraph.support.errors import UnknownName, UnusableInput
 from bondsight.cli.identifiability import add_identifiability_command
 from identification.uncertainty.cases import case_of
-from identification.uncertainty.coverage import Coverage, coverage, trial, wilson
+from identification.uncertainty.coverage import Count, Coverage, coverage, trial
 from tests.proof.coverage.command import add_coverage_command
 from tests.proof.coverage.demo import demo_cases
 
@@ -28,17 +26,10 @@ def run(*words: str) -> int:
     return int(options.run(options))
 
 
-@given(st.integers(0, 500), st.integers(1, 500))
-def test_wilson_holds_the_share(hits: int, trials: int) -> None:
-    hits = min(hits, trials)
-    low, high = wilson(hits, trials)
-    assert 0.0 <= low <= hits / trials + 1e-12
-    assert hits / trials - 1e-12 <= high <= 1.0
-
-
-def test_wilson_known_value() -> None:
-    assert wilson(0, 0) == (0.0, 1.0)
-    assert wilson(190, 200) == pytest.approx((0.9104, 0.9726), abs=1e-3)
+def test_the_share_of_hits_has_an_interval() -> None:
+    assert Count("fisher", "k", 0, 0, 1.0).interval == (0.0, 1.0)
+    found = Count("fisher", "k", 190, 200, 1.0).interval
+    assert found == pytest.approx((0.9104, 0.9726), abs=1e-3)
 
 
 def small(colour: float = 0.0) -> Coverage:

@@ -12,7 +12,6 @@ from bondgraph.support.arrays import Array
 from bondgraph.support.errors import UnknownName, UnusableInput
 from identification.experiments.design import (
     demagnetise,
-    join,
     multisine,
     orthogonal_multisines,
     prbs,
@@ -216,11 +215,7 @@ def test_signal_travels() -> None:
     assert s.moved(3.0).bias == pytest.approx(3.0)
     assert s.slowed(2.0).frequencies == pytest.approx(s.frequencies / 2)
     assert s.repeated(3).periods == 3
-    both = join(staircase(RATE, 0.1, [1.0, 2.0]), staircase(RATE, 0.1, [2.0, 0.0]))
-    assert both.marks == (100, 300)
-    with pytest.raises(UnusableInput, match="make them alike"):
-        join(s, sweep(RATE, 1.0, 10.0, 1.0))
     with pytest.raises(UnusableInput, match="no period"):
-        both.repeated(2)
+        staircase(RATE, 0.1, [1.0, 2.0]).repeated(2)
     with pytest.raises(ValueError, match="read-only"):
         s.values[0] = 1.0

@@ -12,9 +12,9 @@ from identification.experiments.design import (
     optimal_multisine,
     rank_signals,
     reversal_curves,
-    verify,
 )
 from tests.identification.experiments.design.plants import NOISE, stage
+from tests.identification.experiments.design.verification import verify
 from tests.spring import spring
 
 

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.stats import binom, chi2
 
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import Source
@@ -14,6 +15,7 @@ from bondgraph.signals.recording import Recording, Split
 from bondgraph.simulation.simulate import simulate
 from bondgraph.support.arrays import FloatArray
 from bondgraph.support.errors import UnusableInput
+from identification.estimation import NO_NUISANCES, Nuisances, Study, estimate
 from identification.experiments.design.expected import ExpectedTable
 from identification.experiments.design.signal import Signal
 
@@ -50,8 +52,6 @@ class VerifiedIntervals:
     @property
     def plausible(self) -> bool:
         """Whether ratios and shares are those of exact predictions, at 0.1 % in each tail."""
-        from scipy.stats import binom, chi2
-
         fits = self.errors.shape[0]
         low, high = np.sqrt(chi2.ppf([0.001, 0.999], fits) / fits)
         least = binom.ppf(0.001, fits, 0.95) / fits
@@ -74,9 +74,6 @@ def verify(
     noise: Mapping[str, float],
     expected: ExpectedTable,
     *,
-    free: Sequence[str] | None = None,
-    values: Mapping[str, float] | None = None,
-    others: Mapping[str, float] | None = None,
     initial: str = "free",
     offsets: bool = True,
     reference: bool = False,
@@ -92,12 +89,6 @@ def verify(
         White, of each sensor read, SI.
     expected : ExpectedTable
         Of a `Proposal` or a `Ranking`.
-    free : sequence of str, optional
-        Parameters fitted, the nuisances included; those of `expected` if not given.
-    values : mapping, optional
-        True values that differ from the declared ones.
-    others : mapping, optional
-        Constant commands of the other inputs.
     initial, offsets
         As the design assumed. With ``"free"`` a periodic signal runs in for one period.
     reference : bool
@@ -105,23 +96,15 @@ def verify(
     fits : int
         Number of simulated measurements.
     """
-    # late: design stands beside estimation, and only this check needs a fit
-    from identification.estimation import NO_NUISANCES, Nuisances, Study, estimate
-
     names = tuple(r.name for r in expected.rows)
     run_in = signal.period if signal.period and initial == "free" else 0
     driven = signal.repeated(signal.periods + 1) if run_in else signal
-    commands = dict(driven.commands)
     units = {s.name: s.unit or "1" for s in graph.of_type(Source)}
-    for s in graph.of_type(Source):
-        if s.name not in commands:
-            level = float((others or {}).get(s.name, 0.0))
-            commands[s.name] = np.full(driven.time.size, level)
     clean = simulate(
-        graph, driven.time, commands, values, hold=signal.between, accuracy=ACCURACY, x0="rest"
+        graph, driven.time, driven.commands, hold=signal.between, accuracy=ACCURACY, x0="rest"
     )
     exact = {n: clean[n][run_in:] for n in noise}
-    truth = {r.name: float((values or {}).get(r.name, r.value)) for r in expected.rows}
+    truth = {r.name: float(r.value) for r in expected.rows}
     size = np.array([r.reference if reference else r.sd for r in expected.rows])
     if not np.isfinite(size).all():
         raise UnusableInput("verify: an expected standard deviation is infinite; nothing to check")
@@ -133,12 +116,11 @@ def verify(
         read = {o: y + noise[o] * rng.standard_normal(n) for o, y in exact.items()}
         record = Recording(
             f"simulated {k}", signal.time,
-            {**{c: v[run_in:] for c, v in commands.items()}, **read},
+            {**{c: v[run_in:] for c, v in driven.commands.items()}, **read},
             {**units, **{s.name: s.unit or "1" for s in graph.of_type(Sensor) if s.name in noise}},
         )  # fmt: skip
         study = Study(
-            graph, record, free=tuple(free or names), initial=initial, hold=signal.between,
-            fixed={q: v for q, v in (values or {}).items() if q not in (free or names)},
+            graph, record, free=names, initial=initial, hold=signal.between,
             noise=dict(noise), splits=split,
             nuisances=Nuisances(offsets=True, lags=False) if offsets else NO_NUISANCES,
         )  # fmt: skip
