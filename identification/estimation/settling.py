@@ -254,9 +254,12 @@ def sizes(stack: JointProblem) -> tuple[int, int]:
     """Return the number of training readings and that of unknowns, initial states included."""
     rows = sum(int(p.data.mask("train").sum()) * len(p.data.names) for p in stack.problems)
     lower, upper = stack.bounds
-    unknowns = int((upper > lower).sum())
-    unknowns += sum(p.free_states.size * len(stack.scored(r)) for r, p in enumerate(stack.problems))
-    return rows, unknowns
+    return rows, int((upper > lower).sum()) + free_states(stack)
+
+
+def free_states(stack: JointProblem) -> int:
+    """Return how many initial states training samples are fitted with."""
+    return sum(p.free_states.size * len(stack.scored(r)) for r, p in enumerate(stack.problems))
 
 
 def same_setting(a: SettledSetting, b: SettledSetting, share: float) -> bool:

@@ -12,7 +12,7 @@ from bondgraph.graph.sensors import Sensor
 from bondgraph.support.errors import BondsightError
 from identification.estimation.estimates import Estimate
 from identification.estimation.result import Estimation
-from identification.estimation.settling import sizes
+from identification.estimation.settling import free_states, sizes
 from identification.estimation.single_record import Fit
 from identification.study.joint import stack_of
 from identification.uncertainty.fitted import from_estimation as fit_view
@@ -40,10 +40,11 @@ def from_fit(fit: Fit) -> ValidationData:
     run = FREE_RUN
     if problem.window is not None:
         run = f"windows of {problem.window} samples, each with an initial state of its own"
+    stack = stack_of((problem,))
     return ValidationData(
         problem.graph.name, (record,), tuple(_numbers(fit.estimates, problem.graph)),
-        sizes(stack_of((problem,)))[1], fit.status.value, run,
-        nuisances=tuple(map(number, fit.nuisances)), states=_states(problem),
+        sizes(stack)[1], fit.status.value, run,
+        nuisances=tuple(map(number, fit.nuisances)), states=free_states(stack),
     )  # fmt: skip
 
 
@@ -59,7 +60,7 @@ def from_estimation(found: Estimation, kinds: Mapping[str, str] | None = None) -
     numbers = _numbers(found.estimates, study.graph, kinds)
     together = _tied(found, numbers)
     numbers = [replace(n, only=remark_on(n.name, together)) for n in numbers]
-    states = sum(map(_states, stack.problems))
+    states = free_states(stack)
     orders = sum(max(v.size - 1, 0) for w in found.setting.whitening for v in w)
     at = [stack.names.index(e.name) for e in found.estimates]
     records = tuple(_record(found, r) for r in range(len(study.records)))
