@@ -11,7 +11,9 @@ import pytest
 from bondgraph.graph.elements import C, Source
 from bondgraph.laws import ContactLoss
 from bondgraph.simulation.lure import exact_form
+from identification.diagnosis.catalogue import by_name
 from identification.diagnosis.catalogue.effect import Effect, Hint, Signature
+from identification.diagnosis.catalogue.flow.current_limit import CurrentLimitEffect
 from identification.diagnosis.catalogue.flow.diode import DiodeEffect
 from identification.diagnosis.catalogue.flow.nonlinear_resistance import NonlinearResistanceEffect
 from identification.diagnosis.catalogue.flow.square_root_flow import SquareRootFlow
@@ -20,6 +22,7 @@ from identification.diagnosis.catalogue.friction.coulomb import CoulombFriction
 from identification.diagnosis.catalogue.friction.presliding import PreslidingFriction
 from identification.diagnosis.catalogue.friction.quadratic_drag import Drag
 from identification.diagnosis.catalogue.friction.stribeck import StribeckFriction
+from identification.diagnosis.catalogue.memory.hysteresis import Hysteresis
 from identification.diagnosis.catalogue.restoring.backlash import BacklashEffect
 from identification.diagnosis.catalogue.restoring.bilinear_stiffness import BilinearStiffness
 from identification.diagnosis.catalogue.restoring.contact_loss import ContactLossEffect
@@ -133,7 +136,10 @@ SHALLOW = [
 ]
 PLACES = sorted({(c.effect.name, c.plant, c.element) for c in CASES}
                 | {(e.name, plant, place) for e, plant, place, *_ in SHALLOW})  # fmt: skip
-BY_NAME = {c.effect.name: c.effect for c in CASES} | {e.name: e for e, *_ in SHALLOW}
+BY_NAME = {
+    e.name: e
+    for e in (*(c.effect for c in CASES), *(e for e, *_ in SHALLOW), CurrentLimitEffect())
+}
 
 
 def label(value: object) -> str:
@@ -238,6 +244,10 @@ RECOVERED: list[tuple[str, str, str, dict[str, float], dict[str, float], tuple[f
     ("square_root_flow", "hydraulic", "R_2", {"c_2_R_2": 300.0}, {}, (150.0,)),
     ("diode", "electrical", "R_1", {"share_R_1": 0.8, "onset_R_1": 0.25, "width_R_1": 0.03},
      {"sense": 1.0, "onset": 0.35, "width": 0.1}, (0.4,)),
+    ("current_limit", "electrical", "R_1", {"low_R_1": -1.2, "high_R_1": 0.9},
+     {"share": 0.5}, (0.02, 0.02)),
+    ("hysteresis", "electrical", "R_1", {"F_3_R_1": 0.7, "F_5_R_1": 1.1}, {},
+     (0.1, 0.1, 0.4, 0.1, 0.5, 0.1, 0.1)),
 ]  # fmt: skip
 
 
@@ -253,7 +263,7 @@ def test_a_rough_hint_leads_to_the_truth(
     weights: tuple[float, ...],
 ) -> None:
     s = scene(plant)
-    inserted = BY_NAME[name].insert(s, s.graph[element], Hint(about, np.array(weights)))
+    inserted = by_name(name).insert(s, s.graph[element], Hint(about, np.array(weights)))
     clean = response(inserted.graph, plant, truth, 1e-4)
     noise = 1e-3 * clean.std(axis=0)
     readings = clean + noise * np.random.default_rng(4).normal(size=clean.shape)
