@@ -54,7 +54,7 @@ def estimate(
     method: str = "single_shooting",
     *,
     optimiser: str | None = None,
-    start: Estimation | None = None,
+    start: Estimation | JointPoint | None = None,
     max_iterations: int = 60,
     tolerance: float = 1e-8,
     linear_solver: str = "mumps",
@@ -72,8 +72,8 @@ def estimate(
         ``frequency_domain``; see `identification.estimation.methods.METHODS`.
     optimiser : {"gauss_newton", "ipopt"}, optional
         The first that the method runs with, if left out.
-    start : Estimation, optional
-        Begin where another fit of a study with the same unknowns ended.
+    start : Estimation or JointPoint, optional
+        Begin where another fit of a study with the same unknowns ended, or at a point of its stack.
     tolerance : float
         Converged if an iteration lowers the cost by less, relatively.
     linear_solver : {"mumps", "spral"}
@@ -157,7 +157,7 @@ Settled = tuple[SettledSetting, JointProblem, MethodSolution, tuple[str, ...]]
 
 
 def _with_best_hold(
-    study: Study, method: Method, options: FitOptions, start: Estimation | None
+    study: Study, method: Method, options: FitOptions, start: Estimation | JointPoint | None
 ) -> Settled:
     """Fit with the usual behaviour between samples; anew where another is clearly better."""
     if study.hold != ESTIMATED:
@@ -170,9 +170,10 @@ def _with_best_hold(
     made = _settled(study, method, options, start)
     costs: dict[str, float] = {}
     with suppress(KeyboardInterrupt):
-        costs = {} if start is not None else _costs_of_holds(study, method, options, *made)
+        known = isinstance(start, Estimation)
+        costs = {} if known else _costs_of_holds(study, method, options, *made)
     if costs and (hold := chosen(costs, USUAL)) != made[0].hold:
-        again = _settled(study, method, options, None, hold)
+        again = _settled(study, method, options, start, hold)
         made = min((made, again), key=_level)
     made, late = _within_bounds(study, method, options, made, costs)
     hold = made[0].hold
@@ -276,16 +277,16 @@ def _settled(
     study: Study,
     method: Method,
     options: FitOptions,
-    start: Estimation | None,
+    start: Estimation | JointPoint | None,
     hold: str | None = None,
 ) -> Made:
     setting = study.first_setting
-    if start is not None:
+    if isinstance(start, Estimation):
         setting = carried_setting(study, start.setting, start.study)
     if hold is not None:
         steps = tuple(max(n, 2 if hold == "band-limited" else 1) for n in setting.n_sub)
         setting = replace(setting, hold=hold, n_sub=steps, n_fine=steps)
-    point = None if start is None else start.point
+    point = start.point if isinstance(start, Estimation) else start
     rough = replace(options, tolerance=max(options.tolerance, ROUGH))
     if method.hears_noise:
         rough = options

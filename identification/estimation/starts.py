@@ -217,6 +217,7 @@ def _one(study: Study, method: str, index: int, theta: Array, max_iterations: in
 
 
 def _polished(study: Study, method: str, arrival: Arrival, progress: Progress | None) -> Estimation:
-    stack = study.stack()
-    values = {f.parameter.name: f.value(float(arrival.theta[i])) for i, f in stack.free.items()}
-    return estimate(study.starting(values), method, progress=progress)
+    """Go on from where a start arrived, its initial states, offsets and lags included."""
+    return estimate(
+        study, method, start=JointPoint(arrival.theta, arrival.states), progress=progress
+    )

@@ -22,7 +22,6 @@ from identification.diagnosis.catalogue.friction.coulomb import CoulombFriction
 from identification.diagnosis.catalogue.friction.presliding import PreslidingFriction
 from identification.diagnosis.catalogue.friction.quadratic_drag import Drag
 from identification.diagnosis.catalogue.friction.stribeck import StribeckFriction
-from identification.diagnosis.catalogue.memory.hysteresis import Hysteresis
 from identification.diagnosis.catalogue.restoring.backlash import BacklashEffect
 from identification.diagnosis.catalogue.restoring.bilinear_stiffness import BilinearStiffness
 from identification.diagnosis.catalogue.restoring.contact_loss import ContactLossEffect
@@ -137,8 +136,7 @@ SHALLOW = [
 PLACES = sorted({(c.effect.name, c.plant, c.element) for c in CASES}
                 | {(e.name, plant, place) for e, plant, place, *_ in SHALLOW})  # fmt: skip
 BY_NAME = {
-    e.name: e
-    for e in (*(c.effect for c in CASES), *(e for e, *_ in SHALLOW), CurrentLimitEffect())
+    e.name: e for e in (*(c.effect for c in CASES), *(e for e, *_ in SHALLOW), CurrentLimitEffect())
 }
 
 

@@ -13,8 +13,17 @@ import numpy as np
 import pytest
 
 from bondgraph.support.errors import UnknownName, UnusableInput
-from identification.estimation import NO_NUISANCES, FitStatus, Study, Vary, estimate
+from identification.estimation import (
+    NO_NUISANCES,
+    Estimation,
+    FitStatus,
+    Study,
+    Vary,
+    estimate,
+    starts,
+)
 from identification.estimation.starts import Starts, many_starts
+from identification.study.joint import JointPoint
 from tests.identification.estimation.plants import FREE, TRUTH, misses, record, spring, study
 
 WIDE = (Vary("m", lower=0.05, upper=5.0), Vary("d", start=1.0), Vary("k", lower=20.0, upper=2e4))
@@ -62,6 +71,22 @@ def test_starts_lie_in_the_bounds_and_the_first_is_the_declared(alone: Starts) -
     assert np.array_equal(first.start, stack.start().theta)
     k = stack.names.index("k")
     assert np.ptp(every[:, k]) > 0.6 * (upper[k] - lower[k])
+
+
+def test_the_best_is_fitted_on_from_where_it_arrived(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its initial states and offsets too: from its values alone another valley may be nearer."""
+    begun: list[JointPoint] = []
+
+    def kept(study: Study, method: str, *, start: JointPoint, progress: object) -> Estimation:
+        begun.append(start)
+        return estimate(study, method, start=start)
+
+    monkeypatch.setattr(starts, "estimate", kept)
+    found = many_starts(asked(), 2, jobs=1)
+    (point,), best = begun, found.arrivals[0]
+    assert np.array_equal(point.theta, best.theta)
+    assert all(map(np.array_equal, point.states, best.states))
+    assert found.best.cost <= best.cost * 1.5
 
 
 @pytest.mark.parametrize("backend", ["threading", "loky"])
