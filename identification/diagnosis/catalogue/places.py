@@ -47,8 +47,8 @@ def other_resistors(graph: BondGraph) -> tuple[Element, ...]:
 
 
 def sources(graph: BondGraph) -> tuple[Element, ...]:
-    """Return sources without a drive or a gain."""
-    return tuple(e for e in graph.of_type(Source) if e.drive is None and e.gain is None)
+    """Return sources without a drive."""
+    return tuple(e for e in graph.of_type(Source) if e.drive is None)
 
 
 def commands(graph: BondGraph) -> tuple[Element, ...]:

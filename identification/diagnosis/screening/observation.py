@@ -55,13 +55,33 @@ def scene_of(
         past[e] = PortHistory(first, second, data.dt, moved, _primary_moves(graph, graph[e]))
     for s in graph.of_type(Source):
         if s.name in data.commands:
-            past[s.name] = PortHistory(data.commands[s.name], data.commands[s.name], data.dt)
+            given = behind_gain(nominal, s)
+            past[s.name] = PortHistory(given, given, data.dt)
     simulated = filled(nominal.simulated)
     for i, n in enumerate(data.names):
         past[n] = PortHistory(simulated[:, i], simulated[:, i], data.dt)
     residual = np.where(np.isfinite(nominal.simulated), data.readings - nominal.simulated, 0.0)
     scored = data.mask("train") | data.mask("test")
     return FittedModel(graph, data, nominal, residual * scored[:, None], past)
+
+
+def behind_gain(made: Fit, s: Source) -> Array:
+    """Return what the law of a drive is given: the command behind gain and offset, shape (N,)."""
+    factor, offset = (channel_number(made, s, n) for n in s.channel)
+    command = made.problem.data.commands[s.name]
+    if s.given != "value":  # its rate or its integral stays what was recorded
+        return command
+    return (1.0 if factor is None else factor) * command + (offset or 0.0)
+
+
+def channel_number(made: Fit, s: Source, field: str) -> float | None:
+    """Return gain or offset of a source as fitted; None where it has none."""
+    graph = made.problem.graph
+    held = graph.channel_value(s, field)
+    if held is None:
+        return None
+    known = {p.symbol: made.values.get(p.name, p.value) for p in graph.parameters.values()}
+    return float(held.subs(known))
 
 
 def _primary_moves(graph: BondGraph, element: Element) -> bool:

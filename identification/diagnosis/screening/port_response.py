@@ -16,12 +16,13 @@ import numpy as np
 from scipy.fft import irfft, next_fast_len, rfft
 
 from bondgraph.graph.bond_graph import BondGraph
+from bondgraph.graph.elements import Source
 from bondgraph.graph.sensors import Sensor
 from bondgraph.signals.fractional_delay import delayed_values
 from bondgraph.simulation.exact_run import KernelRun
 from bondgraph.support.arrays import Array
 from identification.diagnosis.screening.latent_input import probed_graph
-from identification.diagnosis.screening.observation import observed
+from identification.diagnosis.screening.observation import channel_number, observed
 from identification.estimation.single_record import Fit
 from identification.study.engine import Engine, engine_of
 from identification.study.factors import drives
@@ -188,7 +189,7 @@ class Probes:
         if element in problem.data.names:
             out[:, problem.data.names.index(element)] = columns
             return out
-        source, factor = self.ports.get(element, (element, 1.0))
+        source, factor = self.ports.get(element, (element, self._before(element)))
         parts = [(self._columns[source], factor, columns)]
         if flow is not None and element in self.flows:
             other, by = self.flows[element]
@@ -200,6 +201,12 @@ class Probes:
         for k in range(columns.shape[1]):
             out[:, :, k] = self._one([(at, by, c[:, k]) for at, by, c in parts])
         return out
+
+    def _before(self, element: str) -> float:
+        """Return the factor by which an addition behind the gain of a source is one before it."""
+        s = self.problem.graph.elements.get(element)
+        gain = channel_number(self.fit, s, "gain") if isinstance(s, Source) else None
+        return 1.0 / gain if gain else 1.0
 
     def observed(
         self, names: Collection[str], driven: Mapping[str, Array]
