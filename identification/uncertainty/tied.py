@@ -113,7 +113,14 @@ def tied(view: FitView) -> tuple[Tied, ...]:
             )  # fmt: skip
     except (BondsightError, np.linalg.LinAlgError):
         return ()
-    return tuple(_tied(b, view, here.information) for b in known.flat if len(b.names) > 1)
+    open_here = [set(b.names) for b in here.flat if len(b.names) > 1]
+    found = ((b, _tied(b, view, here.information)) for b in known.flat if len(b.names) > 1)
+    # where a knee became a bend much else is open that is told well beside the knee: only a sum is
+    # one wherever its parts are
+    return tuple(
+        t for b, t in found
+        if "sum" in t.form or any(names <= set(b.names) for names in open_here)
+    )  # fmt: skip
 
 
 def _tied(b: FlatBlock, view: FitView, info: Information) -> Tied:
