@@ -224,7 +224,8 @@ def variable_names(graph: BondGraph, element: str) -> tuple[str, str, str, str]:
         unit = str(e.unit or "")
         if isinstance(e, Source):
             first, second = ("input", "at the port") if e.measured else ("command", "drive output")
-            return unit, unit, f"{first} {element}", second
+            behind = "" if e.gain is None else " behind its gain"
+            return unit, unit, f"{first} {element}{behind}", second
         return unit, unit, f"true value at {element}", "reading"
     v = variables_of(e)
     if isinstance(e, C):

@@ -10,6 +10,7 @@ from bondgraph.graph.drives import Drive
 from bondgraph.laws import Saturation
 from identification.diagnosis.diagnose import diagnose
 from identification.diagnosis.search.candidates import DiagnosisOptions
+from identification.diagnosis.verdict import in_words
 from tests.settled import simulate
 
 T = np.asarray(0.005 * np.arange(1600), np.float64)
@@ -37,6 +38,7 @@ def test_a_limit_of_the_drive_is_found_behind_a_gain(gain: float | None) -> None
     assert step.chosen is not None
     assert step.chosen.label == "saturation at F"
     assert found.repaired is not None
+    assert ("is the command F behind its gain" in in_words(found)) == (gain is not None)
     values = found.repaired.values
     assert values["high_F"] == pytest.approx(7.0, rel=0.02)
     assert values["low_F"] == pytest.approx(-6.0, rel=0.02)
