@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import sympy as sp
+
 from bondgraph.graph.bond_graph import BondGraph
-from bondgraph.graph.elements import C, Element, I, R, Source
+from bondgraph.graph.elements import MGY, MTF, C, Element, I, One, R, Source
 from bondgraph.graph.sensors import Sensor
 from bondgraph.laws.law import Law
 from bondgraph.signals.units import Unit, parse_unit
@@ -70,9 +72,30 @@ def sensors(graph: BondGraph) -> tuple[Element, ...]:
     return tuple(e for e in prompt_sensors(graph) if isinstance(e, Sensor) and e.gain is None)
 
 
+def store_of_way(graph: BondGraph, node: str) -> str:
+    """Return the store that holds the displacement at a 1-junction; "" where none does.
+
+    It hangs at the junction, or at one that is reached over 1-junctions alone: all share a flow.
+    """
+    reached = [node] if isinstance(graph[node], One) else []
+    for n in reached:  # grows on the way
+        beside = [b.head if b.tail == n else b.tail for b in graph.bonds_of(n)]
+        stores = [m for m in beside if isinstance(graph[m], C)]
+        if stores:
+            return stores[0]
+        reached += [m for m in beside if isinstance(graph[m], One) and m not in reached]
+    return ""
+
+
 def law_of(element: Element) -> Law | None:
     """Return the law of an element, or that of its drive."""
     return getattr(getattr(element, "drive", None), "law", None) or getattr(element, "law", None)
+
+
+def modulated_ratio(element: Element | None) -> sp.Expr | None:
+    """Return the ratio of a two-port as an expression of signals; None of any other element."""
+    own = element.ratio if isinstance(element, MTF | MGY) else None
+    return own if isinstance(own, sp.Expr) else None
 
 
 def has_unit(element: Element, units: tuple[str, ...]) -> bool:

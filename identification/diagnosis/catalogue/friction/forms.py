@@ -19,7 +19,7 @@ from bondgraph.laws import (
 )
 from bondgraph.support.arrays import Array
 from identification.diagnosis.catalogue.effect import Insertion, kind_at
-from identification.diagnosis.catalogue.places import SPRINGS, TANKS, has_unit
+from identification.diagnosis.catalogue.places import SPRINGS, TANKS, has_unit, store_of_way
 from identification.diagnosis.catalogue.starts import at_least, rubbing_units
 from identification.diagnosis.screening.port_history import FittedModel
 
@@ -160,14 +160,12 @@ def way_of(scene: FittedModel, element: Element) -> Array:
 def _with_position(graph: BondGraph, element: Element) -> tuple[BondGraph, str]:
     """Return the graph and the signal of the position where `element` rubs.
 
-    A store at the same 1-junction holds it; otherwise one without stiffness counts it.
+    A store of the same flow holds it; otherwise one without stiffness counts it.
     """
     node = graph[graph.neighbour(element.name)]
-    if isinstance(node, One):
-        stores = [e.name for e in graph.of_type(C) if graph.neighbour(e.name) == node.name]
-        if stores:
-            return graph, f"q_{stores[0]}"
-    else:
+    if store := store_of_way(graph, node.name):
+        return graph, f"q_{store}"
+    if not isinstance(node, One):
         (bond,) = graph.bonds_of(element.name)
         node = One(f"rubbing_{element.name}")
         graph = graph.with_inserted(bond, node)

@@ -15,6 +15,8 @@ from bondgraph.graph.parameter import Parameter
 from bondgraph.laws import Odometer
 from bondgraph.support.arrays import Array
 from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
+from identification.diagnosis.catalogue.places import store_of_way
+from identification.diagnosis.localisation.recording.variables import variables_beside
 from identification.diagnosis.screening.port_history import FittedModel, PortHistory, moved_by
 
 BY_WAY, BY_FLOW = 0.0, 1.0
@@ -49,8 +51,8 @@ class NonlinearRatio(Effect):
     meanings: ClassVar[Mapping[str, str]] = {
         "a_1": "change of the ratio along the way, over half of it",
         "a_2": "change of the ratio towards both ends",
-        "centre": "middle of the way",
-        "span": "half of the way",
+        "centre": "middle of the way, zero for a current",
+        "span": "half of the way, or the largest current",
     }
 
     def places(self, graph: BondGraph) -> tuple[Element, ...]:
@@ -77,7 +79,10 @@ class NonlinearRatio(Effect):
         return tuple(found)
 
     def insert(self, scene: FittedModel, element: Element, hint: Hint | None = None) -> Insertion:
-        """Exchange the two-port for a modulated one; a store without stiffness tells the way."""
+        """Exchange the two-port for a modulated one; a store of the side that moves tells the way.
+
+        Where there is none, one without stiffness is added.
+        """
         assert isinstance(element, TwoPort)
         g, name, past = scene.graph, element.name, scene.of(element)
         by_flow = hint is not None and hint.shape.get("by") == BY_FLOW
@@ -86,19 +91,27 @@ class NonlinearRatio(Effect):
         if isinstance(element.ratio, int | float):
             # the number becomes a declared parameter of the same name: fitted values carry over
             declared = [p for p in g.parameters.values() if p.name == name]
+        turned = 1.0
         if by_flow:
             into, out = _bonds(g, name)
             node = One(f"current_{name}")
             g = g.with_inserted(out if past.primary_moves else into, node)
             signal, centre = flow(node.name), 0.0
             span = _largest(current_of_two_port(past))
+            unit = variables_beside(g, node.name).flow_unit or "1"
         else:
-            g, counter = _with_counter(g, element, past.primary_moves)
+            g, store = _with_store(scene, element)
             way = way_of_two_port(past)
-            signal, centre, span = displacement(counter), _centre(way), _half(way)
+            if store in scene.past:
+                counted = scene.past[store].argument
+                # a store whose bond points away from it counts the other way round
+                turned = -1.0 if np.cov(counted, way)[0, 1] < 0 else 1.0
+                way = counted
+            signal, centre, span = displacement(store), _centre(way), _half(way)
+            unit = variables_beside(g, g.neighbour(store)).displacement_unit or "1"
         made = {
-            "centre": Parameter(f"centre_{name}", centre, "1", positive=False, fixed=True),
-            "span": Parameter(f"span_{name}", span, "1", fixed=True),
+            "centre": Parameter(f"centre_{name}", centre, unit, positive=False, fixed=True),
+            "span": Parameter(f"span_{name}", span, unit, fixed=True),
             "a_1": Parameter(f"a_1_{name}", 0.0, "1", positive=False, scale=0.1, lower=-2, upper=2),
             "a_2": Parameter(f"a_2_{name}", 0.0, "1", positive=False, scale=0.1, lower=-2, upper=2),
         }
@@ -109,7 +122,8 @@ class NonlinearRatio(Effect):
         strengths = (made["a_1"].name, made["a_2"].name)
         starts: dict[str, float] = {}
         if hint is not None:
-            starts = dict(zip(strengths, np.clip(hint.weights, -1, 1).astype(float), strict=True))
+            weights = np.clip(hint.weights * [turned, 1.0], -1, 1).astype(float)
+            starts = dict(zip(strengths, weights, strict=True))
         return self.inserted(element, g, (starts,), strengths)
 
 
@@ -130,11 +144,18 @@ def _shares(past: PortHistory, z: Array, by: float) -> Signature:
     )
 
 
-def _with_counter(graph: BondGraph, element: TwoPort, primary_moves: bool) -> tuple[BondGraph, str]:
-    """Return the graph with a store that counts the way of the side that moves."""
-    into, out = _bonds(graph, element.name)
+def _with_store(scene: FittedModel, element: TwoPort) -> tuple[BondGraph, str]:
+    """Return the graph and a store of the way: one that is there, or else a counter.
+
+    A counter starts anywhere, which leaves the ratio and how it changes undetermined.
+    """
+    g, (into, out) = scene.graph, _bonds(scene.graph, element.name)
+    primary = scene.of(element).primary_moves
+    store = store_of_way(g, into.tail if primary else out.head)
+    if store in scene.past:
+        return g, store
     node, counter = One(f"way_{element.name}"), f"counter_{element.name}"
-    g = graph.with_inserted(into if primary_moves else out, node)
+    g = g.with_inserted(into if primary else out, node)
     return g.with_branch(node.name, [C(counter, law=Odometer())]), counter
 
 

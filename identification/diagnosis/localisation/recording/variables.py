@@ -80,17 +80,15 @@ def two_port_variables(graph: BondGraph, e: TwoPort) -> tuple[str, str, str, str
     Units are those of the elements on either side; empty where none tells.
     """
     ends = {b.tail == e.name: b for b in graph.bonds_of(e.name)}
-    behind, into = (
-        _beside(graph, ends[out].head if out else ends[out].tail) if out in ends else GENERIC
-        for out in (True, False)
-    )
+    behind = variables_beside(graph, ends[True].head) if True in ends else GENERIC
+    into = variables_beside(graph, ends[False].tail) if False in ends else GENERIC
     turned = isinstance(e, GY)
     unit = behind.flow_unit if turned else behind.effort_unit
     word = "flow" if turned else "effort"
     return unit, into.flow_unit, f"{word} behind {e.name}", f"flow into {e.name}"
 
 
-def _beside(graph: BondGraph, start: str) -> Variables:
+def variables_beside(graph: BondGraph, start: str) -> Variables:
     """Return the variables of what is connected to `start` without a two-port between."""
     side, new = {start}, [start]
     while new:
