@@ -12,13 +12,14 @@ from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import C, Element, I, R, Source
 from bondgraph.graph.parameter import symbol
 from bondgraph.graph.sensors import Sensor
+from bondgraph.laws import Odometer
 from bondgraph.laws.law import Law, law_words, said_of
 from bondgraph.support.errors import BondsightError
 from bondgraph.support.ops import SYMPY
 from identification.diagnosis.catalogue import by_name
-from identification.diagnosis.catalogue.places import law_of
+from identification.diagnosis.catalogue.places import law_of, modulated_ratio
 from identification.diagnosis.catalogue.words import formula
-from identification.diagnosis.localisation.recording.variables import variables_of
+from identification.diagnosis.localisation.recording.variables import variables_beside, variables_of
 from identification.diagnosis.search.candidates import Candidate
 
 LONGEST = 420
@@ -37,6 +38,9 @@ def in_symbols(trial: Candidate) -> str:
         level = _level(trial)
         beside = f" {'-' if level < 0 else '+'} {abs(level):.4g}" if level else ""
         return f"reading of {e.name} = {gain:.4g}*s{beside}, where s is the true value at {e.name}"
+    changed = modulated_ratio(e)
+    if changed is not None and {*trial.insertion.strengths} & {*map(str, changed.free_symbols)}:
+        return _ratio(graph, trial.element, changed)
     law = None if e is None else law_of(e)
     found = None if law is None else deviation_of(trial)
     if e is None or law is None or found is None:
@@ -53,6 +57,25 @@ def in_symbols(trial: Candidate) -> str:
         added = sp.Mul(own, sp.Symbol(s) + sp.expand(found / own), evaluate=False)
     whole = _Text().doprint(added).replace("**", "^")
     return f"{left} = {whole}, where {s} is the {argument}{beside}"
+
+
+def _ratio(graph: BondGraph, name: str, changed: sp.Expr) -> str:
+    """Return a ratio that changes, and what the signals are that it changes with."""
+    signals = sorted({str(s) for s in changed.free_symbols} - {*graph.parameters})
+    said = " and ".join(f"{s} is the {_signal_words(graph, s)}" for s in signals)
+    return f"ratio of {name} = {_Text().doprint(changed).replace('**', '^')}, where {said}"
+
+
+def _signal_words(graph: BondGraph, signal: str) -> str:
+    """Say what a displacement or a flow of the graph is, such as ``position of k``."""
+    kind, _, name = signal.partition("_")
+    e = graph[name]
+    if isinstance(law_of(e), Odometer):  # it has no unit, what it counts has
+        node = graph.neighbour(name)
+        return f"{variables_beside(graph, node).displacement} counted at {node}"
+    if kind == "q":
+        return variable_names(graph, name)[2]
+    return f"{variables_beside(graph, name).flow} at {name}"
 
 
 def gain_of(trial: Candidate) -> float | None:

@@ -17,7 +17,7 @@ from bondgraph.graph.parameter import Parameter
 from bondgraph.signals.recording import Recording
 from bondgraph.support.errors import UnusableInput
 from bondgraph.support.whole_file import write_atomically
-from identification.diagnosis.catalogue.places import law_of
+from identification.diagnosis.catalogue.places import law_of, modulated_ratio
 from identification.diagnosis.diagnose import Diagnosis
 from identification.diagnosis.evidence.answer import Decision
 from identification.diagnosis.evidence.hypotheses import Thresholds
@@ -351,10 +351,11 @@ def law_constants(trial: Candidate, d: Diagnosis) -> list[Parameter]:
     graph, declared = (d.repaired or trial.fit).problem.graph, d.graph.parameters
     held = graph.elements.get(trial.element)
     law = None if held is None else law_of(held)
-    if law is None:
-        return []
-    own = (p for p in law.parameters(trial.element) if p.fixed and p.name not in declared)
-    return [graph.parameters.get(p.name, p) for p in own]
+    own: Iterable[Parameter] = () if law is None else law.parameters(trial.element)
+    if (ratio := modulated_ratio(held)) is not None:
+        symbols = sorted(map(str, ratio.free_symbols))
+        own = [graph.parameters[n] for n in symbols if n in graph.parameters]
+    return [graph.parameters.get(p.name, p) for p in own if p.fixed and p.name not in declared]
 
 
 def _estimate(e: Estimate, d: Diagnosis) -> dict[str, Any]:
