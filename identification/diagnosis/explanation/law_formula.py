@@ -62,11 +62,11 @@ def in_symbols(trial: Candidate) -> str:
 def _ratio(graph: BondGraph, name: str, changed: sp.Expr) -> str:
     """Return a ratio that changes, and what the signals are that it changes with."""
     signals = sorted({str(s) for s in changed.free_symbols} - {*graph.parameters})
-    said = " and ".join(f"{s} is the {_signal_words(graph, s)}" for s in signals)
+    said = " and ".join(f"{s} is the {signal_words(graph, s)}" for s in signals)
     return f"ratio of {name} = {_Text().doprint(changed).replace('**', '^')}, where {said}"
 
 
-def _signal_words(graph: BondGraph, signal: str) -> str:
+def signal_words(graph: BondGraph, signal: str) -> str:
     """Say what a displacement or a flow of the graph is, such as ``position of k``."""
     kind, _, name = signal.partition("_")
     e = graph[name]

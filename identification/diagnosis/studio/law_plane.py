@@ -30,6 +30,7 @@ from identification.diagnosis.screening.port_response import Probes, probes
 from identification.diagnosis.screening.tangent_space import freedom
 from identification.diagnosis.search.candidates import Candidate
 from identification.diagnosis.studio.packing import packed
+from identification.diagnosis.studio.ratio_plane import changed_ratio, ratio_plane
 from identification.diagnosis.studio.turns_plane import repeating, turned_plane
 from identification.estimation.single_record import Fit
 from identification.report.numbers import axis_scale
@@ -77,6 +78,9 @@ def planes(d: Diagnosis, share: float = 1.0) -> dict[str, Any]:
     found: dict[str, Any] = {}
     for name, past in scene.past.items():
         if name not in d.graph.elements or not np.ptp(past.argument[known]) > 0:
+            continue
+        if (ratio := changed_ratio(d, name)) is not None:
+            found[name] = ratio_plane(d, ratio)
             continue
         signal = recovered(d, probed, tangents, known, name)
         if signal is None:

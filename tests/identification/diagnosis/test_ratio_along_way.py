@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from base64 import b64decode
 from types import SimpleNamespace
 from typing import Any
 
@@ -10,6 +11,7 @@ import pytest
 
 from bondgraph import GY, MGY, BondGraph, C, Df, Dq, I, One, R, Se, displacement
 from bondgraph.signals.split import interleaved
+from identification.diagnosis.catalogue import by_name
 from identification.diagnosis.catalogue.effect import Hint
 from identification.diagnosis.catalogue.places import store_of_way
 from identification.diagnosis.catalogue.transduction.nonlinear_ratio import (
@@ -21,6 +23,7 @@ from identification.diagnosis.explanation.law_formula import in_symbols, meaning
 from identification.diagnosis.screening.observation import scene
 from identification.diagnosis.screening.port_history import FittedModel
 from identification.diagnosis.search.candidates import Candidate
+from identification.diagnosis.studio.law_plane import planes
 from identification.diagnosis.verdict.document import law_constants
 from identification.estimation.single_record import fit
 from identification.study.problem import Data, Problem
@@ -66,6 +69,10 @@ def data() -> Data:
 
 def seen(g: BondGraph, data: Data) -> FittedModel:
     return scene(fit(Problem(g, data), max_iterations=3))
+
+
+def unpacked(text: str) -> Any:
+    return np.frombuffer(b64decode(text), "<f4").astype(float)
 
 
 def said_of(made: Any) -> Candidate:
@@ -115,6 +122,38 @@ def test_the_law_is_a_formula_with_all_its_numbers(
     constants = law_constants(trial, d)
     assert [(p.name, p.unit) for p in constants] == [("centre_Bl", unit), ("span_Bl", unit)]
     assert all(meaning_of(p.name, trial) for p in constants)
+
+
+def test_friction_along_the_way_reads_a_store_behind_a_junction(data: Data) -> None:
+    looked = seen(stage("farther"), data)
+    forms = by_name("coulomb_friction").forms(looked, looked.graph["d"], {})
+    (along,) = (f for f in forms if f.law == "coulomb_along_way")
+    held: Any = along.graph["d"]
+    assert held.law.watched == "q_k"
+    assert set(along.graph.elements) == set(looked.graph.elements)
+
+
+def test_the_plane_of_a_ratio_is_drawn_over_the_way(data: Data) -> None:
+    looked = seen(stage(), data)
+    made = NonlinearRatio().insert(looked, looked.graph["Bl"])
+    values = {"Bl": 6.0, "a_1_Bl": 0.1, "a_2_Bl": -0.2}
+    held: Any = SimpleNamespace(problem=SimpleNamespace(graph=made.graph), values=values)
+    t = Candidate(made, True, held, 1.0, 1.0, np.ones(1))
+    found: Any = [SimpleNamespace(chosen=t, possible=(), same_place=())]
+    d: Any = SimpleNamespace(
+        repaired=None, scene=looked, findings=found, data=data, graph=looked.graph, steps=[],
+        trials=[],
+    )  # fmt: skip
+    plane = planes(d)["of"]["Bl"]
+    assert (plane["xLabel"], plane["yLabel"]) == ("position of k (mm)", "ratio of Bl (N/A)")
+    (law,) = plane["laws"]
+    x, y = unpacked(law["x"]), unpacked(law["y"])
+    centre, span = (made.graph.parameters[f"{n}_Bl"].value for n in ("centre", "span"))
+    z = (1e-3 * x - centre) / span
+    np.testing.assert_allclose([z[0], z[-1]], [-1, 1], atol=1e-4)
+    np.testing.assert_allclose(y, 6.0 * (1 + 0.1 * z - 0.2 * z**2), rtol=1e-4)
+    level = unpacked(plane["nominal"]["y"])
+    np.testing.assert_allclose(level, looked.nominal.values["Bl"], rtol=1e-4)
 
 
 def test_a_store_of_another_flow_does_not_hold_the_way() -> None:
