@@ -16,6 +16,7 @@ from identification.uncertainty.fitted import FitView, from_estimation
 from identification.uncertainty.information import Sensitivities
 from identification.uncertainty.practical import DEAD, Practical, practical
 from identification.uncertainty.preflight import thousand
+from identification.uncertainty.well_known import well_known
 
 BEYOND_NOISE = 4.0
 WHY = {
@@ -81,7 +82,10 @@ def postflight(estimation: Estimation, fit: FitView | None = None) -> tuple[Find
             )
         )  # fmt: skip
         return tuple(found)
+    known = {e.name for e in estimation.estimates if well_known(*e.ci95)}
     for s in statements:
+        if s.kind == "trade-off pair" and known.issuperset(s.names):
+            continue  # each is known well enough by itself
         found.append(
             Finding(s.kind, s.text, f"{where}, {', '.join(s.names)}", WHY[s.kind], DO[s.kind])
         )

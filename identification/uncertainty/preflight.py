@@ -233,8 +233,9 @@ def _drift(name: str, p: Problem, y: FloatArray) -> Iterator[Finding]:
         if abs(slope) > max(0.2 * float(measured.std()), 6 * error, 10 * p.data.floor[c]):
             yield Finding(
                 "drift", f"{n} moves by {slope:.3g} over the record beside what the commands make",
-                f"{name}, {n}", "temperature or creep would be taken for physics",
-                "remove the trend, or add the drift to the model",
+                f"{name}, {n}", "slow physics that the model lacks (heating, creep), or the sensor",
+                "add it to the model or let a diagnosis name it; take out only what drifts in "
+                "the sensor itself",
             )  # fmt: skip
 
 

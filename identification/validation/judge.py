@@ -98,7 +98,9 @@ class Judgement:
             for why in ["; ".join(dict.fromkeys(f.why for f in every))]
         }
         first = [found.pop(kind) for kind in ("unit", "at bound") if kind in found]
-        said = (*first, *self.faults, *found.values(), *self.notes, *self.fine)
+        pairs = [f.where for f in kinds.get("trade-off pair", ())]
+        notes = (n for n in self.notes if not _told_of(n.about, pairs))
+        said = (*first, *self.faults, *found.values(), *notes, *self.fine)
         return replace(self, remarks=said)
 
     def __str__(self) -> str:
@@ -112,6 +114,12 @@ class Judgement:
     def _repr_html_(self) -> str:
         """Return the judgement as HTML for notebooks."""
         return html_judgement(self)
+
+
+def _told_of(names: tuple[str, ...], places: Iterable[str]) -> bool:
+    """Whether one of the findings at these places tells how these parameters go together."""
+    ends = tuple(f", {', '.join(order)}" for order in (names, names[::-1]) if names)
+    return any(place.endswith(ends) for place in places)
 
 
 @single_threaded

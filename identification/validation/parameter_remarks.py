@@ -9,6 +9,7 @@ import numpy as np
 from bondgraph.signals.units import same_dimension
 from identification.report.numbers import quantity, within
 from identification.report.words import listed
+from identification.uncertainty.well_known import well_known
 from identification.validation.remark import Remark, fault, fine, note
 from identification.validation.validation_data import Number, ValidationData
 
@@ -63,10 +64,13 @@ def _pairs(m: ValidationData) -> Iterator[Remark]:
         return
     for i, j in zip(*np.tril_indices(size, -1), strict=True):
         rho, a, b = float(m.correlation[i, j]), m.numbers[i], m.numbers[j]
+        if well_known(*a.ci95) and well_known(*b.ci95):
+            continue
         if abs(rho) > 0.99 and not (a.only and b.only):
             yield note(
                 f"{b.name} and {a.name} trade off (correlation {rho:.4f}): {_traded(a, b, rho)}",
                 "fix one, or record something that moves them apart",
+                (b.name, a.name),
             )
 
 

@@ -26,12 +26,15 @@ class Remark:
         What to try; empty where nothing is asked.
     leads : str
         The fit in a few words, where all faults after this one most likely come of it.
+    about : tuple of str
+        Parameters of which it tells how they go together.
     """
 
     weight: Weight
     text: str
     advice: str = ""
     leads: str = ""
+    about: tuple[str, ...] = ()
 
 
 def fine(text: str) -> Remark:
@@ -39,9 +42,9 @@ def fine(text: str) -> Remark:
     return Remark(Weight.FINE, text)
 
 
-def note(text: str, advice: str = "") -> Remark:
+def note(text: str, advice: str = "", about: tuple[str, ...] = ()) -> Remark:
     """Return a remark that is to be known."""
-    return Remark(Weight.NOTE, text, advice)
+    return Remark(Weight.NOTE, text, advice, about=about)
 
 
 def fault(text: str, advice: str, leads: str = "") -> Remark:

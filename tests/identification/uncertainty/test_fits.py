@@ -14,6 +14,7 @@ from identification.uncertainty.information import Sensitivities
 from identification.uncertainty.postflight import postflight, practical_of
 from identification.uncertainty.practical import practical
 from identification.uncertainty.profiles import profile_one, profiles, rise_at
+from identification.uncertainty.statements import Statement
 from identification.uncertainty.words import report
 from tests.identification.uncertainty.plants import TRUTH, found, recorded, signals, spring, study
 
@@ -138,6 +139,19 @@ def test_trade_off_names_the_better_product() -> None:
     (pair,) = p.of("trade-off pair")
     assert pair.number > 0.99
     assert "T^2/k is known" in pair.text
+
+
+@pytest.mark.parametrize(("width", "kinds"), [(1e-3, []), (0.2, ["trade-off pair"])])
+def test_a_pair_of_which_each_is_known_well_is_no_finding(
+    plain: Estimation, monkeypatch: pytest.MonkeyPatch, width: float, kinds: list[str]
+) -> None:
+    pair = Statement("trade-off pair", ("m", "k"), 0.998, "m and k go together")
+    known = replace(practical_of(from_estimation(plain)), statements=(pair,))
+    monkeypatch.setattr("identification.uncertainty.postflight.practical_of", lambda _: known)
+    ends = tuple(
+        replace(e, ci95=((1 - width) * e.value, (1 + width) * e.value)) for e in plain.estimates
+    )
+    assert [f.kind for f in postflight(replace(plain, estimates=ends))] == kinds
 
 
 def test_other_methods_are_refused_in_one_line(plain: Estimation) -> None:

@@ -60,7 +60,9 @@ def test_stuck_reading_and_drift() -> None:
     x = X.copy()
     x[500:620] = x[500]
     assert "stays at" in before(x=x)["stuck reading"].what
-    assert "drift" in before(x=X + 0.05 * T / T[-1])
+    drift = before(x=X + 0.05 * T / T[-1])["drift"]
+    assert "slow physics that the model lacks" in drift.why
+    assert "remove the trend" not in drift.do  # a trend may be what is looked for
 
 
 def test_quantised_readings_are_not_stuck() -> None:

@@ -157,6 +157,33 @@ def test_far_above_the_noise_one_fault_leads_and_the_others_are_counted() -> Non
     assert "do not determine d" in str(near)
 
 
+def test_far_above_the_noise_no_input_is_cleared() -> None:
+    drive = coloured(np.random.default_rng(3), N, 0.9)
+    near = judge(material(record(white(8), inputs={"F": drive})))
+    assert any("no effect of F is missing" in r.text for r in near.fine)
+    for size in (3.0, 30.0):
+        far = judge(material(record(size * white(8), inputs={"F": drive})))
+        assert "no effect of F" not in str(far)
+        assert any("not judged whether an effect of F is missing" in r.text for r in far.notes)
+    # what the fit lacks stands beside the valley, not behind it
+    assert "either the model lacks something, or" in faults(far)
+
+
+def test_a_pair_is_told_once_and_not_where_each_is_known_well() -> None:
+    tied = np.array([[1.0, -0.998], [-0.998, 1.0]])
+    ends = ((7.3994, 7.4014), (3.596, 3.6013))
+    numbers = (Number("Bl", 7.4, "N/A", ends[0]), Number("d", 3.6, "N*s/m", ends[1]))
+    m = material(record(white(7)), numbers=numbers)
+    assert "trade off" not in str(judge(replace(m, correlation=tied)))
+    wide = tuple(replace(n, ci95=(0.8 * n.value, 1.2 * n.value)) for n in numbers)
+    j = judge(replace(m, numbers=wide, correlation=tied))
+    assert "d and Bl trade off" in str(j) or "Bl and d trade off" in str(j)
+    pair = Finding("trade-off pair", "Bl and d go together", "s, Bl, d", "it hides", "record")
+    told = str(j.with_findings((pair,)))
+    assert "Bl and d go together" in told
+    assert "trade off" not in told
+
+
 def test_what_was_fitted_is_told_by_sort() -> None:
     numbers = (Number("k", 9.0, "N/m", (8.9, 9.1)),)
     m = replace(material(record(white(8)), numbers=numbers, n_free=5), states=2)
