@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, TypeAlias, TypeVar
 import sympy as sp
 
 from bondgraph.graph import building
+from bondgraph.graph.given import require_drive, require_law
 from bondgraph.signals.units import read_unit
 from bondgraph.support.bounds import Name, Positive, one_of, whole
 from bondgraph.support.errors import GraphError
@@ -149,15 +150,7 @@ class Source(Element):
     def __post_init__(self) -> None:
         """Refuse a drive that is none, such as the bare law of one."""
         super().__post_init__()
-        if self.drive is not None and not all(hasattr(self.drive, n) for n in DRIVE):
-            raise GraphError(
-                f"{self.name} ({self.kind}): drive = {self.drive!r} is no Drive; give "
-                "Drive(law=..., lag=..., delay=...) of bondgraph.graph.drives: a law of the "
-                "command, the names of a time constant and of a dead time"
-            )
-
-
-DRIVE = ("law", "lag", "delay")
+        require_drive(f"{self.name} ({self.kind})", self.drive)
 
 
 @spelled
@@ -254,6 +247,7 @@ class Valued(Element):
     source: str = field(default="", kw_only=True)
 
     def _convert(self) -> None:
+        require_law(f"{self.name} ({self.kind})", self.law)
         if self.law is None:
             _to_si(self, "value", "stiffness")
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, ClassVar
 
 from bondgraph.graph.elements import Element, Value
+from bondgraph.graph.given import require_law
 from bondgraph.support.bounds import Name
 from bondgraph.support.spelled import spelled
 
@@ -41,6 +42,9 @@ class Sensor(Element):
     damping_ratio: Value | None = field(default=None, kw_only=True)
     offset: Value | None = field(default=None, kw_only=True)
     resolution: Value | None = field(default=None, kw_only=True)
+
+    def _convert(self) -> None:
+        require_law(f"{self.name} ({self.kind})", self.law)
 
 
 @spelled

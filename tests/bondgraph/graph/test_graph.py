@@ -21,6 +21,7 @@ from bondgraph import (
     C,
     De,
     Df,
+    Dq,
     GraphError,
     I,
     MSe,
@@ -37,6 +38,7 @@ from bondgraph.graph.drives import Drive
 from bondgraph.graph.modulation import effort
 from bondgraph.graph.parameter import Parameter, symbol
 from bondgraph.laws import Saturation
+from bondgraph.laws.law import Law
 from tests.counted import calls
 
 
@@ -338,6 +340,24 @@ def problem(g: BondGraph, element: str, *words: str) -> None:
         assert any(word in line for line in lines), (word, lines)
     with pytest.raises(GraphError, match=g.name):
         g.require_sound()
+
+
+@pytest.mark.parametrize(
+    ("make", "said"),
+    [
+        (lambda: R("d", 3.0, law=cast("Law", "coulomb")), "d (R): law = 'coulomb' is no law"),
+        (lambda: C("k", stiffness=3.0, law=cast("Law", "stop")), "k (C): law = 'stop'"),
+        (lambda: I("m", 3.0, law=cast("Law", 7)), "m (I): law = 7"),
+        (lambda: Dq("x", law=cast("Law", "bent")), "x (Dq): law = 'bent'"),
+        (lambda: R("d", 3.0, law=cast("Law", Saturation)), "d (R): law = Saturation is no law"),
+        (lambda: Se("u", drive=Drive(law=cast("Law", "flat"))), "u (Se): drive: law = 'flat'"),
+        (lambda: Se("u", drive=cast("Drive", "flat")), "u (Se): drive = 'flat' is no Drive"),
+    ],
+)
+def test_what_is_no_law_is_refused_where_it_is_given(make: Callable[[], object], said: str) -> None:
+    with pytest.raises(GraphError) as refused:
+        make()
+    assert said in str(refused.value)
 
 
 def test_what_cannot_be_measured_is_named() -> None:
