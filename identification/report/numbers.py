@@ -139,6 +139,37 @@ def interval(low: float, high: float, unit: str, value: float = 0.0) -> str:
     return f"{text} {shown}".strip()
 
 
+def ends(low: float, high: float, unit: str, of: float = 0.0) -> str:
+    """Return an interval with as many digits as tell its ends apart, in the unit of its value.
+
+    Examples
+    --------
+    >>> ends(199.93, 200.11, "N/m")
+    '199.93 … 200.11 N/m'
+    """
+    size, width = max(abs(low), abs(high)), abs(high - low)
+    if not 0 < width < math.inf:
+        return interval(low, high, unit, of)
+    digits = min(max(math.ceil(math.log10(size / width)) + 2, 3), 12)
+    factor, shown = prefixed(unit, told_by(of, size))
+    return f"{short(low * factor, digits)} … {short(high * factor, digits)} {shown}".strip()
+
+
+def told(value: float, low: float, high: float, unit: str) -> str:
+    """Return a value with as many digits as its interval gives it.
+
+    Examples
+    --------
+    >>> told(7.4004695, 7.39947, 7.40147, "N/A")
+    '7.40047 N/A'
+    """
+    width = abs(high - low)
+    if not (0 < width < math.inf and value):
+        return quantity(value, unit)
+    digits = min(max(math.ceil(math.log10(abs(value) / width)) + 2, 2), 12)
+    return quantity(value, unit, digits)
+
+
 def percent(share: float) -> str:
     """Share as a percentage."""
     if not math.isfinite(share):

@@ -8,9 +8,8 @@ import numpy as np
 
 from bondgraph.signals.files.checks import optional
 from identification.report import html
-from identification.report.numbers import quantity, short, times_noise
+from identification.report.numbers import ends, quantity, short, times_noise, told
 from identification.report.tables import aligned
-from identification.validation.tables import ends, value
 
 if TYPE_CHECKING:
     from identification.validation.compare import Comparison, Contestant
@@ -61,7 +60,8 @@ def parameter_table(c: Comparison) -> tuple[list[str], list[list[str]]]:
         for x in c.contestants:
             found = [n for n in x.judgement.material.numbers if n.name == name]
             row.append(
-                f"{value(found[0])} ({ends(*found[0].ci95, found[0].unit, found[0].value)})"
+                f"{told(found[0].value, *found[0].ci95, found[0].unit)} "
+                f"({ends(*found[0].ci95, found[0].unit, found[0].value)})"
                 if found
                 else "fixed or absent"
             )

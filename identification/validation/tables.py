@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from identification.report import html
-from identification.report.numbers import interval, prefixed, quantity, short, times_noise, told_by
+from identification.report.numbers import ends, interval, quantity, short, times_noise, told
 from identification.report.tables import aligned
 from identification.report.words import listed
 from identification.validation.held_out import Error
@@ -58,7 +58,8 @@ def number_row(n: Number) -> list[str]:
     if n.only:
         remark = f"{remark}, {n.only}" if remark else n.only
     known = "–" if n.only else ends(*n.ci95, n.unit, n.value)
-    return [n.name, quantity(n.value, n.unit) if n.only else value(n), known, declared, remark]
+    shown = quantity(n.value, n.unit) if n.only else told(n.value, *n.ci95, n.unit)
+    return [n.name, shown, known, declared, remark]
 
 
 def number_rows(m: ValidationData) -> list[list[str]]:
@@ -69,32 +70,6 @@ def number_rows(m: ValidationData) -> list[list[str]]:
         for t in m.tied for k in t.told
     ]  # fmt: skip
     return [*map(number_row, m.numbers), *together]
-
-
-def value(n: Number) -> str:
-    """Return the value with as many digits as its interval gives it."""
-    low, high = n.ci95
-    width = abs(high - low)
-    if not (np.isfinite(width) and width > 0 and n.value):
-        return quantity(n.value, n.unit)
-    digits = int(np.clip(np.ceil(np.log10(abs(n.value) / width)) + 2, 2, 12))
-    return quantity(n.value, n.unit, digits)
-
-
-def ends(low: float, high: float, unit: str, of: float = 0.0) -> str:
-    """Return an interval with as many digits as tell its ends apart, in the unit of its value.
-
-    Examples
-    --------
-    >>> ends(199.93, 200.11, "N/m")
-    '199.93 … 200.11 N/m'
-    """
-    size, width = max(abs(low), abs(high)), abs(high - low)
-    if not (np.isfinite([low, high]).all() and width > 0):
-        return interval(low, high, unit, of)
-    digits = int(np.clip(np.ceil(np.log10(size / width)) + 2, 3, 12))
-    factor, shown = prefixed(unit, told_by(of, size))
-    return f"{short(low * factor, digits)} … {short(high * factor, digits)} {shown}".strip()
 
 
 def criteria_text(j: Judgement) -> str:

@@ -6,7 +6,11 @@ from identification.diagnosis.catalogue.words import briefly
 from identification.diagnosis.diagnose import Diagnosis
 from identification.diagnosis.explanation.colour import COLOURED
 from identification.diagnosis.explanation.law_formula import in_symbols, meaning_of
-from identification.diagnosis.explanation.undetermined import UNDETERMINED, is_undetermined
+from identification.diagnosis.explanation.undetermined import (
+    UNDETERMINED,
+    is_undetermined,
+    remark_of,
+)
 from identification.diagnosis.verdict.document import (
     ERROR,
     as_repaired,
@@ -14,6 +18,9 @@ from identification.diagnosis.verdict.document import (
     law_constants,
     normalised_error,
 )
+from identification.estimation.estimates import Estimate
+from identification.report.numbers import ends, quantity, told
+from identification.report.tables import aligned
 from identification.report.words import ordinal
 from identification.uncertainty.tied import remark_on
 
@@ -66,13 +73,42 @@ def parameter_lines(d: Diagnosis) -> list[str]:
     return lines
 
 
+def value_lines(d: Diagnosis) -> list[str]:
+    """Fitted values of the model's own parameters beside the declared ones, where they mean much.
+
+    That is where nothing is missing, or beside a repair.
+    """
+    last = d.repaired or (d.nominal if d.kind in ("explained", "parameters_only") else None)
+    if last is None or d.mistakes:
+        return []
+    own = {e.name for s in d.findings if s.chosen for e in effect_parameters(s.chosen, d)}
+    rows = [_value_row(e, d) for e in last.estimates if e.name not in own]
+    if not rows:
+        return []
+    more = f"{len(rows) - MOST_VALUES} more in verdict.json"
+    return [*aligned(HEADS, rows[:MOST_VALUES]), *([more] if len(rows) > MOST_VALUES else [])]
+
+
+HEADS = ("fitted", "value", "95 % interval", "declared")
+MOST_VALUES = 12
+"""Values of parameters that the terminal shows."""
+
+
+def _value_row(e: Estimate, d: Diagnosis) -> list[str]:
+    declared = d.graph.parameters.get(e.name.partition(" @")[0])
+    before = "–" if declared is None else quantity(declared.value, e.unit)
+    if remark := remark_of(e, d):
+        return [e.name, quantity(e.value, e.unit), remark, before]
+    return [e.name, told(e.value, *e.ci95, e.unit), ends(*e.ci95, e.unit, e.value), before]
+
+
 def certainty_lines(d: Diagnosis) -> list[str]:
     """How probable the answers are, and what that is a share of; one line for each number."""
-    told = {sure_words(s.answer, s.confidence): s for s in d.findings if s.confidence > 0}
+    said = {sure_words(s.answer, s.confidence): s for s in d.findings if s.confidence > 0}
     one = len(d.findings) == 1
     return [
         words if one or s.chosen is None else f"{s.chosen.label}: {words}"
-        for words, s in told.items()
+        for words, s in said.items()
     ]
 
 

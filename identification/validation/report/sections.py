@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from identification.report import html
-from identification.report.numbers import percent, quantity, short, times_noise
+from identification.report.numbers import ends, percent, quantity, short, times_noise
 from identification.report.style import BAD, GOOD
 from identification.report.words import ended
 from identification.validation.compare import Comparison
@@ -28,7 +28,6 @@ from identification.validation.tables import (
     LEGEND,
     NUMBER_HEADS,
     criteria_text,
-    ends,
     error_rows,
     groups,
     in_a_word,

@@ -10,9 +10,8 @@ import pytest
 
 from identification.report import html
 from identification.report.canvas import drawing
-from identification.report.numbers import interval, quantity
+from identification.report.numbers import ends, interval, quantity
 from identification.report.words import ended, listed, spaced, stopped
-from identification.validation.tables import ends
 
 EVIL = "<b onclick=alert(1)>\"&'"
 
