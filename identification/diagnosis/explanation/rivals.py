@@ -109,6 +109,8 @@ def _why(
         return "lost", "not clearly better than the simpler one"
     if z < 0.5:
         return "lost", "about as good on average, but the named one is simpler or more usual"
+    if not t.test > 1.0:
+        return "lost", f"leaves more than {spaced(chosen.effect)}"  # neither lies above the noise
     factor = times_noise((t.test - 1) / max(chosen.test - 1, 0.05))
     return "lost", f"leaves {multiple(factor)} as much above the noise"
 

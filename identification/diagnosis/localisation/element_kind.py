@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from bondgraph.graph.bond_graph import BondGraph
-from bondgraph.graph.elements import C, I, R, Source, TwoPort
+from bondgraph.graph.elements import GY, C, I, R, Source, TwoPort
 from bondgraph.graph.sensors import Sensor
 
 
@@ -17,3 +17,8 @@ def element_kind(graph: BondGraph, name: str) -> str:
         if isinstance(e, types):
             return word
     return "junction"
+
+
+def element_words(graph: BondGraph, name: str) -> str:
+    """Kind of an element as texts say it: the verdict has one word for every two-port."""
+    return "gyrator" if isinstance(graph.elements.get(name), GY) else element_kind(graph, name)

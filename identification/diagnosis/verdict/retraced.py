@@ -53,7 +53,9 @@ def _one(t: Data) -> str:
     said += ": it could not be judged" if left is None else f" leaves {left:.3g}"
     if z is not None:
         said += f", {abs(z):.1f} standard errors {'behind' if z >= 0 else 'ahead'}"
-    return f"{said}: {t['why']}" if t["why"] else said
+    # files of before have such a reason where neither lies above the noise
+    told = t["why"] and "nan times" not in t["why"]
+    return f"{said}: {t['why']}" if told else said
 
 
 def _begun(text: str) -> str:

@@ -20,7 +20,7 @@ from identification.diagnosis.evidence.kinds_told import EXACT, open_kinds
 from identification.diagnosis.explanation.doubts import doubts
 from identification.diagnosis.explanation.law_formula import gain_of
 from identification.diagnosis.explanation.undetermined import UNDETERMINED
-from identification.diagnosis.localisation.element_kind import element_kind
+from identification.diagnosis.localisation.element_kind import element_words
 from identification.diagnosis.localisation.recording.region import multiple
 from identification.diagnosis.localisation.regions import summary
 from identification.diagnosis.screening.flexible_forms import SORTS, sort_anywhere
@@ -41,6 +41,7 @@ from identification.diagnosis.verdict.lines import (
     reason_lines,
     sure_words,
     together_lines,
+    value_lines,
 )
 from identification.diagnosis.verdict.retraced import traces, tried
 from identification.report.words import ended, gathered, listed, shortened, spaced, stopped
@@ -49,6 +50,8 @@ Data = Mapping[str, Any]
 WIDTH = 96
 AT_FLOOR = 1.25
 MOST = 6
+ANY_TWO = "transformer"
+"""What a verdict calls every two-port."""
 
 _ANSWERS = {
     "explained": (
@@ -95,7 +98,7 @@ def _answered(d: Diagnosis) -> str:
         parts = []
         for step in d.findings:
             assert step.chosen is not None
-            where = element_kind(d.graph, step.chosen.element)
+            where = element_words(d.graph, step.chosen.element)
             same = sorted({t.element for t in step.same_place} - {step.chosen.element})
             also = f" (or {', '.join(same)}: these sensors cannot tell)" if same else ""
             names = [spaced(n) for n in dict.fromkeys(t.effect for t in step.possible)]
@@ -139,7 +142,8 @@ def _without_name(d: Diagnosis) -> str:
     """Say what is known where no name is given: a kind and a place, look-alikes, or less."""
     step = d.decision
     place = unresolved_place(d)
-    where = f"the {place['kind']} {place['element']}" if place["element"] else ""
+    kind = element_words(d.graph, place["element"]) if place["kind"] == ANY_TWO else place["kind"]
+    where = f"the {kind} {place['element']}" if place["element"] else ""
     same = place["indistinguishable_from"]
     also = f" (or {', '.join(same)}: these sensors cannot tell)" if same and where else ""
     if step is not None and step.answer == "kind" and where:
@@ -240,7 +244,8 @@ def in_words(d: Diagnosis) -> str:
     notes = (s for s in d.notes if s not in answer and s not in colour(d))
     lines += [f"note: {s}" for s in gathered(notes)]
     lines += error_lines(d)
-    lines += [*parameter_lines(d), *nuisance_lines(d), *together_lines(d), *certainty_lines(d)]
+    lines += [*parameter_lines(d), *value_lines(d), *nuisance_lines(d), *together_lines(d)]
+    lines += certainty_lines(d)
     if d.kind in ("missing_physics", "unknown_physics"):
         lines += [f"seen: {s}" for s in summary(d.regions)[:3]]
     lines += reason_lines(d)
@@ -359,7 +364,9 @@ def _place(f: Data) -> str:
     place = f["location"]
     if not place["element"]:
         return "The place is open: no element of the model explains the misfit better than others."
-    kind = f"the {place['kind']} " if place["kind"] else ""
+    # the file has one word for both
+    word = "transformer or gyrator" if place["kind"] == ANY_TWO else place["kind"]
+    kind = f"the {word} " if word else ""
     family = f.get("answer") == "family"
     what = "It" if family else f"The {_effect(f).removeprefix('an ')}"
     verb = "is closest to" if f["effect"] == "unknown" and not family else "sits at"

@@ -231,6 +231,12 @@ def test_what_remains_is_told_where_it_has_a_place() -> None:
     assert "What remains" not in said(v | {"remaining": {"x": absent}})
 
 
+def test_a_two_port_of_a_file_may_be_a_gyrator() -> None:
+    place = {"element": "Bl", "kind": "transformer", "indistinguishable_from": []}
+    text = said(verdict("missing_physics", finding("nonlinear_ratio", "Bl", location=place)))
+    assert "sits at the transformer or gyrator Bl" in text
+
+
 def test_a_region_of_what_remains_is_said_in_one_sentence() -> None:
     where = (
         "from 0.08 to 33.8 Hz the misfit{} is 20 times its noise there (4 % of it in 1 % of the "

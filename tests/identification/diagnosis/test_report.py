@@ -214,6 +214,24 @@ def test_terminal_page_and_file_give_the_same_intervals_and_stretches(found: Dia
     assert seen == list(summary(regions_of(d)))[:3]
 
 
+def test_the_terminal_gives_fitted_values_beside_the_declared_ones(
+    found: Diagnosis, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for kind in ("parameters_only", "missing_physics"):
+        d = as_kind(found, kind)
+        lines = in_words(d).splitlines()
+        (head,) = (i for i, line in enumerate(lines) if line.startswith("fitted  "))
+        assert re.split(r"  +", lines[head])[1:] == ["value", "95 % interval", "declared"]
+        (row,) = (re.split(r"  +", line) for line in lines[head:] if line.startswith("k "))
+        value = next(e["value"] for e in verdict(d)["parameters"] if e["name"] == "k")
+        assert float(row[1].split()[0]) == pytest.approx(value, rel=0.02)
+        assert " … " in row[2]
+        assert row[3] == "200 N/m"
+    monkeypatch.setattr("identification.diagnosis.verdict.lines.MOST_VALUES", 1)
+    assert "2 more in verdict.json" in in_words(as_kind(found, "parameters_only"))
+    assert "declared" not in in_words(as_kind(found, "unknown_physics"))
+
+
 def test_places_carry_their_confidence(found: Diagnosis) -> None:
     d = as_kind(found, "missing_physics")
     weights = confidence_of(d)
@@ -441,6 +459,29 @@ def test_no_rival_explains_more_than_everything(found: Diagnosis) -> None:
     low = replace(step, chosen=replace(step.chosen, test=0.5))
     shares = [s.share for s in standings(replace(found, steps=(low,)), low)]
     assert max(shares) == pytest.approx(1.0)
+
+
+def test_of_what_leaves_less_than_the_noise_no_factor_is_told(
+    found: Diagnosis, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(
+        "identification.diagnosis.explanation.rivals.strength_shown", lambda t: True
+    )
+    step = found.decision
+    assert step is not None
+    assert step.chosen is not None
+    best = step.chosen.blocks
+    worse = best + np.random.default_rng(0).uniform(1.0, 2.0, best.size)
+    others = (t for t in step.trials or found.trials if t.effect != "unknown")
+    lost = tuple(replace(t, test=0.9, blocks=worse) for t in others)
+    low = replace(step, chosen=replace(step.chosen, test=0.5), trials=lost)
+    said = [s.why for s in standings(replace(found, steps=(low,)), low)]
+    assert any("leaves more than" in w for w in said)
+    assert not any("nan" in w for w in said)
+    old = verdict(as_kind(found, "missing_physics"))
+    for t in old["steps"][0]["tried"]:
+        t["why"] = "leaves nan times as much above the noise"
+    assert "nan" not in retold(old)
 
 
 def test_a_law_is_written_in_the_symbols_of_the_fit() -> None:

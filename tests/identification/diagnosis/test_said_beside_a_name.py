@@ -25,6 +25,7 @@ from identification.diagnosis.explanation.law_formula import in_symbols
 from identification.diagnosis.explanation.places_judged import judged_places
 from identification.diagnosis.explanation.undetermined import UNDETERMINED, is_undetermined
 from identification.diagnosis.localisation.blind_relations import BlindRelation
+from identification.diagnosis.localisation.element_kind import element_kind, element_words
 from identification.diagnosis.localisation.recording import axes_of
 from identification.diagnosis.localisation.recording.variables import two_port_variables
 from identification.diagnosis.report.changed import definition, math_svg
@@ -246,6 +247,9 @@ def test_what_a_gyrator_carries_has_the_unit_of_its_side() -> None:
     first, _, way = axes_of(g, "k_m", moved)
     assert (first.name, first.unit, way.unit) == ("flow behind k_m", "rad/s", "rad/s")
     assert two_port_variables(g, g["k_m"])[1] == "A"  # type: ignore[arg-type]
+    # the verdict has one word for every two-port, texts have two
+    assert (element_kind(g, "k_m"), element_words(g, "k_m")) == ("transformer", "gyrator")
+    assert element_words(g, "R_a") == "resistor"
 
 
 def said(d: Diagnosis) -> str:
