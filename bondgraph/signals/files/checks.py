@@ -65,9 +65,17 @@ def check_name(name: str, where: str) -> None:
 
 
 def check_finite(
-    values: FloatArray, what: str, place: Callable[[int], str], *, fills: bool = False
+    values: FloatArray,
+    what: str,
+    place: Callable[[int], str],
+    *,
+    fills: bool = False,
+    texts: Mapping[str, str] | None = None,
 ) -> None:
-    """Refuse NaN and infinity; `place` says where sample i stands, `fills` if filling applies."""
+    """Refuse NaN and infinity; `place` says where sample i stands, `fills` if filling applies.
+
+    `texts` are words in place of numbers, by place.
+    """
     good = np.isfinite(values)
     bad = np.flatnonzero(~good)
     if not bad.size:
@@ -98,9 +106,11 @@ def check_finite(
     most = int((stops - starts).max())
     if fills and most <= SHORT and good[0] and good[-1] and np.isnan(values[bad]).all():
         remedies.append(f"draw straight lines across (fill={most})")
+    text = (texts or {}).get(first)
+    sort, quoted = ("text, ", f", {text!r},") if text else ("", "")
     raise UnusableInput(
-        f"{what}: {bad.size} of {values.size} values are NaN, infinite or empty, the first in "
-        f"{first}{bursts}",
+        f"{what}: {bad.size} of {values.size} values are {sort}NaN, infinite or empty, the first"
+        f"{quoted} in {first}{bursts}",
         remedies=remedies,
     )
 

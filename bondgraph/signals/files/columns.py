@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from bisect import bisect_left, bisect_right
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -93,13 +93,15 @@ class ColumnPlan:
 class ColumnTable:
     """Columns as read, before units, with the place of every sample for messages.
 
-    A place ends with its number, such as ``row 12``.
+    A place ends with its number, such as ``row 12``. `texts` are the first cells that hold a word
+    in place of a number, by header and place.
     """
 
     plan: ColumnPlan
     columns: dict[str, FloatArray]
     place: Callable[[int], str]
     notes: tuple[str, ...] = ()
+    texts: Mapping[tuple[str, str], str] = field(default_factory=dict)
 
     def kept(self, first: int | None, last: int | None, where: str) -> ColumnTable:
         """Return the rows with numbers from `first` to `last`, both among them.

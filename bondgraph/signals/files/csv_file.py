@@ -142,6 +142,7 @@ def _read_rows(
     data = [array("d") for _ in wanted]
     lines = array("q")
     marks: set[str] = set()
+    texts: dict[tuple[str, str], str] = {}
     clock = plan.time[0] if plan.time else None
     scale = plan.time[1].scale if plan.time else 1.0
     begin: datetime | None = None
@@ -179,6 +180,8 @@ def _read_rows(
             except ValueError:
                 if cell.strip().lower() in MISSING:
                     store.append(float("nan"))
+                    if len(texts) < MOST_TEXTS:
+                        texts[header, f"row {line}"] = cell.strip()
                     continue
                 raise UnusableInput(
                     f"{where}, row {line}, column {header!r}: {row[i][:40]!r} is not a number; "
@@ -192,7 +195,7 @@ def _read_rows(
         notes.append(f"time counts from {begin.isoformat()}")
     if "" in headers:
         notes.append("columns without a name were left out")
-    return ColumnTable(plan, columns, lambda i: f"row {lines[i]}", tuple(notes))
+    return ColumnTable(plan, columns, lambda i: f"row {lines[i]}", tuple(notes), texts)
 
 
 def _blank(cell: str) -> float:
@@ -203,3 +206,5 @@ def _blank(cell: str) -> float:
 
 MISSING = ("#n/a", "n/a", "na", "null", "none", "-", "--")
 """What programs write into cells without a value, beside NaN and nothing."""
+MOST_TEXTS = 1000
+"""Such cells that are kept to be quoted."""

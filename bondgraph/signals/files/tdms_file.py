@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -48,7 +49,7 @@ def read_tdms(file: Path, map: Mapping[str, str] | None, fs: float | None) -> Co
         manager.set_level(level)
     if cut:
         note = "the file is cut off in its last segment; what is whole was read"
-        return ColumnTable(table.plan, table.columns, table.place, (*table.notes, note))
+        return replace(table, notes=(*table.notes, note))
     return table
 
 

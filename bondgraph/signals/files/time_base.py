@@ -54,6 +54,11 @@ def with_others(
         return named.without(f"only the columns of the map are read: {UnusableInput(*error.args)}")
 
 
+def texts_of(table: ColumnTable, header: str) -> dict[str, str]:
+    """Return the words that stand in place of numbers in one column, by place."""
+    return {place: text for (column, place), text in table.texts.items() if column == header}
+
+
 def make_even(
     table: ColumnTable, where: str, fs: float | None, onto: float | None = None, fill: int = 0
 ) -> Even:
@@ -68,7 +73,8 @@ def make_even(
     plan, notes = table.plan, list(table.notes)
     for header, values in table.columns.items():
         fills = is_filled(table, header)
-        check_finite(values, f"{where}, column {header!r}", table.place, fills=fills)
+        what = f"{where}, column {header!r}"
+        check_finite(values, what, table.place, fills=fills, texts=texts_of(table, header))
     channels = {k: unit.to_si(table.columns[h]) for k, (h, unit) in plan.channels.items()}
     units = {k: unit.si for k, (_, unit) in plan.channels.items()}
     notes += [f"channel {k!r}: {u.note}" for k, (_, u) in plan.channels.items() if u.note]

@@ -169,6 +169,10 @@ def test_mat(tmp_path: Path) -> None:
         ("t_s;x_m\n0;1,5\n1;2.5\n", "row 3, column 'x_m': points and commas"),
         ("t_s,x_m\n0,1\n1,nan\n2,inf\n3,\n", "3 of 4 values are NaN, infinite or empty"),
         ("t_s,x_m\n0,1\n\n1,nan\n", "first in row 4"),
+        (
+            "t_s,x_m\n0,1\n\n1,n/a\n2,1\n3,NA\n",
+            "2 of 4 values are text, NaN, infinite or empty, the first, 'n/a', in row 4",
+        ),
         ("t_s,x_m\n0,1\n1,2\n1,3\n", "row 4: the time stamp 1 s repeats"),
         ("t_s,x_m\n0,1\n2,2\n1,3\n", "row 4: the time stamp 1 s is earlier"),
         ("t_s,x_m\n0,1\n1,2\n2,2\n4,3\n", "row 5: uneven time"),
