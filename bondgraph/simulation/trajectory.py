@@ -89,6 +89,16 @@ class Trajectory:
         pandas = optional("pandas", "to_pandas", "tables")
         return pandas.DataFrame(self.outputs, index=pandas.Index(self.time, name="t"))
 
+    def to_xarray(self) -> Any:
+        """Return an xarray Dataset over `time` with units as attributes, as recordings do."""
+        xarray = optional("xarray", "to_xarray", "tables")
+        data = {
+            n: ("time", np.array(v), {"units": self.units[n]} if n in self.units else {})
+            for n, v in self.outputs.items()
+        }
+        time = {"time": ("time", np.array(self.time), {"units": "s"})}
+        return xarray.Dataset(data, coords=time, attrs={"name": self.name})
+
     def plot(self) -> Panels:
         """Draw the outputs over time; returns matplotlib axes, one an output."""
         return courses(self.time, self.outputs, self.units)

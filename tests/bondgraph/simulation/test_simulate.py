@@ -69,6 +69,18 @@ def anchors(s: Any, r: float) -> Any:
     return play_record(s, np.array([r]), np.zeros(1))[:, 0]
 
 
+def test_a_trajectory_becomes_a_dataset_as_a_recording_does() -> None:
+    pytest.importorskip("xarray")
+    t = np.arange(20) * 0.01
+    run = simulate(spring(), t, {"F": np.ones(20)})
+    data = run.to_xarray()
+    np.testing.assert_array_equal(data["x"].values, run["x"])
+    np.testing.assert_array_equal(data["time"].values, t)
+    assert data["x"].attrs["units"] == "m"
+    assert data["time"].attrs["units"] == "s"
+    assert data.attrs["name"] == run.name
+
+
 # -- hysteresis ---
 def test_memory_is_advanced_only_by_accepted_steps() -> None:
     """The operator run over the accepted arguments gives the law again, bit for bit of rounding."""
