@@ -16,6 +16,15 @@ WORTH = 0.3
 """Times the noise of a reading that a nuisance changes it by, from which it is worth a word."""
 LOUD = 1.0
 """The same for one that may be none: it hides in something else."""
+AMBIENT = 5.0
+"""Kelvin: an offset of a temperature beyond it is the scale's, no sensor is so far off."""
+ZERO = "where the model's zero lies on the scale of"
+"""What such an offset is, in words: most models count temperatures from the ambient."""
+
+
+def leaning_words(said: str) -> str:
+    """Return the sentence of a leaning that was written as text."""
+    return said if ZERO in said else f"the fit leans on {said}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,15 +41,26 @@ class Leaning:
     reading: str
     over_noise: float
 
+    @property
+    def is_ambient(self) -> bool:
+        """Whether it is the zero of a scale, such as the ambient: nothing that a fit leans on."""
+        e = self.estimate
+        return e.unit == "K" and e.name.startswith("offset ") and abs(e.value) > AMBIENT
+
+    @property
+    def does(self) -> str:
+        """What it does to the reading."""
+        if self.is_ambient:
+            return f"{ZERO} {self.reading}: the ambient of an absolute reading"
+        return f"moves {self.reading} by {self.over_noise:.2g} times its noise"
+
     def __str__(self) -> str:
         """Name, number, interval and what it does to the reading."""
         e = self.estimate
         unit = "" if e.unit == "1" else e.unit
         ends = interval(*e.ci95, unit, e.value)
-        return (
-            f"{e.name} = {quantity(e.value, unit)} (95 %: {ends}), which moves {self.reading} by "
-            f"{self.over_noise:.2g} times its noise"
-        )
+        which = "" if self.is_ambient else "which "
+        return f"{e.name} = {quantity(e.value, unit)} (95 %: {ends}), {which}{self.does}"
 
 
 def leanings(made: Fit) -> tuple[Leaning, ...]:

@@ -154,8 +154,7 @@ def parameters(d: Diagnosis) -> str:
 
 def _with_size(row: list[str], d: Diagnosis) -> list[str]:
     """Say of a nuisance that the fit leans on what it does to a reading."""
-    said = (f"moves {n.reading} by {n.over_noise:.2g} times its noise" for n in d.leanings
-            if n.estimate.name == row[0])  # fmt: skip
+    said = (n.does for n in d.leanings if n.estimate.name == row[0])
     return [*row[:-1], row[-1] or next(said, "")]
 
 

@@ -19,6 +19,7 @@ from identification.diagnosis.verdict.document import (
     normalised_error,
 )
 from identification.estimation.estimates import Estimate
+from identification.estimation.leaning import leaning_words
 from identification.report.numbers import ends, quantity, told
 from identification.report.tables import aligned
 from identification.report.words import ordinal
@@ -141,7 +142,7 @@ def together_lines(d: Diagnosis) -> list[str]:
 
 def nuisance_lines(d: Diagnosis) -> list[str]:
     """Offsets, lags, gains and clocks of the measuring chain that the last fit makes use of."""
-    return [f"the fit leans on {n}" for n in d.leanings]
+    return [leaning_words(str(n)) for n in d.leanings]
 
 
 def reason_lines(d: Diagnosis) -> list[str]:

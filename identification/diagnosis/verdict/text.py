@@ -44,6 +44,7 @@ from identification.diagnosis.verdict.lines import (
     value_lines,
 )
 from identification.diagnosis.verdict.retraced import traces, tried
+from identification.estimation.leaning import leaning_words
 from identification.report.words import ended, gathered, listed, shortened, spaced, stopped
 
 Data = Mapping[str, Any]
@@ -549,7 +550,8 @@ def _basis(v: Data) -> list[str]:
             more = f"; {len(chosen) - MOST} more in the file" if len(chosen) > MOST else ""
             lines.append(f"Of its law, not fitted: {'; '.join(chosen[:MOST])}{more}.")
     lines += [f"The recording tells {t['words']}." for t in v.get("together", ())]
-    lines += [f"The fit leans on {n['words']}." for n in v["nuisances"] if n.get("words")]
+    leaning = (leaning_words(n["words"]) for n in v["nuisances"] if n.get("words"))
+    lines += [f"{said.replace('the fit', 'The fit', 1)}." for said in leaning]
     beyond = [n["name"] for n in v["nuisances"] if not n["within_bounds"]]
     if beyond:
         lines.append(

@@ -14,6 +14,8 @@ from identification.diagnosis.report.evidence import parameters
 from identification.diagnosis.report.sections import beside
 from identification.diagnosis.search.candidates import DiagnosisOptions
 from identification.diagnosis.verdict import in_words, parse_verdict, retold, sentence, verdict
+from identification.estimation.estimates import Estimate
+from identification.estimation.leaning import Leaning, leaning_words
 from tests.identification.diagnosis import dragged_spring
 from tests.identification.diagnosis.rubbing_spring import T, U
 from tests.settled import simulate
@@ -50,6 +52,23 @@ def test_an_offset_that_the_fit_leans_on_is_shown(offset: float) -> None:
     assert f"leans on {text}" in " ".join(retold(document).split())
     assert "leans on offset x" in beside(found)
     assert "times its noise" in parameters(found)
+
+
+@pytest.mark.parametrize(("kelvin", "ambient"), [(21.7, True), (0.4, False)])
+def test_the_ambient_of_a_temperature_is_nothing_that_a_fit_leans_on(
+    kelvin: float, ambient: bool
+) -> None:
+    offset = Estimate("offset T1", kelvin, "K", (kelvin - 0.1, kelvin + 0.1))
+    text = str(leaning := Leaning(offset, "T1", 700.0))
+    assert leaning.is_ambient == ambient
+    said = leaning_words(text)
+    if ambient:
+        assert said.startswith(f"offset T1 = {kelvin} K (95 %: ")
+        assert said.endswith("the model's zero lies on the scale of T1: the ambient of an "
+                             "absolute reading")  # fmt: skip
+    else:
+        assert said.startswith("the fit leans on offset T1 = ")
+        assert said.endswith("which moves T1 by 7e+02 times its noise")
 
 
 def test_the_gain_of_a_sensor_is_a_number() -> None:
