@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from identification.diagnosis.catalogue.words import briefly
 from identification.diagnosis.diagnose import Diagnosis
 from identification.diagnosis.explanation.colour import COLOURED
@@ -17,12 +19,13 @@ from identification.diagnosis.verdict.document import (
     effect_parameters,
     law_constants,
     normalised_error,
+    parts_of,
 )
 from identification.estimation.estimates import Estimate
 from identification.estimation.leaning import leaning_words
 from identification.report.numbers import ends, quantity, told
 from identification.report.tables import aligned
-from identification.report.words import ordinal
+from identification.report.words import listed, ordinal, shortened
 from identification.uncertainty.tied import remark_on
 
 
@@ -46,6 +49,32 @@ def error_lines(d: Diagnosis) -> list[str]:
             left = f"what is left is {level:.3g} times its noise, which grows with the reading"
         lines.append(f"{text}; {left}")
     return [*lines, f"  (in percent: {ERROR})"]
+
+
+def recording_lines(d: Diagnosis) -> list[str]:
+    """How far the model misses each of several recordings where no name is given, worst first."""
+    parts = parts_of(d.recording)
+    if d.kind != "unknown_physics" or d.nominal is None or len(parts) < 2:
+        return []
+    data = d.nominal.problem.data
+    stops = np.cumsum([p["samples"] for p in parts])
+    if stops[-1] != data.readings.shape[0]:
+        return []
+    scored = data.mask("train") | data.mask("held-out")
+    left = np.where(scored[:, None], (data.readings - d.nominal.simulated) / data.floor, np.nan)
+    found = []
+    for part, rows in zip(parts, np.split(left, stops[:-1]), strict=True):
+        if not np.isfinite(rows).all(axis=1).any():
+            continue
+        times = np.sqrt(np.nanmean(rows**2, axis=0))
+        each = [f"{n} by {v:.3g} times its noise" for v, n in zip(times, data.names, strict=True)]
+        said = f"recording {shortened(part['name'])}: the model misses {listed(each)}"
+        found.append((float(times.max()), said))
+    return [said for _, said in sorted(found, reverse=True)[:MOST_RECORDINGS]]
+
+
+MOST_RECORDINGS = 6
+"""Recordings of which the terminal says how far the model misses them."""
 
 
 def parameter_lines(d: Diagnosis) -> list[str]:

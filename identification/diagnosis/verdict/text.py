@@ -39,6 +39,7 @@ from identification.diagnosis.verdict.lines import (
     nuisance_lines,
     parameter_lines,
     reason_lines,
+    recording_lines,
     sure_words,
     together_lines,
     value_lines,
@@ -244,7 +245,7 @@ def in_words(d: Diagnosis) -> str:
     lines = [s for s in (answer, what_remains(d), *map(stopped, colour(d))) if s] + [""]
     notes = (s for s in d.notes if s not in answer and s not in colour(d))
     lines += [f"note: {s}" for s in gathered(notes)]
-    lines += error_lines(d)
+    lines += [*error_lines(d), *recording_lines(d)]
     lines += [*parameter_lines(d), *value_lines(d), *nuisance_lines(d), *together_lines(d)]
     lines += certainty_lines(d)
     if d.kind in ("missing_physics", "unknown_physics"):

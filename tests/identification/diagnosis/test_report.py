@@ -232,6 +232,23 @@ def test_the_terminal_gives_fitted_values_beside_the_declared_ones(
     assert "declared" not in in_words(as_kind(found, "unknown_physics"))
 
 
+def test_without_a_name_each_recording_says_how_far_it_is_missed(found: Diagnosis) -> None:
+    d = as_kind(found, "unknown_physics")
+    assert "the model misses" not in in_words(d)
+    assert d.nominal is not None
+    data = d.nominal.problem.data
+    readings = data.readings.copy()
+    readings[: N // 4] += 100.0 * data.floor
+    bent = replace(d.nominal.problem, data=replace(data, readings=readings))
+    parts = [{"name": n, "sha256": "", "samples": s} for n, s in (("a", N // 4), ("b", N - N // 4))]
+    run = replace(d.recording, meta={"parts": parts})
+    nominal = replace(d.nominal, problem=bent)
+    two = replace(d, recording=run, nominal=nominal)
+    said = [s for s in in_words(two).splitlines() if s.startswith("recording ")]
+    assert [s.split()[1] for s in said] == ["a:", "b:"]
+    assert re.fullmatch(r"recording a: the model misses x by \d+ times its noise", said[0])
+
+
 def test_places_carry_their_confidence(found: Diagnosis) -> None:
     d = as_kind(found, "missing_physics")
     weights = confidence_of(d)
