@@ -107,10 +107,10 @@ def check_finite(
     if fills and most <= SHORT and good[0] and good[-1] and np.isnan(values[bad]).all():
         remedies.append(f"draw straight lines across (fill={most})")
     text = (texts or {}).get(first)
-    sort, quoted = ("text, ", f", {text!r},") if text else ("", "")
+    sort, quoted = (" or text", f" ({text!r})") if text else ("", "")
     raise UnusableInput(
-        f"{what}: {bad.size} of {values.size} values are {sort}NaN, infinite or empty, the first"
-        f"{quoted} in {first}{bursts}",
+        f"{what}: {bad.size} of {values.size} values are NaN, infinite or empty{sort}, the first "
+        f"in {first}{quoted}{bursts}",
         remedies=remedies,
     )
 

@@ -171,7 +171,7 @@ def test_mat(tmp_path: Path) -> None:
         ("t_s,x_m\n0,1\n\n1,nan\n", "first in row 4"),
         (
             "t_s,x_m\n0,1\n\n1,n/a\n2,1\n3,NA\n",
-            "2 of 4 values are text, NaN, infinite or empty, the first, 'n/a', in row 4",
+            "2 of 4 values are NaN, infinite or empty or text, the first in row 4 ('n/a')",
         ),
         ("t_s,x_m\n0,1\n1,2\n1,3\n", "row 4: the time stamp 1 s repeats"),
         ("t_s,x_m\n0,1\n2,2\n1,3\n", "row 4: the time stamp 1 s is earlier"),
