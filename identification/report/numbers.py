@@ -147,12 +147,25 @@ def ends(low: float, high: float, unit: str, of: float = 0.0) -> str:
     >>> ends(199.93, 200.11, "N/m")
     '199.93 … 200.11 N/m'
     """
+    if not 0 < abs(high - low) < math.inf:
+        return interval(low, high, unit, of)
+    digits = telling_apart(low, high)
+    factor, shown = prefixed(unit, told_by(of, max(abs(low), abs(high))))
+    return f"{short(low * factor, digits)} … {short(high * factor, digits)} {shown}".strip()
+
+
+def telling_apart(low: float, high: float) -> int:
+    """Return the digits that tell the ends of an interval apart; 3 where it has no width.
+
+    Examples
+    --------
+    >>> telling_apart(8.99997, 9.00002)
+    8
+    """
     size, width = max(abs(low), abs(high)), abs(high - low)
     if not 0 < width < math.inf:
-        return interval(low, high, unit, of)
-    digits = min(max(math.ceil(math.log10(size / width)) + 2, 3), 12)
-    factor, shown = prefixed(unit, told_by(of, size))
-    return f"{short(low * factor, digits)} … {short(high * factor, digits)} {shown}".strip()
+        return 3
+    return min(max(math.ceil(math.log10(size / width)) + 2, 3), 12)
 
 
 def told(value: float, low: float, high: float, unit: str) -> str:

@@ -23,7 +23,7 @@ from identification.diagnosis.verdict.document import (
 )
 from identification.estimation.estimates import Estimate
 from identification.estimation.leaning import leaning_words
-from identification.report.numbers import ends, quantity, told
+from identification.report.numbers import ends, quantity, telling_apart, told
 from identification.report.tables import aligned
 from identification.report.words import listed, ordinal, shortened
 from identification.uncertainty.tied import remark_on
@@ -92,8 +92,10 @@ def parameter_lines(d: Diagnosis) -> list[str]:
             lines.append(f"  law: {law}")
         for e in effect_parameters(step.chosen, d):
             unit, said = f" {e.unit}" if e.unit != "1" else "", meaning_of(e.name, trial)
-            ends = remark_on(e.name, d.tied) or f"{e.ci95[0]:.4g}, {e.ci95[1]:.4g}"
-            value = f"{e.name} = {e.value:.4g}{unit}  [{ends}]"
+            low, high = e.ci95
+            digits = max(4, telling_apart(low, high))
+            ends = remark_on(e.name, d.tied) or f"{low:.{digits}g}, {high:.{digits}g}"
+            value = f"{e.name} = {e.value:.{digits}g}{unit}  [{ends}]"
             value = f"{e.name} {UNDETERMINED}" if is_undetermined(e, d) else value
             lines.append(f"  {value}" + (f"  {said}" if said else ""))
         for p in law_constants(step.chosen, d):
