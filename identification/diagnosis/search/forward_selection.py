@@ -149,12 +149,12 @@ def _forward(
         here = found if found is not None and number == begin else None
         try:
             decision = decided(here or searched(base, task, number, places), task)
+            other = _in_its_valley(base, decisions, decision)
+            if other is not None:
+                decisions[-1], base = replace(decisions[-1], chosen=other), base_of(other.fit)
+                decision = decided(searched(base, task, number, places), task)
         except KeyboardInterrupt:
             raise Halted(decisions) from None
-        other = _in_its_valley(base, decisions, decision)
-        if other is not None:
-            decisions[-1], base = replace(decisions[-1], chosen=other), base_of(other.fit)
-            decision = decided(searched(base, task, number, places), task)
         decisions.append(decision)
         more = decision.kind == "missing_physics" or _promising(decision, number, task.options)
         if decision.chosen is None or not more or number + 1 == begin + count:

@@ -48,12 +48,50 @@ def test_the_steps_before_are_kept(ends: int, monkeypatch: pytest.MonkeyPatch) -
     monkeypatch.setattr(forward_selection, "decided", lambda number, task: step(number))
     monkeypatch.setattr(forward_selection, "base_of", lambda fit: fit)
     monkeypatch.setattr(forward_selection, "held_to_residual", lambda fit, given: fit)
+    monkeypatch.setattr(forward_selection, "_in_its_valley", lambda *_: None)
     task: Any = SimpleNamespace(given=(), options=None)
     with pytest.raises(Halted) as stop:
         forward_selection._forward(SimpleNamespace(), task, 5)  # type: ignore[arg-type]
     assert [d.chosen.element for d in stop.value.decisions if d.chosen] == [
         f"e{i}" for i in range(ends)
     ]
+
+
+def test_a_law_that_only_left_a_wrong_valley_of_the_repair_is_not_named(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """The repair is fitted from where that law ended, and the step is searched anew beside it."""
+    seen: list[tuple[int, str]] = []
+
+    def searched(base: Any, _task: Any, number: int, _places: Any) -> str:
+        seen.append((number, base.fit.name))
+        return str(base.fit.name)
+
+    def decided(base: str, _task: Any) -> Decision:
+        if base == "deeper":
+            return Decision("explained", None, (), (), 0.0, 0.0, ())
+        fit = SimpleNamespace(name=f"after {base}", values={})
+        chosen: Any = SimpleNamespace(fit=fit, element="d", insertion=None, home=True)
+        return Decision("missing_physics", chosen, (), (), 1.0, 0.9, ())
+
+    def deeper(fit: Any, _values: Any) -> Any:
+        return SimpleNamespace(name="deeper") if fit.name == "after start" else None
+
+    monkeypatch.setattr(forward_selection, "searched", searched)
+    monkeypatch.setattr(forward_selection, "decided", decided)
+    monkeypatch.setattr(forward_selection, "deeper", deeper)
+    monkeypatch.setattr(
+        forward_selection, "trial_of", lambda _i, _h, fit: SimpleNamespace(fit=fit, element="d")
+    )
+    monkeypatch.setattr(forward_selection, "base_of", lambda fit: SimpleNamespace(fit=fit))
+    monkeypatch.setattr(forward_selection, "held_to_residual", lambda fit, given: fit)
+    task: Any = SimpleNamespace(given=(), options=None)
+    start: Any = SimpleNamespace(fit=SimpleNamespace(name="start"))
+    first, last = forward_selection._forward(start, task, 4)
+    assert seen == [(0, "start"), (1, "after start"), (1, "deeper")]
+    assert first.chosen is not None
+    assert first.chosen.fit.name == "deeper"  # type: ignore[attr-defined]
+    assert last.kind == "explained"
 
 
 def test_a_first_name_that_was_not_tried_again_has_no_probability() -> None:
