@@ -104,7 +104,7 @@ LAW_EXAMPLES: dict[str, Law] = {
     "coulomb_along_way": FrictionAlongWay("q_k", 0.3, 0.1, 2.0, "N*m", "rad"),
     "coulomb_under_load": FrictionUnderLoad("e_F", 0.3, 0.05, "N", "N/Pa"),
     "letting_go": LettingGo("q_k", "", 2.0, 0.2, -0.1, 0.02, 3.0, "N*m*s/rad", "rad"),
-    "maxwell_slip": MaxwellSlip((0.1, 0.3), 2.0, 0.4, 0.02, "N*m", "rad/s", "rad"),
+    "maxwell_slip": MaxwellSlip((0.1, 0.3), 2.0, 0.4, 0.02, "N*m", "rad/s", "rad", "ways"),
     "nonlinear_resistance": NonlinearResistance(0.3, 2.0, "Pa", "m3/s"),
     "radiation": Radiation(0.4, 310.0, resistance=2.0),
     "magnet": Magnet(-0.3, -0.02, 0.01, 2.0, False, "N*m", "rad"),
