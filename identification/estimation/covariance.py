@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from bondgraph.support.arrays import Array
-from identification.statistics.blocks import block_rows, block_scores, blocks_for, student
+from identification.statistics import blocks
 from identification.statistics.correlation import autocorrelation
 from identification.statistics.growing_noise import growing_noise
 from identification.statistics.whiteness import ljung_box
@@ -45,24 +45,18 @@ def sandwich(
     point: JointPoint,
     inverse: Array,
 ) -> Array:
-    """Return the covariance that holds for coloured residuals too, shape (n, n).
-
-    See `identification.statistics.blocks`. The priors keep their own part, so that numbers the
-    data do not excite stay unknown.
+    """Return the covariance of a stack that holds for coloured residuals too, shape (n, n).
 
     Parameters
     ----------
     inverse : ndarray, shape (n, n)
         Inverse information.
     """
-    jacobian = stack.projected(evaluations, point)
     residual = np.concatenate([e.residual for e in evaluations])
-    channels, readings = stack.channels(evaluations), stack.readings(evaluations)
-    blocks = blocks_for(residual, channels, readings)
-    rows = block_rows(residual.size, channels, blocks, readings)
-    scores = block_scores(jacobian, residual, rows, inverse)
-    middle = np.diag(stack.prior[0] ** 2) + scores.T @ scores
-    return np.asarray(inverse @ middle @ inverse * student(len(rows)))
+    return blocks.sandwich(
+        stack.projected(evaluations, point), residual, inverse, stack.prior[0] ** 2,
+        stack.channels(evaluations), stack.readings(evaluations),
+    )  # fmt: skip
 
 
 def interval_covariance(

@@ -12,9 +12,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from bondgraph.support.arrays import Array
-from identification.estimation.covariance import information_root
 from identification.estimation.levenberg_marquardt import FitStatus
-from identification.estimation.settling import BIAS
+from identification.estimation.moves import BIAS, moves_at, still_to_come
 from identification.estimation.single_record import Fit, alone
 from identification.estimation.sub_steps import IN_ALL, LEAST, fit_from
 from identification.study.problem import Problem
@@ -104,20 +103,16 @@ def _bias(made: Fit) -> Bias | None:
     """Return how many sub-steps are enough at the point of a fit; None where it tells nothing."""
     problem, (stack, point) = made.problem, alone(made)
     now = stack.evaluate(point)
-    factor = stack.normal(now, point).factor
-    if not np.isfinite(factor).all():
+    moves = moves_at(stack, now, point)
+    if moves is None:
         return None
-    root, jacobian = information_root(stack, factor), stack.projected(now, point)
-    # standard errors with the misfit as it is, not with the noise that was expected
-    error = max(1.0, float(np.sqrt(made.cost))) * np.linalg.norm(root, axis=1) + 1e-300
 
     def moved(change: Array) -> tuple[float, str]:
-        by = np.abs(root @ (root.T @ (jacobian.T @ change))) / error
+        by = moves.by(change)
         at = int(np.argmax(by))
         return float(by[at]), stack.names[at]
 
-    # halving a step takes three quarters of the error away, half of it where a law jumps
-    ahead = 1.0 if problem.engine.jumps else 1.0 / 3.0
+    ahead = still_to_come(problem.engine.jumps)
     n, before = problem.n_sub, now[0].residual
     most = max(n, _most(problem))
     while True:
@@ -127,10 +122,10 @@ def _bias(made: Fit) -> Bias | None:
             return None
         change, name = moved(after - before)
         if (1.0 + ahead) * change < BIAS or n >= most:
-            return Bias(n, (1.0 + ahead) * change, name, error)
+            return Bias(n, (1.0 + ahead) * change, name, moves.error)
         n, before = 2 * n, after
         if ahead * change < BIAS:
-            return Bias(n, ahead * change, name, error)
+            return Bias(n, ahead * change, name, moves.error)
 
 
 def _most(problem: Problem) -> int:

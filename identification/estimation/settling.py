@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
 from bondgraph.graph.sensors import Sensor
 from bondgraph.signals.recording import Recording
 from bondgraph.support.arrays import Array
-from identification.estimation.covariance import information_root
 from identification.estimation.methods.method import MethodSolution
+from identification.estimation.moves import BIAS, moves_at, still_to_come
 from identification.estimation.sub_steps import FINEST, finest_of, small_correction
 from identification.statistics.autoregression import innovations, whitening_filter
 from identification.study.joint import JointPoint, JointProblem
@@ -24,8 +25,6 @@ NEAR = 1.0
 """A correction holds while no unknown has moved by more standard errors than this."""
 WITHOUT_FREE_RUN = 8
 """Sub-steps where no free run can tell how many are enough."""
-BIAS = 0.2
-"""Doubling the sub-steps may move no unknown by more than this share of its standard error."""
 
 
 def settled_setting(
@@ -116,17 +115,12 @@ def corrected_steps(
     """
     if all(p.exact for p in stack.problems) or study.n_sub is not None:
         return setting, False
-    system = stack.normal(now, point)
-    if not np.isfinite(system.factor).all():
+    moves = moves_at(stack, now, point)
+    if moves is None:
         return setting, False
-    jacobian = stack.projected(now, point)
-    inverse = information_root(stack, system.factor)
-    # standard errors with the misfit as it is, not with the noise that was expected
-    level = max(1.0, float(np.sqrt(stack.cost(now, point))))
-    error = level * np.linalg.norm(inverse, axis=1) + 1e-300
     before, moved_by = setting.corrected_at, np.inf
     if before is not None:
-        moved_by = float(np.abs((point.theta - before) / error).max(initial=0.0))
+        moved_by = float(np.abs((point.theta - before) / moves.error).max(initial=0.0))
     if moved_by < NEAR:
         return setting, False
     few, moved = list(setting.n_sub), False
@@ -137,18 +131,14 @@ def corrected_steps(
         at = rows.stop
         local = stack.local(point, r)
 
-        def step(change: Array, rows: slice = rows) -> float:
-            moves = inverse @ (inverse.T @ (jacobian[rows].T @ change))
-            return float(np.abs(moves / error).max(initial=0.0))
-
+        step = partial(moves.most, rows=rows)
         refined = Refined(p, local)
         n = max(fine[r], 4 * p.n_sub)
         found = refined.at(n)
         # near the end the number of sub-steps is judged again: far off it was judged loosely
         while (fine[r] == p.n_sub or moved_by < AGAIN) and n < FINEST:
-            # halving the steps takes at least two thirds of the error away, half of it at a jump
-            left = 1.0 if p.engine.jumps else 3.0
-            if step(found.residual - refined.at(n // 2).residual) < left * BIAS:
+            left = still_to_come(p.engine.jumps)
+            if left * step(found.residual - refined.at(n // 2).residual) < BIAS:
                 break
             finer = refined.at(2 * n)
             if not np.isfinite(finer.residual).all():
@@ -186,15 +176,14 @@ def corrected_steps(
 class Refined:
     """Readings at a point with many sub-steps, extrapolated from two numbers of them.
 
-    The linear interpolation of inputs and deviations within a step makes an error of second order,
-    so that a third of the change from half as many is still to come (Richardson). Beside a law that
-    jumps the error is of first order and of either sign: nothing foretells it.
+    See `still_to_come`; beside a law that jumps nothing foretells the error, which has either sign.
     """
 
     def __init__(self, problem: Problem, point: Point) -> None:
         self._problem, self._point = replace(problem, correction=None), point
         self._runs: dict[int, ResidualEvaluation] = {}
-        self._ahead = 0.0 if problem.engine.jumps else 1.0 / 3.0
+        jumps = problem.engine.jumps
+        self._ahead = 0.0 if jumps else still_to_come(jumps)
 
     def at(self, n: int) -> ResidualEvaluation:
         """Return what `n` sub-steps and half as many say of infinitely many."""

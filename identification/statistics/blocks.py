@@ -151,6 +151,36 @@ def block_scores(
     return np.array(found)
 
 
+def sandwich(
+    jacobian: FloatArray,
+    residual: FloatArray,
+    inverse: FloatArray,
+    prior: FloatArray,
+    channels: Sequence[int] = (),
+    readings: Sequence[int] = (),
+) -> FloatArray:
+    """Return the covariance that holds for coloured residuals too, shape (n, n).
+
+    Priors keep their own part, so that numbers the data do not excite stay unknown.
+
+    Parameters
+    ----------
+    jacobian : ndarray, shape (M, n)
+    residual : ndarray, shape (M,)
+    inverse : ndarray, shape (n, n)
+        Inverse information, which holds for white residuals.
+    prior : ndarray, shape (n,)
+        Precision of a normal prior on each unknown.
+    channels, readings : sequence of int
+        As in `block_rows`.
+    """
+    blocks = blocks_for(residual, channels, readings)
+    rows = block_rows(residual.size, channels, blocks, readings)
+    scores = block_scores(jacobian, residual, rows, inverse)
+    middle = np.diag(prior) + scores.T @ scores
+    return np.asarray(inverse @ middle @ inverse * student(len(rows)))
+
+
 def block_means(values: FloatArray, most: int = BLOCKS) -> FloatArray:
     """Means over `most` consecutive blocks, or over the samples where there are fewer."""
     return np.array([float(np.mean(b)) for b in np.array_split(values, min(most, values.size))])

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from bondgraph.support.arrays import FloatArray
 from bondgraph.support.errors import UnusableInput, require_known
 from bondgraph.support.tall import triangle
-from identification.statistics.blocks import block_rows, block_scores, blocks_for, student
+from identification.statistics.blocks import sandwich
 
 NULL = 1e-7
 """Singular values below this share of the largest count as zero (columns of unit length)."""
@@ -229,16 +229,10 @@ def information(
     covariance = root @ root.T
     coloured = residual is not None
     if residual is not None:
-        r = np.asarray(residual, float)
-        rows_of = block_rows(r.size, channels, blocks_for(r, channels, readings), readings)
         root = np.sqrt(variance)
-        scores = block_scores(j / root, r / root, rows_of, covariance)
-        few = len(scores)
-        small = (few - 1) / few * student(few)
-        middle = small * scores.T @ scores
-        if prior is not None:
-            middle = middle + np.diag(prior)  # a prior is a measurement with its own error
-        robust = covariance @ middle @ covariance
+        weight = np.zeros(n) if prior is None else prior
+        r = np.asarray(residual, float) / root
+        robust = sandwich(j / root, r, covariance, weight, channels, readings)
         grow = np.sqrt(np.maximum(_ratio(np.diag(robust), np.diag(covariance)), 1.0))
         base = np.sqrt(np.maximum(_ratio(np.diag(robust), np.diag(covariance)), 1e-300))
         covariance = robust * np.outer(grow / base, grow / base)
