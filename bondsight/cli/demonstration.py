@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import secrets
 import time
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from shlex import quote
@@ -26,7 +26,7 @@ from bondsight.cli.judged import Outcome, judge, summary
 from bondsight.cli.progress import Bar
 from bondsight.cli.spoken import at_shell
 from hardware.simulators.generator.prepared import PREPARED, prepared
-from hardware.simulators.generator.showing import SHOWN, effects_of, plants_of, shown
+from hardware.simulators.generator.showing import SHOWN, draw_shown, effects_of, plants_of, shown
 from hardware.simulators.judging.truths import truth_of
 from hardware.simulators.seal import SealedEnvelope
 from identification.diagnosis.diagnose import Diagnosis, diagnose
@@ -111,20 +111,27 @@ def _written(
 def begun(seed: int | None, wish: Wish, path: Path) -> Concealed:
     """Conceal something; where nothing is asked for and nothing compiles, show what is there.
 
+    A draw that nobody asked for conceals an effect: finding none would teach little.
+
     Raises
     ------
     UnusableInput
         Something is asked for, and the plants cannot be compiled.
     """
     if seed is not None or wish != Wish():
-        return conceal(secrets.randbits(32) if seed is None else seed, wish, path)
-    drawn = secrets.randbits(32)
+        return conceal(next(_by_chance()) if seed is None else seed, wish, path)
+    drawn = next(seed for seed in _by_chance() if draw_shown(seed).effects)
     try:
         channels, truth = shown(drawn, None, None)
     except OSError as error:
         print(f"Made beforehand, since the virtual plants cannot be compiled here ({error}):")
         return replace(_written(PREPARED[0], *prepared(), path), again=AGAIN)
     return _written(drawn, channels, truth, path)
+
+
+def _by_chance() -> Iterator[int]:
+    while True:
+        yield secrets.randbits(32)
 
 
 def _recording(channels: Mapping[str, Any], name: str) -> Recording:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+import secrets
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -26,7 +27,7 @@ from bondsight.cli.judged import (
 from bondsight.cli.main import main
 from hardware.simulators.generator.accepted import KINDS
 from hardware.simulators.generator.native import _library
-from hardware.simulators.generator.showing import SHOWN, effects_of
+from hardware.simulators.generator.showing import SHOWN, draw_shown, effects_of
 from hardware.simulators.judging.truths import ConcealedEffect, ExamTruth, truth_of
 from hardware.simulators.plants import conceal
 from hardware.simulators.plants.stack import effects as bench_effects
@@ -155,6 +156,17 @@ def test_what_was_made_beforehand_is_written_and_sealed(
     assert made.sealed.truth()["plant"] == made.plant == "tanks"
     with pytest.raises(UnusableInput, match="without --seed"):
         begun(1, Wish(), tmp_path / "other.csv")
+
+
+def test_a_draw_that_nobody_asked_for_conceals_something(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    seeds = iter((4, 5, 1))
+    assert [bool(draw_shown(seed).effects) for seed in (4, 5, 1)] == [False, False, True]
+    monkeypatch.setattr(secrets, "randbits", lambda bits: next(seeds))
+    made = begun(None, Wish(), tmp_path / "recording.csv")
+    assert made.seed == 1
+    assert made.sealed.truth()["effects"]
 
 
 def drawn(effect: str) -> ExamTruth:
