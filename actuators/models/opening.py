@@ -24,14 +24,15 @@ _NOT_THE_MODEL = (
     *(_HOME / k for k in ("actuators", "bondgraph", "bondsight", "hardware", "identification")),
     Path(importlib.__file__).parent,
 )
+_IN_FILE = re.compile(r"(?P<path>.*\.py)(:(?P<factory>[^:/\\]+))?")
 
 
 def load_model(text: str, *, loaded: bool = False) -> BondGraph:
     """Model from a catalogue name, ``package.module:factory``, a ``.json`` or a ``.py`` file.
 
-    A ``.py`` file is run and has to offer ``model()``; it may import what lies beside it. A
-    ``.json`` file is only read. With `loaded` an actuator of the catalogue has the external force
-    among its inputs.
+    A ``.py`` file is run and has to offer ``model()``, or the function or graph that is named
+    behind it (``FILE.py:NAME``); it may import what lies beside it. A ``.json`` file is only
+    read. With `loaded` an actuator of the catalogue has the external force among its inputs.
 
     Raises
     ------
@@ -42,8 +43,8 @@ def load_model(text: str, *, loaded: bool = False) -> BondGraph:
         graph = _call((LOADED if loaded else {}).get(text, MODELS[text]), text)
     elif text.endswith(".json"):
         return from_json(Path(text))
-    elif text.endswith(".py"):
-        graph = _from_file(Path(text))
+    elif in_file := _IN_FILE.fullmatch(text):
+        graph = _from_file(Path(in_file["path"]), in_file["factory"] or "model")
     elif ":" in text:
         graph = _call(_from_module(*text.split(":", 1)), text)
     elif os.path.exists(text):  # unlike Path.exists it takes any text
@@ -71,13 +72,14 @@ def load_model(text: str, *, loaded: bool = False) -> BondGraph:
 
 def model_name(text: str, graph: BondGraph) -> str:
     """Return what a model is called in reports: that of a file by its own name, not its path."""
-    if not text.endswith((".json", ".py")):
+    in_file = _IN_FILE.fullmatch(text)
+    if in_file is None and not text.endswith(".json"):
         return text
-    return graph.name or Path(text).stem
+    return graph.name or Path(in_file["path"] if in_file else text).stem
 
 
-def _from_file(path: Path) -> Any:
-    """Run a file and its ``model()``; both may import what lies beside it."""
+def _from_file(path: Path, factory: str) -> Any:
+    """Run a file and a function of it; both may import what lies beside it."""
     if not path.is_file():
         raise UnusableInput(f"model file {path} does not exist; check the path")
     spec = importlib.util.spec_from_file_location(f"bondsight_model_{path.stem}", path)
@@ -86,7 +88,7 @@ def _from_file(path: Path) -> Any:
     module = importlib.util.module_from_spec(spec)
     with neighbours(path), registered(module):
         _run(lambda: spec.loader.exec_module(module), str(path))  # type: ignore[union-attr]
-        return _call(_factory(module, "model", str(path)), str(path))
+        return _call(_factory(module, factory, str(path)), str(path))
 
 
 def _from_module(module: str, factory: str) -> Callable[[], Any]:
@@ -109,14 +111,17 @@ def _imported(module: str) -> ModuleType:
 
 def _factory(module: ModuleType, name: str, where: str) -> Callable[[], Any]:
     factory = getattr(module, name, None)
+    if isinstance(factory, BondGraph):
+        return lambda: factory
     if not callable(factory):
-        public = [
-            n
-            for n, v in vars(module).items()
-            if not n.startswith("_") and callable(v) and v.__module__ == module.__name__
-        ]
+        public = [n for n, v in vars(module).items() if not n.startswith("_") and _own(v, module)]
         raise UnusableInput(str(unknown_name("function", name, where, public)))
     return factory  # type: ignore[no-any-return]
+
+
+def _own(value: Any, module: ModuleType) -> bool:
+    here = callable(value) and value.__module__ == module.__name__
+    return here or isinstance(value, BondGraph)
 
 
 def _call(factory: Callable[[], Any], where: str) -> Any:

@@ -15,7 +15,7 @@ OUT = Path("bondsight-out")
 """Where results go by default."""
 EVEN = "write a file with even time stamps and one column of each quantity"
 """What helps where every remedy of a reader is an option that a verb does not have."""
-MODEL = "catalogue name, package.module:factory, .json or .py file"
+MODEL = "catalogue name, .json or .py file (its model(), or FILE.py:NAME), package.module:NAME"
 
 
 def add_map(p: argparse.ArgumentParser) -> None:

@@ -49,6 +49,23 @@ def test_a_constant_source_is_proposed(tmp_path: Path, kind: str, words: str, sa
     assert line.endswith(f"a constant {said}(name, value, unit=...)")
 
 
+def test_one_of_several_models_of_a_file_is_taken_by_its_name(tmp_path: Path) -> None:
+    text = (
+        "from bondsight import BondGraph, C, One, R, Se\n"
+        "def spring():\n"
+        "    with BondGraph('spring') as g:\n"
+        "        Se('F') >> One('j') >> C('k', stiffness=1.0)\n"
+        "        g['j'] >> R('d', 1.0)\n"
+        "    return g\n"
+        "made = spring()\n"
+    )
+    file = written(tmp_path, text)
+    assert {load_model(f"{file}:{name}").name for name in ("spring", "made")} == {"spring"}
+    said = refused(f"{file}:sprung")
+    assert "no function 'sprung'" in said
+    assert "Did you mean 'spring'? Known: spring, made" in said
+
+
 def test_what_is_no_model_file_is_said(tmp_path: Path) -> None:
     for text in (str(tmp_path), written(tmp_path, "m = 1", "model.txt"), "."):
         assert refused(text).startswith(f"model {text} is neither a .py nor a .json file")
