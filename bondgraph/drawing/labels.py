@@ -6,6 +6,7 @@ import re
 from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import networkx as nx
 
@@ -104,14 +105,40 @@ def label(
 
 def describe(e: Element) -> str:
     """Text shown when the pointer rests on an element: kind, name, value, unit, its channel."""
-    value = getattr(e, "stiffness", None)
-    for field in ("value", "ratio"):
-        value = getattr(e, field, None) if value is None else value
-    unit = getattr(e, "unit", "")
+    value, unit = _value(e), getattr(e, "unit", "")
     shown = "" if value is None else f" = {value}"
     held = {f: getattr(e, f) for f in getattr(e, "channel", ())}
     more = "".join(f", {f.replace('_', ' ')} {v}" for f, v in held.items() if v is not None)
     return f"{e.kind} {e.name}{shown}{f' {unit}' if unit else ''}{more}"
+
+
+def table(graph: BondGraph) -> list[dict[str, str | float]]:
+    """Return a row for each element: name, kind, value and unit, law, and what it is joined to."""
+    rows: list[dict[str, str | float]] = []
+    for n, e in graph.elements.items():
+        value, law = _value(e), getattr(e, "law", None)
+        named = graph.parameters.get(str(value))
+        shown = "" if value is None else str(value)
+        number = value if isinstance(value, float | int) else named.value if named else shown
+        joined = ({b.tail, b.head} - {n} for b in graph.bonds_of(n))
+        rows.append(
+            {
+                "name": n,
+                "kind": e.kind,
+                "value": number,
+                "unit": getattr(e, "unit", ""),
+                "law": "" if law is None else law.name,
+                "joined to": ", ".join(sorted(set().union(*joined))),
+            }
+        )
+    return rows
+
+
+def _value(e: Element) -> Any:
+    value = getattr(e, "stiffness", None)
+    for field in ("value", "ratio"):
+        value = getattr(e, field, None) if value is None else value
+    return value
 
 
 def _note(e: Element) -> str:

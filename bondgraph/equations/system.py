@@ -30,6 +30,7 @@ from bondgraph.support.errors import require_known, unknown_name
 
 if TYPE_CHECKING:
     from bondgraph.analysis.linear import Linearised
+    from bondgraph.drawing.panels import Panels
     from bondgraph.equations.program import Program
     from bondgraph.simulation.lure import Compiled
 
@@ -297,6 +298,39 @@ class System:
         lines += [f"d{s.name}/dt := {s.rate}" for s in self.stored]
         lines += [f"{n} := {s}" for n, s, _ in self.readings]
         return "\n".join([*lines, *self.formulas])
+
+    def plot(self) -> Panels:
+        """Draw the frequency responses at the nominal values, linearised about zero.
+
+        Returns
+        -------
+        Panels of matplotlib Axes, shape (2 n_y, n_u)
+            Magnitude and phase of each reading, a column an input.
+
+        Raises
+        ------
+        UnusableInput
+            The equations have no derivative there.
+        """
+        from bondgraph.drawing.responses import responses
+
+        made = self.linearise()
+        numbers = made.numbers({n: p.value for n, p in self.parameters.items()})
+        units = {n: getattr(e, "unit", "") for n, e in self.graph.elements.items()}
+        return responses(numbers, made.inputs, made.outputs, units)
+
+    def to_pandas(self) -> Any:
+        """Return one row a relation: what it gives, how, and why (needs pandas)."""
+        from bondgraph.signals.files.checks import optional
+
+        pandas = optional("pandas", "to_pandas", "tables")
+        rows = [(r.target, as_text(self.right_side(r)), r.reason) for r in self.relations]
+        rows += [(f"0 ({a.name})", as_text(self.right_side(a.residual)), a.reason)
+                 for a in self.algebraic]  # fmt: skip
+        rows += [(f"d{s.name}/dt", s.rate, f"state of {s.element}") for s in self.stored]
+        rows += [(n, s, f"reading, {unit}" if unit else "reading") for n, s, unit in self.readings]
+        names = ["name", "expression", "reason"]
+        return pandas.DataFrame(rows, columns=names).set_index("name")
 
     def _repr_latex_(self) -> str:
         """Return the closed equations for notebooks."""

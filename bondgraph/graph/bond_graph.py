@@ -32,6 +32,8 @@ from bondgraph.support.errors import GraphError, UnknownName, require_known, unk
 if TYPE_CHECKING:
     import networkx as nx
 
+    from bondgraph.drawing.panels import Panels
+
 _Made = TypeVar("_Made")
 
 
@@ -479,6 +481,21 @@ class BondGraph:
         from bondgraph.drawing.svg import svg
 
         return svg(self)
+
+    def plot(self) -> Panels:
+        """Draw the graph with its causal strokes; returns matplotlib axes, shape (1,)."""
+        from bondgraph.drawing.pictured import pictured
+        from bondgraph.drawing.svg import svg
+
+        return pictured(svg(self))
+
+    def to_pandas(self) -> Any:
+        """Return one row an element: kind, value, unit, law, neighbours (needs pandas)."""
+        from bondgraph.drawing.labels import table
+        from bondgraph.signals.files.checks import optional
+
+        pandas = optional("pandas", "to_pandas", "tables")
+        return pandas.DataFrame(table(self)).set_index("name")
 
 
 def _changed(e: Element, **changes: Any) -> Element:
