@@ -14,7 +14,6 @@ import numpy as np
 from bondgraph.drawing.panels import Panels
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.checking import require_graph
-from bondgraph.graph.sensors import Sensor
 from bondgraph.signals.recording import Recording, Split
 from bondgraph.signals.split import kept_back
 from bondgraph.support.deadline import Deadline
@@ -312,12 +311,6 @@ def diagnose(
     asked = asked_of(graph, recording, split, hold, noise or {}, map or {})
     if asked.hold:
         options = replace(options, holds=(asked.hold,))
-    asked.graph.require_sound()
-    if not asked.graph.of_type(Sensor):
-        raise UnusableInput(
-            f"{asked.graph.name} has no sensor: attach a De, Df or Dq whose name is the measured "
-            "channel"
-        )
     say("reading the noise floor", 0.01)
     material = material_of(asked)
     result = Diagnosis(
@@ -507,8 +500,7 @@ def on_finer_stretches(
         return None, False
     try:
         again = diagnose(
-            asked.study or asked.declared or asked.graph,
-            None if asked.study else asked.recordings, finer,
+            asked.study, None, finer,
             model=result.model, options=options, limits=result.limits, hold=asked.hold,
             noise=material.given, seed=result.seed, known=named,
             progress=lambda text, part: say(text, 0.8 + 0.099 * part),

@@ -14,11 +14,11 @@ from bondgraph.signals.recorded_rates import slopes
 from bondgraph.signals.recording import Recording
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import unknown_name
-from identification.estimation.covariance import information_root
 from identification.estimation.estimates import Estimate
 from identification.estimation.levenberg_marquardt import FitStatus
 from identification.estimation.methods.method import MethodSolution
-from identification.estimation.settling import BIAS, Refined, corrected_steps, sizes
+from identification.estimation.moves import BIAS, moves_at
+from identification.estimation.settling import Refined, corrected_steps, sizes
 from identification.estimation.sub_steps import FINEST
 from identification.study.calibration import Known
 from identification.study.factors import drives, gain_name, stated_gains
@@ -122,22 +122,20 @@ def _unsettled(
     found: Sequence[ResidualEvaluation],
 ) -> tuple[str, ...]:
     """Say where the largest number of sub-steps is not enough."""
-    factor = stack.normal(found, point).factor
     late = [r for r in range(len(stack.problems)) if setting.n_fine[r] >= FINEST]
-    if not late or not np.isfinite(factor).all():
+    moves = moves_at(stack, found, point) if late else None
+    if moves is None:
         return ()
-    jacobian, root = stack.projected(found, point), information_root(stack, factor)
-    error = np.linalg.norm(root, axis=1) + 1e-300
     edges = np.cumsum([0, *(e.residual.size for e in found)])
     worst, name = 0.0, ""
     for r in late:
         p, local = stack.problems[r], stack.local(point, r)
         refined = Refined(p, local)
         half, whole = (refined.at(n).residual for n in (FINEST // 2, FINEST))
-        moves = np.abs(root @ (root.T @ (jacobian[edges[r] : edges[r + 1]].T @ (whole - half))))
-        at = int(np.argmax(moves / error))
-        if moves[at] / error[at] > worst:
-            worst, name = float(moves[at] / error[at]), stack.names[at]
+        moved = moves.by(whole - half, slice(edges[r], edges[r + 1]))
+        at = int(np.argmax(moved))
+        if moved[at] > worst:
+            worst, name = float(moved[at]), stack.names[at]
     if worst < 3.0:
         return ()
     return (

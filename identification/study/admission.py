@@ -15,18 +15,22 @@ SHORTEST_WINDOW = 3
 
 
 def admit_recordings(recordings: Sequence[object]) -> None:
-    """Refuse what is no recording, and recordings without a time step."""
+    """Refuse what is no recording."""
     for r in recordings:
         if not isinstance(r, Recording):
             raise UnusableInput(
                 f"a study takes recordings, not {type(r).__name__}; make one with "
                 "Recording.read (a file), Recording.from_pandas or Recording.from_arrays"
             )
-        if r.n < 2:
-            raise UnusableInput(
-                f"recording {r.name!r} has {r.n} sample; a fit needs at least two, and in practice "
-                "many more than unknowns"
-            )
+
+
+def require_time_step(recording: Recording) -> None:
+    """Refuse a recording of a single sample."""
+    if recording.n < 2:
+        raise UnusableInput(
+            f"recording {recording.name!r} has {recording.n} sample; a fit needs at least two, and "
+            "in practice many more than unknowns"
+        )
 
 
 def admit_split(split: Split, recording: Recording) -> Split:

@@ -29,6 +29,7 @@ from identification.study.admission import (
     admit_sign,
     admit_split,
     distinct_names,
+    require_time_step,
 )
 from identification.study.calibration import gain_prior, gains_of
 from identification.study.channel_names import renamed, unread
@@ -350,8 +351,9 @@ class Study:
             hints = (renamed(n, graph, recording) for n in sensors)
             how = next(filter(None, hints), f"name the column of each: {map_argument(sensors[0])}")
             raise UnusableInput(
-                f"recording {recording.name!r} has none of the sensors {', '.join(sensors)} of "
-                f"{graph.name}; its channels are {', '.join(recording.channels)}"
+                f"recording {recording.name!r} has none of the sensors "
+                f"{', '.join(map(repr, sensors))} of {graph.name}; "
+                f"its channels are {', '.join(recording.channels)}"
                 f"{unread(recording)}; {how}"
             )
         for name in (*(s.name for s in drives(graph)), *external_signals(graph)):
@@ -411,6 +413,7 @@ class Study:
 
     def problem(self, i: int, setting: SettledSetting) -> Problem:
         """Problem of one of `records`."""
+        require_time_step(self.records[i])
         graph = self._one(i, self.records[i])
         recording = self.with_silence(self.straight_records[i])
         sensors = [s.name for s in graph.of_type(Sensor)]

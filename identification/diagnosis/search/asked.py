@@ -27,14 +27,10 @@ from identification.study.joined import between_samples, picked
 from identification.study.problem import Data, Problem
 from identification.study.residual import windows
 from identification.study.scaled import Free
-from identification.study.specification import Nuisances, Vary
+from identification.study.specification import Vary
 from identification.study.study import ESTIMATED, Study
 from identification.study.turns import (
-    Turn,
-    straight_graph,
-    straight_recording,
     turning_graph,
-    turns_of,
 )
 from identification.study.usual_split import usual_splits
 
@@ -48,37 +44,32 @@ class Asked:
 
     Attributes
     ----------
+    study : Study
+        What is free and known, as it was given, or as the graph says.
+    graph : BondGraph
+        Its graph at the start values, without jumps of readings that begin anew after each turn.
     recordings : tuple of Recording
-        At one rate; those that are only judged come last.
+        At one rate, without such jumps, too; those that are only judged come last.
     split : Split or None
         Of all recordings behind one another; None for the usual one.
     hold : str or None
         Behaviour of the commands between samples; None chooses it.
     noise : dict of str to float
         Known standard deviations of readings, SI.
-    study : Study or None
-        Who says what is free and known; without one the graph does.
     cuts : tuple of int
         First samples of windows with an initial state of their own, if the study asks for them.
     given : tuple of Recording
         The recordings as they were given, at their own rates.
-    turns : dict of str to Turn
-        Readings that begin anew after each turn, as `declared` says; `graph` and `recordings` are
-        without its jumps.
-    declared : BondGraph or None
-        The graph as it was given, where that is another.
     """
 
+    study: Study
     graph: BondGraph
     recordings: tuple[Recording, ...]
     split: Split | None = None
     hold: str | None = None
     noise: Mapping[str, float] = field(default_factory=dict)
-    study: Study | None = None
     cuts: tuple[int, ...] = ()
     given: tuple[Recording, ...] = ()
-    turns: Mapping[str, Turn] = field(default_factory=dict)
-    declared: BondGraph | None = None
 
     @cached_property
     def finer(self) -> tuple[tuple[int, dict[str, Array]], ...]:
@@ -87,13 +78,11 @@ class Asked:
 
     def problem(self, data: Data) -> Problem:
         """All of it as one problem: each recording from a state of its own."""
-        return Problem(self.graph, data) if self.study is None else self.study.whole(data)
+        return self.study.whole(data)
 
     def notes_of(self, last: Fit) -> tuple[str, ...]:
         """Return what is taken otherwise than in a fit of the study, and what that would say."""
         found = (*last.estimates, *last.nuisances)
-        if self.study is None:
-            return miscalibrated(self.graph, {}, found)
         coloured = (
             "coloured noise: fits weigh all samples of a reading alike; comparisons are freed of a "
             "pole of its noise, intervals are those of blocks; estimate(found.study) fits it"
@@ -114,29 +103,25 @@ class Asked:
     @property
     def disturbed(self) -> bool:
         """Whether the rates move at random, as a study says."""
-        return self.study is not None and bool(self.study.process_noise)
+        return bool(self.study.process_noise)
 
     @property
     def n_free(self) -> int:
         """How many parameters are fitted."""
-        if self.study is not None:
-            return len(self.study.free)
-        return sum(not p.fixed for p in self.graph.parameters.values())
+        return len(self.study.free)
 
     def about(self, last: Fit) -> Study:
         """Return the study of another model of the same recordings, to begin where a fit ended."""
         values = _inside(last)
-        graph = last.problem.graph.with_values(values)
-        if self.declared is not None:
-            graph = turning_graph(graph, self.declared)
+        graph = turning_graph(last.problem.graph.with_values(values), self.study.graph)
         hold = last.problem.data.hold
-        if self.study is None:
-            moving = Nuisances(commands=last.problem.source_offsets)
-            return Study(graph, self.given, hold=hold, nuisances=moving)
         old = self.study.graph.parameters
         new = [Vary(n) for n, p in graph.parameters.items() if n not in old and not p.fixed]
         begun, steps = self.study.starting(values), self.study.n_sub and last.problem.n_sub
-        return begun.changed(graph=graph, hold=hold, n_sub=steps, free=(*begun.free, *new))
+        moving = replace(begun.nuisances, commands=last.problem.source_offsets)
+        return begun.changed(
+            graph=graph, hold=hold, n_sub=steps, free=(*begun.free, *new), nuisances=moving
+        )
 
     def again(self, last: Fit) -> Study:
         """Return the study that a fit of the search answers, to begin and to end where that did.
@@ -153,7 +138,7 @@ class Asked:
             more["noise"] = dict(zip(fitted.data.names, floors, strict=True))
         if not study.process_noise and not fitted.exact:
             more["n_sub"] = fitted.n_sub
-        if self.study is None and len(self.given) == 1 and split is not None and _plain(split):
+        if len(self.given) == 1 and split is not None and _plain(split):
             more["splits"] = split
         return study.changed(**more)
 
@@ -200,13 +185,8 @@ def asked_of(
         if recordings is None:
             raise UnusableInput(f"{asked.name}: there is no recording to diagnose; give one")
         given, divided = _opened(asked, recordings, map or {})
-        split = split or divided
-        turns = turns_of(asked, {n for n, p in asked.parameters.items() if not p.fixed})
-        own = tuple(straight_recording(r, turns) for r in _of_one_kind(asked, given))
-        return Asked(
-            straight_graph(asked), picked(own), split, hold, noise,
-            given=own, turns=turns, declared=asked,
-        )  # fmt: skip
+        study = Study(asked, _of_one_kind(asked, given), hold=hold or ESTIMATED)
+        return asked_of(study, None, split or divided, hold, noise)
     if recordings is not None:
         raise UnusableInput(
             "diagnose takes a graph with recordings or a study, which has its own; leave the "
@@ -223,9 +203,8 @@ def asked_of(
     same = [r.n for r in found] == [r.n for r in own]
     known = None if asked.hold == ESTIMATED else asked.hold
     return Asked(
-        asked.straight_graph.with_values(asked.starts), found, split or _split(asked, same),
-        hold or known, {**_levels(asked), **noise}, asked, _cuts(asked, same), own, asked.turns,
-        asked.graph,
+        asked, asked.straight_graph.with_values(asked.starts), found, split or _split(asked, same),
+        hold or known, {**_levels(asked), **noise}, _cuts(asked, same), own,
     )  # fmt: skip
 
 

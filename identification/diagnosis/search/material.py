@@ -66,8 +66,8 @@ def material_of(asked: Asked) -> Material:
     data = replace(data, breaks=breaks, resolution=steps, finer=asked.finer if breaks else ())
     if reason := _insufficient(asked.n_free, data) or "; ".join((*stuck(data), *_turns(data))):
         return Material(recording, data, reason=reason)
-    if asked.turns:
-        data = in_turn(asked.problem(data), asked.turns).data
+    if asked.study.turns:
+        data = in_turn(asked.problem(data), asked.study.turns).data
     given = declared_noise(recording, sensors) | dict(asked.noise)
     noise = read_noise(recording, split, sensors, commands, breaks)
     read = {n: level for n, (level, _) in noise.items()}

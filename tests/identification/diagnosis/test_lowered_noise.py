@@ -14,7 +14,7 @@ from bondgraph.signals.recording import Recording
 from bondgraph.signals.split import interleaved
 from identification.diagnosis.diagnose import diagnose
 from identification.diagnosis.search import material as module
-from identification.diagnosis.search.asked import Asked
+from identification.diagnosis.search.asked import asked_of
 from identification.diagnosis.search.candidates import DiagnosisOptions
 from identification.diagnosis.search.nominal import deepest, held_to_residual, nominal_fit
 from identification.estimation.single_record import Fit, fit
@@ -86,7 +86,7 @@ def test_the_model_says_what_rounds() -> None:
     graph = plant().with_element("x", resolution=3e-4)
     units = {"F": "N", "x": "m", "speed": "m/s"}
     channels = {"F": FORCE, "x": y[:, 0], "speed": y[:, 1]}
-    asked = Asked(graph, (Recording("run", np.asarray(T), channels, units),))
+    asked = asked_of(graph, Recording("run", np.asarray(T), channels, units), None, None, {})
     assert module.material_of(asked).data.resolution == {"x": 3e-4}
 
 

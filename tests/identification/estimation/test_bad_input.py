@@ -142,7 +142,7 @@ def test_tiny_records_never_pretend(n: int, noise: str) -> None:
 
 def test_one_sample_is_refused() -> None:
     with pytest.raises(UnusableInput, match="has 1 sample"):
-        study(Recording.from_arrays("one", {"F[N]": [1.0], "x[m]": [0.0]}, fs=100.0))
+        estimate(study(Recording.from_arrays("one", {"F[N]": [1.0], "x[m]": [0.0]}, fs=100.0)))
 
 
 @pytest.mark.sampled(every=3)

@@ -117,7 +117,7 @@ def test_missing_recordings_channels_and_sensors() -> None:
     with pytest.raises(UnusableInput, match="silent=\\('F',\\) is 0"):
         Study(spring(), bare)
     deaf = Recording.from_arrays("deaf", {"F[N]": made["F"]}, fs=100.0)
-    with pytest.raises(UnusableInput, match="none of the sensors x of spring"):
+    with pytest.raises(UnusableInput, match="none of the sensors 'x' of spring"):
         Study(spring(), deaf)
     with BondGraph("blind") as g:
         Se("F", unit="N") >> One("v") >> I("m", 1.0, unit="kg")
