@@ -379,7 +379,9 @@ def _named(
     ]  # fmt: skip
     imitated = [s for s in _imitated(chosen, e) if s not in others]
     disproved = [s for s in others if refuted(s, chosen, e, t)]
-    others = [s for s in (*others, *imitated, *_beyond(chosen, e)) if s not in disproved]
+    outdone = [s for s in others if _outdone(s, chosen, e, t) and s not in disproved]
+    out = (*disproved, *outdone)
+    others = [s for s in (*others, *imitated, *_beyond(chosen, e)) if s not in out]
     here = _here(chosen, e)
     fit = law_fit(chosen, here, e) if here is not None else float("nan")
     best = best_of([chosen, *e.kinds[:1]])
@@ -401,6 +403,9 @@ def _named(
         reasons.append("a course in time follows whatever shows in few stretches")
     if disproved:
         reasons.append("held-out samples refute " + ", ".join(s.trial.label for s in disproved))
+    if outdone:
+        said = ", ".join(s.trial.label for s in outdone)
+        reasons.append(f"another form of it explains more than any course in time: {said}")
     if others:
         reasons.append("these do as well: " + ", ".join(s.trial.label for s in others))
     if richer:
@@ -519,6 +524,25 @@ def _imitated(chosen: Scored, e: Evidence) -> list[Scored]:
         and s.trial.home and s.trial.insertion.kind not in ANYTHING
         and explained(s, e.plain, chosen.score) > UNUSUAL
     ]  # fmt: skip
+
+
+def _outdone(rival: Scored, chosen: Scored, e: Evidence, t: Thresholds) -> bool:
+    """Whether a mere course in time, in any form, does less than a freer form of the chosen law.
+
+    It lies near a law that is not quite right only because either leaves something; what it leaves
+    goes with another form of that law, and with no other course.
+    """
+    own = rival.trial.insertion.kind
+    if own not in SHAPELESS or chosen.trial.insertion.kind in ANYTHING:
+        return False
+    courses = [k for k in e.kinds if k.element == rival.element and k.kind == own]
+    best = best_of([rival, *courses])
+    assert best is not None
+    return any(
+        k.element == chosen.element and k.kind == chosen.trial.insertion.kind
+        and best.score.behind(k.score) > t.z
+        for k in e.kinds
+    )  # fmt: skip
 
 
 SELDOM = 2.0

@@ -11,6 +11,7 @@ from identification.diagnosis.evidence.block_score import BlockScore, score
 from identification.diagnosis.evidence.decision import BARE
 from identification.diagnosis.evidence.hypotheses import Thresholds
 from identification.diagnosis.evidence.remaining import remaining
+from identification.diagnosis.evidence.shares import ANYTHING
 from identification.diagnosis.localisation.blind_relations import BlindRelation
 from identification.diagnosis.localisation.structural_classes import Isolability
 from identification.diagnosis.screening.port_history import FittedModel
@@ -84,9 +85,10 @@ def steps(
         if not decisions:
             base, first = _first(base, task)
             decisions = _forward(base, task, max(1, options.effects), found=first)
-        again = _revisited(base, decisions, task)
+        begun, again = decisions[0], _revisited(base, decisions, task)
         if again is not None and again[-1].remaining is not None:
             decisions = again
+        decisions = _all_needed(begun, decisions, base.fit, task)
     except KeyboardInterrupt as stop:
         decisions = decisions or (stop.decisions if isinstance(stop, Halted) else [])
         decisions, stopped = not_again(decisions), True
@@ -284,6 +286,34 @@ def _together(nominal: Fit, decisions: list[Decision], limits: Thresholds) -> tu
         reasons=(*first.reasons, f"together with {last.label} it leaves nothing but noise"),
     )  # fmt: skip
     return (sure, *more)
+
+
+def _all_needed(
+    first: Decision, decisions: list[Decision], nominal: Fit, task: SearchTask
+) -> list[Decision]:
+    """Take the further names back where one of the laws needs none of them.
+
+    What followed a choice that was not sure was not asked whether it is the rest of that law, as
+    what follows a name is: it is where the law's own kind at its own place, whatever the form, does
+    as well as everything that was named. An influence from outside imitates such a rest best.
+    """
+    told = _together(nominal, decisions, task.limits)
+    named = [d.chosen for d in told if d.kind == "missing_physics" and d.chosen is not None]
+    if first.kind == "missing_physics" or len(named) < 2:
+        return decisions
+    alone = {(t.effect, t.element): t for t in first.trials}
+    for law in named:
+        own = alone.get((law.effect, law.element))
+        if own is None or own.insertion.kind in ANYTHING:
+            continue
+        whole = _weighed_as(named[-1].fit, own.fit)
+        forms = task.done.kinds(own.fit, whole, (own.element,))
+        kind, best = own.insertion.kind, score(whole)
+        if any(k.kind == kind and k.score.behind(best) < task.limits.z for k in forms):
+            others = ", ".join(t.label for t in named if t is not law)
+            reason = f"{others} beside {own.label} explains no more than another form of that law"
+            return [replace(first, reasons=(*first.reasons, reason))]
+    return decisions
 
 
 def _part(one: BlockScore, plain: BlockScore, other: BlockScore) -> float:

@@ -6,15 +6,21 @@ from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
+import numpy as np
 import pytest
 
 from identification.diagnosis.evidence.answer import Decision
 from identification.diagnosis.evidence.decision import decide
 from identification.diagnosis.evidence.hypotheses import Scored, Thresholds
+from identification.diagnosis.evidence.kind_score import KindScore
 from identification.diagnosis.evidence.remaining import Remaining
 from identification.diagnosis.localisation.structural_classes import Isolability
 from identification.diagnosis.search import forward_selection
-from identification.diagnosis.search.forward_selection import _held_to_noise, _together
+from identification.diagnosis.search.forward_selection import (
+    _all_needed,
+    _held_to_noise,
+    _together,
+)
 from tests.identification.diagnosis.decision_cases import (
     QUIET,
     Case,
@@ -160,3 +166,29 @@ def test_effects_together_have_to_explain_as_much_of_a_form_as_one_law_alone(
     told = _together(nominal, [first, second], Thresholds())
     assert told[0].answer == answer
     assert len(told) == (2 if answer == "approximate" else 1)
+
+
+@pytest.mark.parametrize(("form", "named"), [(0.1, 1), (0.4, 3)])
+def test_what_followed_a_choice_that_was_not_sure_may_be_the_rest_of_that_law(
+    form: float, named: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Its own kind in another form does as well as law and disturbance: that one is not needed."""
+    one = Case(4.0).law("coulomb_friction at b", 0.3).law("external_disturbance at m", 0.31)
+    first = one.kind("dissipative", "b", 0.1).kind("slow", "m", 0.2).kind("exogenous", "m", 0.1)
+    begun = first.decided()
+    assert (begun.answer, set(begun.places)) == ("look_alikes", {"b", "m"})
+    push = Case(0.3).law("external_disturbance at m", 0.1).kind("slow", "m", 0.1).decided()
+    law = Case(0.3).law("coulomb_friction at b", 0.1).kind("dissipative", "b", 0.1).decided()
+    quiet = Case(0.0, QUIET).decided()
+    kinds = [KindScore("b", "dissipative", scored(form, 5), np.zeros(3))]
+    task: Any = SimpleNamespace(
+        limits=Thresholds(), done=SimpleNamespace(kinds=lambda base, along, places: kinds)
+    )
+    monkeypatch.setattr(forward_selection, "_weighed_as", lambda fit, other: fit)
+    monkeypatch.setattr(forward_selection, "score", lambda fit: scored(0.1, 2))
+    nominal: Any = SimpleNamespace()
+    told = _all_needed(begun, [push, law, quiet], nominal, task)
+    assert len(told) == named
+    if named == 1:
+        assert told[0].kind == "unknown_physics"
+        assert told[0].reasons[-1].startswith("external_disturbance at m beside coulomb_friction")
