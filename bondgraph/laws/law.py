@@ -92,6 +92,11 @@ class Law(ABC):
         return said_of(name, self.meanings)
 
     @property
+    def words(self) -> str:
+        """Its own words, as `law_words` has them, with what its fields change."""
+        return law_words(type(self))
+
+    @property
     def slope(self) -> float | None:
         """Own linear slope, or None when the element's value is the slope."""
         return None

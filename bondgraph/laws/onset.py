@@ -13,7 +13,7 @@ from bondgraph.support.ops import Ops
 
 @dataclass(frozen=True)
 class Onset(Stepwise):
-    """``h (1 + tanh((t - t_0) / width)) / 2``, or its integral over time, whatever `s` is.
+    """``h (1 + tanh((t - t_0) / width)) / 2``, whatever `s` is.
 
     Parameters as of `Stepwise`.
 

@@ -13,7 +13,7 @@ from bondgraph.support.ops import Ops
 
 @dataclass(frozen=True)
 class Push(Stepwise):
-    """A step of height ``h`` at ``t_0`` that is taken back at ``t_1``, or its integral over time.
+    """A step of height ``h`` at ``t_0`` that is taken back at ``t_1``, whatever `s` is.
 
     Parameters as of `Stepwise`, and:
 

@@ -42,6 +42,12 @@ class Stepwise(Clocked, ABC):
     starts: ClassVar[tuple[str, ...]] = ("time", "width", "margin", "size", "unit")
 
     @property
+    def words(self) -> str:
+        """Its own words, and that it is integrated if it is a ramp."""
+        said = super().words
+        return f"the integral over time of {said[0].lower()}{said[1:]}" if self.ramp else said
+
+    @property
     def slope(self) -> float | None:
         """None of its own if free standing."""
         return 0.0 if self.free_standing else None

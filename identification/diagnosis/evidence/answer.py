@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from types import MappingProxyType
 
 from identification.diagnosis.evidence.kind_score import KindScore
-from identification.diagnosis.evidence.nearest import Nearest
+from identification.diagnosis.evidence.nearest import LEAST, Nearest
 from identification.diagnosis.evidence.remaining import Remaining
 from identification.diagnosis.search.candidates import Candidate
 
@@ -82,6 +82,11 @@ class Decision:
             return self
         told, now = self.remaining.words, left.words
         return replace(self, reasons=tuple(r.replace(told, now) for r in self.reasons))
+
+    @property
+    def closest(self) -> Candidate | None:
+        """The best description, if it explains enough to come near at all."""
+        return self.chosen if self.share >= LEAST else None
 
     @property
     def possible(self) -> tuple[Candidate, ...]:

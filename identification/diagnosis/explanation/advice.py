@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from bondgraph.graph.bond_graph import BondGraph
-from bondgraph.graph.elements import I, Source
+from bondgraph.graph.elements import Element, I, Se, Source
 from bondgraph.support.arrays import Array
+from identification.diagnosis.catalogue.outside.external_disturbance import ExternalDisturbance
+from identification.diagnosis.catalogue.places import has_unit
 from identification.diagnosis.explanation.doubts import file_first
+from identification.diagnosis.localisation.recording.variables import variables_of
 from identification.diagnosis.localisation.structural_classes import splitting_signals
 from identification.report.numbers import interval
+from identification.report.words import listed
 
 if TYPE_CHECKING:
     from identification.diagnosis.diagnose import Diagnosis
@@ -19,7 +24,27 @@ if TYPE_CHECKING:
 
 def advice(d: Diagnosis, frequencies: Array) -> tuple[str, ...]:
     """Return what to record next, computed from the structure, after what to mend."""
-    return (*file_first(d), *_to_record(d, frequencies))
+    return (*file_first(d), *_surroundings(d), *_to_record(d, frequencies))
+
+
+def _surroundings(d: Diagnosis) -> Iterator[str]:
+    """Yield that what seems to heat a store may be an ambient temperature that nobody recorded."""
+    steps = d.findings if d.findings or d.decision is None else (d.decision,)
+    pushed = [
+        t.element for s in steps for t in s.possible
+        if t.effect == ExternalDisturbance.name and _warm(d.graph[t.element])
+    ]  # fmt: skip
+    known = any(has_unit(s, ("K",)) for s in d.graph.of_type(Se) if s.name in d.recording.channels)
+    if pushed and not known:
+        stores = listed(dict.fromkeys(pushed))
+        yield (
+            f"if the ambient temperature moved meanwhile, that is what acts on {stores}: record "
+            "it, and put it behind the resistors to the ambient as a source (Se, K)"
+        )
+
+
+def _warm(store: Element) -> bool:
+    return variables_of(store).effort == "temperature"
 
 
 def _to_record(d: Diagnosis, frequencies: Array) -> tuple[str, ...]:

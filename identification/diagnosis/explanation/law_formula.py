@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import pi
 from typing import Any
 
 import sympy as sp
@@ -12,8 +13,9 @@ from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import C, Element, I, R, Source
 from bondgraph.graph.parameter import symbol
 from bondgraph.graph.sensors import Sensor
-from bondgraph.laws import Odometer
-from bondgraph.laws.law import Law, law_words, said_of
+from bondgraph.laws import Odometer, Tone
+from bondgraph.laws.law import Law, said_of
+from bondgraph.laws.stepwise import Stepwise
 from bondgraph.support.errors import BondsightError
 from bondgraph.support.ops import SYMPY
 from identification.diagnosis.catalogue import by_name
@@ -174,7 +176,7 @@ def _in_words(trial: Candidate) -> str:
         law = law_of(e)
         if law is not None and strengths & {p.name for p in law.parameters(e.name)}:
             held: Law = getattr(law, "inner", law)
-            return _plain(law_words(type(held)))
+            return _plain(held.words)
     try:
         return _plain(formula(by_name(trial.effect)))
     except BondsightError:
@@ -197,8 +199,22 @@ def meaning_of(name: str, trial: Candidate) -> str:
     for e in trial.fit.problem.graph.elements.values():
         law = law_of(e)
         if law is not None and any(p.name == name for p in law.parameters(e.name)):
-            return law.meaning(name.removesuffix(f"_{e.name}"))
+            said = law.meaning(name.removesuffix(f"_{e.name}"))
+            return said + (_flow_into(e, law, name, trial) if isinstance(e, C) else "")
     return ""
+
+
+def _flow_into(store: C, law: Law, name: str, trial: Candidate) -> str:
+    """Say what flows into a store whose effort something from outside changes; of a size only."""
+    values, rate = trial.fit.values, 0.0
+    if isinstance(law, Stepwise) and law.ramp and name == f"h_{store.name}":
+        rate = values[name]
+    elif isinstance(law, Tone) and name in (f"a_{store.name}", f"b_{store.name}"):
+        rate = 2.0 * pi * values[f"freq_{store.name}"] * values[name]
+    if not rate:
+        return ""
+    v, slope = variables_of(store), _at(trial.fit.problem.graph.slope(store), trial)
+    return f", {f'{rate / slope:.4g} {v.flow_unit}'.strip()} of {v.flow} into {store.name}"
 
 
 def deviation_of(trial: Candidate) -> sp.Expr | None:

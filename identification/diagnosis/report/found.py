@@ -17,9 +17,9 @@ def found_of(d: Diagnosis) -> tuple[Candidate, ...]:
     """Named effects in the order they were found; the closest one when nothing may be named."""
     if d.kind == "missing_physics":
         return tuple(s.chosen for s in d.findings if s.chosen is not None)
-    if d.kind != "unknown_physics" or d.decision is None or d.decision.chosen is None:
+    if d.kind != "unknown_physics" or d.decision is None or d.decision.closest is None:
         return ()
-    return (d.decision.chosen,)
+    return (d.decision.closest,)
 
 
 def places_of(d: Diagnosis) -> tuple[dict[str, str], tuple[str, ...]]:

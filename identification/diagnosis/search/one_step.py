@@ -407,7 +407,9 @@ def why_there(relations: Sequence[BlindRelation], where: Collection[str]) -> str
         f"whatever its law, it sits at {'one of ' * (len(where) > 1)}{', '.join(where)}: that "
         f"leaves {times_noise(here):.3g} times the noise in training, all readings together"
     )
-    return f"{said}; any other place {times_noise(min(beside)):.3g} at least" if beside else said
+    if not beside:
+        return said
+    return f"{said}; any other element that the model has {times_noise(min(beside)):.3g} at least"
 
 
 def overlooked(

@@ -316,7 +316,8 @@ def _possible(step: Decision, d: Diagnosis) -> list[dict[str, Any]]:
         }
         for k in open_kinds(step)
     ]
-    return [*map(_rival, step.possible), *kinds]
+    far = step.closest is None and step.answer in ("kind", "unknown")
+    return [*map(_rival, step.rivals if far else step.possible), *kinds]
 
 
 def effect_parameters(trial: Candidate, d: Diagnosis) -> list[Estimate]:

@@ -153,13 +153,13 @@ def _without_name(d: Diagnosis) -> str:
         if step.physics == "sensing" and isinstance(d.graph[step.places[0]], Source):
             sort = "an error of the measured input"
         text = f"{sort.capitalize()} is missing at {where}{also}"
-        if step.chosen is not None and np.isfinite(step.law_fit):
-            text += f"; {_no_law(_title(step.chosen), step.law_fit)}"
+        if step.closest is not None and np.isfinite(step.law_fit):
+            text += f"; {_no_law(_title(step.closest), step.law_fit)}"
         return f"{text}."
     if step is not None and step.answer == "look_alikes":
         names = briefly(", ".join(t.label for t in step.possible))
         return f"Something is missing in {d.model}; these explain it alike: {names}."
-    hint = f"; closest is {_title(step.chosen)}" if step and step.chosen else ""
+    hint = f"; closest is {_title(step.closest)}" if step and step.closest else ""
     if step is not None and step.nearest and not hint:
         hint = f"; what comes nearest is {coming_near(near_of(step.nearest[:1], d))}"
     at = f", at {where}{also}" if where else ""

@@ -64,7 +64,7 @@ def test_the_place_that_relations_leave_is_told_with_its_reason(monkeypatch: Any
     assert d.decision is not None
     assert d.decision.places == place
     assert "it sits at k: that leaves 1.14 times the noise" in d.decision.reasons[-1]
-    assert "any other place 9.49" in d.decision.reasons[-1]
+    assert "any other element that the model has 9.49 at least" in d.decision.reasons[-1]
     assert d.relations == relations()
     location = verdict(d)["findings"][0]["location"]
     assert place[0] in (location["element"], *location["indistinguishable_from"])

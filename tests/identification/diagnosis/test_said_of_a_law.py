@@ -10,13 +10,23 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from bondgraph import TF, BondGraph, C, Dq, I, One, R, Se
+from bondgraph import TF, BondGraph, C, Dq, I, One, R, Se, Sf, Zero
 from bondgraph.graph.elements import Element
-from bondgraph.laws import Parametrised, Polynomial, SaturatingInductance, StopSum
+from bondgraph.laws import (
+    Law,
+    Onset,
+    Parametrised,
+    Polynomial,
+    Push,
+    SaturatingInductance,
+    StopSum,
+    Tone,
+)
 from bondgraph.signals.recording import Split
 from bondgraph.support.errors import UnusableInput
 from identification.datasets.opening import match_by_unit
 from identification.diagnosis.catalogue import by_name
+from identification.diagnosis.explanation.law_formula import in_symbols, meaning_of
 from identification.diagnosis.explanation.notes import notes_on_size, taken_over
 from identification.diagnosis.localisation.recording.variables import (
     displacement_words,
@@ -115,6 +125,31 @@ def test_a_whole_law_is_written_in_every_graph() -> None:
     made = trial(g, "L")
     assert whole_law(made) == r"\varphi_{L}(p) = \frac{1}{L}\,p + w_{L}"
     assert definition(made)[1] == "p is the flux linkage of L"
+
+
+@pytest.mark.parametrize(
+    ("law", "height", "words"),
+    [
+        (Onset(ramp=True, free_standing=False, unit="K/s"), "h_C_1", "the integral over time of h"),
+        (Push(ramp=True, free_standing=False, unit="K/s"), "h_C_1", "the integral over time of a"),
+        (Tone(free_standing=False, unit="K"), "a_C_1", "a sin(2 pi f t)"),
+    ],
+    ids=lambda v: getattr(v, "name", ""),
+)
+def test_what_acts_on_a_store_from_outside_is_told_as_a_flow(
+    law: Law, height: str, words: str
+) -> None:
+    """Its number is of an effort: what flows in is told beside it, and no form that it has not."""
+    with BondGraph("heater") as g:
+        body = Zero("body")
+        Sf("P", unit="W") >> body >> C("C_1", 50.0, unit="J/K", law=law)
+    made = trial(g, "C_1", "external_disturbance")
+    made.insertion.strengths = (height,)
+    made.fit.values = {"C_1": 50.0, height: 0.02, "freq_C_1": 0.5 / np.pi}
+    assert meaning_of(height, made).endswith(", 1 W of heat flow into C_1")
+    assert "into" not in meaning_of("t_0_C_1", made)
+    assert in_symbols(made).startswith(words)
+    assert "or its integral" not in in_symbols(made)
 
 
 def test_what_a_found_law_took_over_is_not_called_far_off() -> None:

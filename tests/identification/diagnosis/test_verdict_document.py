@@ -127,6 +127,20 @@ def test_kinds_that_look_alike_stand_behind_the_closest_laws(dry: Diagnosis) -> 
     assert said in sentence(d)
 
 
+@pytest.mark.parametrize("answer", ["unknown", "kind"])
+def test_what_explains_nothing_is_not_called_closest(dry: Diagnosis, answer: str) -> None:
+    chosen = dry.steps[0].chosen
+    assert chosen is not None
+    for share, near in ((0.02, False), (0.4, True)):
+        d = decided(
+            dry, "unknown_physics", answer=answer, physics="restoring", places=("k",), rivals=(),
+            share=share, law_fit=share, kinds=(),
+        )  # fmt: skip
+        assert ("coulomb friction" in sentence(d).lower()) is near
+        (f,) = as_data(d)["findings"]
+        assert [p["effect"] for p in f["also_possible"]] == ["coulomb_friction"] * near
+
+
 @pytest.mark.parametrize("answer", ["family", "look_alikes"])
 def test_no_single_effect_is_named_where_several_are_as_good(dry: Diagnosis, answer: str) -> None:
     kind = "missing_physics" if answer == "family" else "unknown_physics"
