@@ -206,15 +206,14 @@ def meaning_of(name: str, trial: Candidate) -> str:
 
 def _flow_into(store: C, law: Law, name: str, trial: Candidate) -> str:
     """Say what flows into a store whose effort something from outside changes; of a size only."""
-    values, rate = trial.fit.values, 0.0
-    if isinstance(law, Stepwise) and law.ramp and name == f"h_{store.name}":
-        rate = values[name]
-    elif isinstance(law, Tone) and name in (f"a_{store.name}", f"b_{store.name}"):
-        rate = 2.0 * pi * values[f"freq_{store.name}"] * values[name]
-    if not rate:
+    steps = isinstance(law, Stepwise) and law.ramp and name == f"h_{store.name}"
+    hums = isinstance(law, Tone) and name in (f"a_{store.name}", f"b_{store.name}")
+    if not (steps or hums):
         return ""
-    v, slope = variables_of(store), _at(trial.fit.problem.graph.slope(store), trial)
-    return f", {f'{rate / slope:.4g} {v.flow_unit}'.strip()} of {v.flow} into {store.name}"
+    values, v = trial.fit.values, variables_of(store)
+    rate = values[name] * (2.0 * pi * values[f"freq_{store.name}"] if hums else 1.0)
+    flow = f"{rate / _at(trial.fit.problem.graph.slope(store), trial):.4g} {v.flow_unit}".strip()
+    return f", {flow} of {v.flow} into {store.name}"
 
 
 def deviation_of(trial: Candidate) -> sp.Expr | None:

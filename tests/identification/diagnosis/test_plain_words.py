@@ -64,7 +64,8 @@ def test_every_parameter_of_every_effect_says_what_it_is(plant: str, found: Diag
     for effect in CATALOGUE:
         for element in [e for e in effect.places(seen.graph) if e.name in seen.past][:2]:
             made = effect.insert(seen, element)
-            fit: Any = SimpleNamespace(problem=SimpleNamespace(graph=made.graph))
+            values = {n: p.value for n, p in made.graph.parameters.items()}
+            fit: Any = SimpleNamespace(problem=SimpleNamespace(graph=made.graph), values=values)
             trial = Candidate(made, True, fit, 1.0, 1.0, np.ones(1))
             assert in_symbols(trial), effect.name
             new = [n for n in made.graph.parameters if n not in seen.graph.parameters]
