@@ -93,6 +93,11 @@ def _decided(e: Evidence, t: Thresholds, trials: tuple[Candidate, ...]) -> Decis
         e = replace(e, laws=(stated,))
     kinds = kinds_alike(e, best.score, t)
     laws = _admissible(laws, kinds, e, t)
+    outdone = [s for s in laws if any(_outdone(s, law, e, t) for law in laws)]
+    if outdone:
+        said = ", ".join(s.trial.label for s in outdone)
+        quiet = replace(quiet, reasons=(*quiet.reasons, OUTDONE.format(said)))
+        laws = [s for s in laws if s not in outdone]
     law = _best_law(laws, t)
     if law is not None and _shows(e.plain, law.score, t) and _fits(law, kinds, e, t):
         if not _matters(law, e, t):
@@ -114,6 +119,26 @@ def _decided(e: Evidence, t: Thresholds, trials: tuple[Candidate, ...]) -> Decis
         kinds = held
         quiet = replace(quiet, reasons=(IN_EVERY_PAIR,))
     return _rest_of(kind_told(quiet, e, kinds, law, t), e, best.score, t)
+
+
+def _outdone(course: Scored, law: Scored, e: Evidence, t: Thresholds) -> bool:
+    """Whether a mere course in time, in any form, does less than a freer form of a law near it.
+
+    It lies near a law that is not quite right only because either leaves something; what it leaves
+    goes with another form of that law, and with no other course.
+    """
+    own, kind = course.trial.insertion.kind, law.trial.insertion.kind
+    near = law.score.behind(course.score) < t.z and _shows(e.plain, law.score, t)
+    if own not in SHAPELESS or kind in ANYTHING or not near:
+        return False
+    courses = [k for k in e.kinds if k.element == course.element and k.kind == own]
+    best = best_of([course, *courses])
+    assert best is not None
+    forms = [k for k in e.kinds if k.element == law.element and k.kind == kind]
+    return any(best.score.behind(k.score) > t.z for k in forms)
+
+
+OUTDONE = "another form of a law near it explains more than any course in time: {}"
 
 
 MISSTATED = (
@@ -379,9 +404,7 @@ def _named(
     ]  # fmt: skip
     imitated = [s for s in _imitated(chosen, e) if s not in others]
     disproved = [s for s in others if refuted(s, chosen, e, t)]
-    outdone = [s for s in others if _outdone(s, chosen, e, t) and s not in disproved]
-    out = (*disproved, *outdone)
-    others = [s for s in (*others, *imitated, *_beyond(chosen, e)) if s not in out]
+    others = [s for s in (*others, *imitated, *_beyond(chosen, e)) if s not in disproved]
     here = _here(chosen, e)
     fit = law_fit(chosen, here, e) if here is not None else float("nan")
     best = best_of([chosen, *e.kinds[:1]])
@@ -403,9 +426,6 @@ def _named(
         reasons.append("a course in time follows whatever shows in few stretches")
     if disproved:
         reasons.append("held-out samples refute " + ", ".join(s.trial.label for s in disproved))
-    if outdone:
-        said = ", ".join(s.trial.label for s in outdone)
-        reasons.append(f"another form of it explains more than any course in time: {said}")
     if others:
         reasons.append("these do as well: " + ", ".join(s.trial.label for s in others))
     if richer:
@@ -524,25 +544,6 @@ def _imitated(chosen: Scored, e: Evidence) -> list[Scored]:
         and s.trial.home and s.trial.insertion.kind not in ANYTHING
         and explained(s, e.plain, chosen.score) > UNUSUAL
     ]  # fmt: skip
-
-
-def _outdone(rival: Scored, chosen: Scored, e: Evidence, t: Thresholds) -> bool:
-    """Whether a mere course in time, in any form, does less than a freer form of the chosen law.
-
-    It lies near a law that is not quite right only because either leaves something; what it leaves
-    goes with another form of that law, and with no other course.
-    """
-    own = rival.trial.insertion.kind
-    if own not in SHAPELESS or chosen.trial.insertion.kind in ANYTHING:
-        return False
-    courses = [k for k in e.kinds if k.element == rival.element and k.kind == own]
-    best = best_of([rival, *courses])
-    assert best is not None
-    return any(
-        k.element == chosen.element and k.kind == chosen.trial.insertion.kind
-        and best.score.behind(k.score) > t.z
-        for k in e.kinds
-    )  # fmt: skip
 
 
 SELDOM = 2.0

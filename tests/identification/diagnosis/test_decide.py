@@ -285,18 +285,27 @@ def test_equals_of_different_families_are_look_alikes() -> None:
     assert d.confidence == 0.0
 
 
-@pytest.mark.parametrize(("course", "rivals"), [(0.5, []), (0.02, ["external_disturbance"])])
+@pytest.mark.parametrize("law", [0.5, 0.53])
+@pytest.mark.parametrize(("course", "alone"), [(0.5, True), (0.02, False)])
 def test_a_disturbance_near_a_law_that_is_not_quite_right_has_to_do_what_its_form_does(
-    course: float, rivals: list[str]
+    law: float, course: float, alone: bool
 ) -> None:
     """What the law leaves goes with another form of it; a disturbance may take any course too."""
-    case = Case(4.0).law("coulomb_friction at b", 0.5).law("external_disturbance at m", 0.51)
+    case = Case(4.0).law("coulomb_friction at b", law).law("external_disturbance at m", 0.51)
     case.kind("dissipative", "b", 0.0).kind("slow", "m", 0.02).kind("exogenous", "m", course)
     d = case.decided()
-    assert label(d) == "coulomb_friction at b"
-    assert [t.effect for t in d.rivals] == rivals
-    assert d.kind == ("unknown_physics" if rivals else "missing_physics")
-    assert any("another form of it explains more" in r for r in d.reasons) is not bool(rivals)
+    if alone:
+        assert named(d) == ["coulomb_friction"]
+    else:
+        assert set(named(d)) == {"coulomb_friction", "external_disturbance"}
+    assert d.kind == ("missing_physics" if alone else "unknown_physics")
+    assert any("explains more than any course" in r for r in d.reasons) is alone
+
+
+def test_a_law_that_does_nothing_excludes_no_disturbance() -> None:
+    case = Case(0.55).law("coulomb_friction at b", 0.53).law("external_disturbance at m", 0.51)
+    case.kind("dissipative", "b", 0.0).kind("slow", "m", 0.02)
+    assert not any("explains more than any course" in r for r in case.decided().reasons)
 
 
 def test_an_equal_that_fails_on_the_held_out_part_leaves_nothing_known() -> None:
