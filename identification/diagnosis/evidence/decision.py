@@ -72,7 +72,12 @@ MOST = 3
 def decide(evidence: Evidence, limits: Thresholds | None = None) -> Decision:
     """Decide what the evidence supports."""
     t, e = limits or Thresholds(), _caused(evidence.here)
+    outdone = [s for s in e.laws if any(_outdone(s, law, e, t) for law in e.laws)]
+    e = replace(e, laws=tuple(s for s in e.laws if s not in outdone)) if outdone else e
     decided = _decided(e, t, tuple(s.trial for s in evidence.laws))
+    if outdone and decided.chosen is not None:
+        reason = OUTDONE.format(", ".join(s.trial.label for s in outdone))
+        decided = replace(decided, reasons=(*decided.reasons, reason))
     untold = decided.kind == "unknown_physics" and decided.answer == "unknown"
     return replace(decided, nearest=nearest(e)) if untold and not decided.places else decided
 
@@ -93,11 +98,6 @@ def _decided(e: Evidence, t: Thresholds, trials: tuple[Candidate, ...]) -> Decis
         e = replace(e, laws=(stated,))
     kinds = kinds_alike(e, best.score, t)
     laws = _admissible(laws, kinds, e, t)
-    outdone = [s for s in laws if any(_outdone(s, law, e, t) for law in laws)]
-    if outdone:
-        said = ", ".join(s.trial.label for s in outdone)
-        quiet = replace(quiet, reasons=(*quiet.reasons, OUTDONE.format(said)))
-        laws = [s for s in laws if s not in outdone]
     law = _best_law(laws, t)
     if law is not None and _shows(e.plain, law.score, t) and _fits(law, kinds, e, t):
         if not _matters(law, e, t):
@@ -128,8 +128,9 @@ def _outdone(course: Scored, law: Scored, e: Evidence, t: Thresholds) -> bool:
     goes with another form of that law, and with no other course.
     """
     own, kind = course.trial.insertion.kind, law.trial.insertion.kind
-    near = law.score.behind(course.score) < t.z and _shows(e.plain, law.score, t)
-    if own not in SHAPELESS or kind in ANYTHING or not near:
+    able = law.trial.itself and law.trial.effect != UNNAMED.name and kind not in ANYTHING
+    near = abs(law.score.behind(course.score)) < t.z and _shows(e.plain, law.score, t)
+    if own not in SHAPELESS or not (able and near):
         return False
     courses = [k for k in e.kinds if k.element == course.element and k.kind == own]
     best = best_of([course, *courses])
@@ -138,7 +139,7 @@ def _outdone(course: Scored, law: Scored, e: Evidence, t: Thresholds) -> bool:
     return any(best.score.behind(k.score) > t.z for k in forms)
 
 
-OUTDONE = "another form of a law near it explains more than any course in time: {}"
+OUTDONE = "near it, but another form of the law explains more than any course in time: {}"
 
 
 MISSTATED = (
