@@ -56,7 +56,8 @@ def scenes() -> tuple[FittedModel, ...]:
     u = np.sin(2 * np.pi * 0.31 * t) + 0.6 * np.sin(2 * np.pi * 0.83 * t)
     split = Split(slice(0, 1000), slice(1000, t.size), "first two thirds")
     made = []
-    for graph, size in ((positioner(), 20.0), (hydraulic(), 0.1), (electrical(), 4.0), (coil(), 4.0)):
+    machines = (positioner(), 20.0), (hydraulic(), 0.1), (electrical(), 4.0), (coil(), 4.0)
+    for graph, size in machines:
         (source,) = graph.of_type(Source)
         run = simulate(graph, t, {source.name: size * u})
         names = tuple(s.name for s in graph.of_type(Sensor))

@@ -56,7 +56,7 @@ class Radiation(Law):
     name: ClassVar[str] = "radiation"
     meanings: ClassVar[Mapping[str, str]] = {
         "R_own": "resistance of both at small differences",
-        "radiates": "part of the flow that radiates, at small differences; the rest is conducted beside it",
+        "radiates": "part of the flow that radiates, at small differences; the rest conducts",
         "T": "absolute temperature of the surroundings",
     }
     energy: ClassVar[str] = "signal"
