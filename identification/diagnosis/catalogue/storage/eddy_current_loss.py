@@ -27,7 +27,7 @@ class EddyCurrentLoss(Effect):
     family = "storage"
     kind = "slow"
     law = "shunted_inductance"
-    sentence = "a part of its field drives currents elsewhere (in iron, a former, a shorted turn)"
+    sentence = "a part of its field drives currents in iron, a former or a shorted turn"
     looks = (
         "the faster the current changes the smaller is the inductance and the larger the "
         "resistance; slow currents see a constant coil"
