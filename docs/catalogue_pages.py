@@ -19,15 +19,17 @@ from identification.diagnosis.screening.observation import scene
 from identification.diagnosis.screening.port_history import FittedModel
 from identification.estimation.single_record import fit
 from identification.study.problem import Data, Problem
-from tests.identification.diagnosis.effect_plants import electrical, hydraulic
+from tests.identification.diagnosis.effect_plants import coil, electrical, hydraulic
 
 IN_TIME = frozenset({
-    "added_mode", "clock_skew", "creep", "external_disturbance", "leakage", "self_heating",
-    "sensor_drift", "sensor_offset", "time_varying_parameter",
+    "added_mode", "clock_skew", "creep", "eddy_current_loss", "external_disturbance", "leakage",
+    "self_heating", "sensor_drift", "sensor_offset", "time_varying_parameter",
 })  # fmt: skip
 """Effects that are drawn over time; the others over what their element moves by."""
 SHAPE = {"external_disturbance": 0, "overflow": 1, "time_varying_parameter": 0}
 """Which of its shapes is drawn where the middle one would not teach."""
+TWO_ENDS = frozenset({"current_limit"})
+"""Effects with a column for either end, which are drawn together."""
 FINE = {"periodic_error": "period", "quantisation": "step"}
 """Effects that repeat along the way, with the shape that says how often."""
 
@@ -54,7 +56,8 @@ def scenes() -> tuple[FittedModel, ...]:
     u = np.sin(2 * np.pi * 0.31 * t) + 0.6 * np.sin(2 * np.pi * 0.83 * t)
     split = Split(slice(0, 1000), slice(1000, t.size), "first two thirds")
     made = []
-    for graph, size in ((positioner(), 20.0), (hydraulic(), 0.1), (electrical(), 4.0)):
+    machines = (positioner(), 20.0), (hydraulic(), 0.1), (electrical(), 4.0), (coil(), 4.0)
+    for graph, size in machines:
         (source,) = graph.of_type(Source)
         run = simulate(graph, t, {source.name: size * u})
         names = tuple(s.name for s in graph.of_type(Sensor))
@@ -82,7 +85,8 @@ def picture(effect: Effect) -> Figure | None:
     s, e = found
     shapes = effect.signatures(s, e)
     shape = shapes[SHAPE.get(effect.name, len(shapes) // 2)]
-    port, added = s.past[e.name], shape.columns[:, -1]
+    drawn = shape.columns if effect.name in TWO_ENDS else shape.columns[:, -1:]
+    port, added = s.past[e.name], drawn.sum(axis=1)
     way = effect.kind in ("memory", "restoring") and port.moved is not None
     along = port.moved if way else port.argument
     assert along is not None

@@ -14,7 +14,7 @@ from typing import Any
 import pytest
 
 from bondsight.cli.main import _parser
-from identification.diagnosis.catalogue import CATALOGUE
+from identification.diagnosis.catalogue import CATALOGUE, by_name
 
 ROOT = Path(__file__).resolve().parents[1]
 REFERENCE = runpy.run_path(str(ROOT / "docs/public_names.py"))
@@ -47,6 +47,12 @@ def test_the_blocks_of_a_page_run(
 def test_every_public_name_has_an_example(package: str) -> None:
     shown = {n: v for n, v in public_names(package) if callable(v)}
     assert [n for n, v in shown.items() if ">>> " not in (v.__doc__ or "")] == []
+
+
+def test_the_picture_of_a_current_limit_shows_both_limits() -> None:
+    pages = runpy.run_path(str(ROOT / "docs/catalogue_pages.py"))
+    (line,) = pages["picture"](by_name("current_limit")).axes[0].lines
+    assert line.get_ydata().min() < 0 < line.get_ydata().max()
 
 
 def test_authors_that_effects_name_with_a_year_stand_in_the_bibliography() -> None:

@@ -11,25 +11,26 @@ from bondgraph.laws.law import Law
 from bondgraph.support.bounds import NonNegative, Positive
 from bondgraph.support.ops import Ops
 
-COLDEST = 1e-3
-"""Least of ``(1 + e/T)^4``: nothing radiates less than a body near 0 K."""
+COLDEST = 0.1
+"""Least of ``1 + e/T``: nothing radiates less than a body near 0 K."""
+NEWTON_STEPS = 4
+SMALL = 1e-9
 
 
 @dataclass(frozen=True)
 class Radiation(Law):
-    """``share T ((1 + 4 v)^(1/4) - 1 - v)`` beside ``R f``, with ``v = R f / T``.
+    """Heat ``((1 - radiates) e + radiates T/4 ((1 + e/T)^4 - 1)) / R`` over a difference ``e``.
 
-    The temperature difference over a surface that radiates ``f = b ((T + e)^4 - T^4)`` is
-    ``T ((1 + 4 v)^(1/4) - 1)`` with ``R = 1 / (4 b T^3)``, its resistance at small differences
-    (Stefan 1879, Boltzmann 1884; ``b`` is emissivity times area times 5.67e-8 W/(m2 K4)). It makes
-    a `share` of the element's resistance ``R``; the rest conducts, behind it. For a share that
-    radiates beside what conducts the law holds to second order in ``e / T``. Passive with its
-    resistor up to a share of 1; alone it promises nothing.
+    A surface radiates ``b ((T + e)^4 - T^4)`` to surroundings at ``T`` (Stefan 1879, Boltzmann
+    1884; ``b`` is emissivity times area times 5.67e-8 W/(m2 K4)), and beside it heat is conducted
+    in proportion. ``R`` is the resistance of both at small differences, so
+    ``b = radiates / (4 R T^3)``, and the rest is conducted over ``R / (1 - radiates)``. Passive
+    with its resistor; alone it promises nothing.
 
     Parameters
     ----------
     share : float
-        Start value; above 1 the path bends more than radiation can.
+        Start value of the part that radiates, 0 to 1.
     surroundings : float
         Absolute temperature ``T`` of the end that the difference counts from, K, a fixed parameter.
     coefficient : str
@@ -54,8 +55,8 @@ class Radiation(Law):
     )  # fmt: skip
     name: ClassVar[str] = "radiation"
     meanings: ClassVar[Mapping[str, str]] = {
-        "R_own": "resistance at small differences",
-        "radiates": "part of the resistance that radiates",
+        "R_own": "resistance of both at small differences",
+        "radiates": "part of the flow that radiates, at small differences; the rest conducts",
         "T": "absolute temperature of the surroundings",
     }
     energy: ClassVar[str] = "signal"
@@ -66,7 +67,7 @@ class Radiation(Law):
         return (
             Parameter(own, self.resistance, self.unit, scale=self.resistance),
             Parameter(
-                f"radiates_{element}", self.share, "1", positive=False, lower=0.0, upper=4.0,
+                f"radiates_{element}", self.share, "1", positive=False, lower=0.0, upper=1.0,
                 scale=0.1,
             ),
             Parameter(f"T_{element}", self.surroundings, "K", fixed=True),
@@ -74,9 +75,20 @@ class Radiation(Law):
 
     def deviation(self, ops: Ops, s: Any, memory: Sequence[Any], p: Sequence[Any]) -> Any:
         """Return what the path needs less than the straight line."""
-        return p[1] * p[2] * bent(ops, p[0] * s / p[2])
+        resistance, share, t = p
+        straight = resistance * s / t
+        least = (1.0 - share) * (COLDEST - 1.0) + 0.25 * share * (COLDEST**4 - 1.0)
+        w = ops.maximum(straight, least)
+        # rising and convex: Newton's steps come down from above, where one of two guesses is near
+        alone = ops.sqrt(ops.sqrt(1.0 + 4.0 * ops.maximum(w, 0.0) / ops.maximum(share, SMALL)))
+        v = ops.minimum(w + share * bent(ops, w), alone - 1.0)
+        for _ in range(NEWTON_STEPS):
+            y = 1.0 + v
+            flow = (1.0 - share) * v + 0.25 * share * (y**4 - 1.0)
+            v = v - (flow - w) / (1.0 - share + share * y**3)
+        return t * (v - straight)
 
 
 def bent(ops: Ops, v: Any) -> Any:
     """Return ``(1 + 4 v)^(1/4) - 1 - v``: how a black surface departs from its tangent."""
-    return ops.sqrt(ops.sqrt(ops.maximum(1.0 + 4.0 * v, COLDEST))) - 1.0 - v
+    return ops.sqrt(ops.sqrt(ops.maximum(1.0 + 4.0 * v, COLDEST**4))) - 1.0 - v

@@ -23,7 +23,13 @@ FAMILIES: MappingProxyType[str, tuple[str, ...]] = MappingProxyType(
         ),
         "transduction": ("nonlinear_ratio", "position_periodic_force"),
         "drive": ("saturation", "slew_limit", "low_pass", "dead_zone"),
-        "storage": ("leakage", "overflow", "added_mode", "self_heating"),
+        "storage": (
+            "leakage",
+            "overflow",
+            "added_mode",
+            "eddy_current_loss",
+            "self_heating",
+        ),
         "flow": ("square_root_flow", "nonlinear_resistance", "diode", "current_limit"),
         "measurement": (
             "sensor_lag",

@@ -37,6 +37,7 @@ from identification.diagnosis.catalogue.restoring.contact_loss import ContactLos
 from identification.diagnosis.catalogue.restoring.end_stop import EndStopEffect
 from identification.diagnosis.catalogue.restoring.nonlinear_stiffness import NonlinearStiffness
 from identification.diagnosis.catalogue.storage.added_mode import AddedMode
+from identification.diagnosis.catalogue.storage.eddy_current_loss import EddyCurrentLoss
 from identification.diagnosis.catalogue.storage.leakage import Leakage
 from identification.diagnosis.catalogue.storage.overflow import OverflowEffect
 from identification.diagnosis.catalogue.storage.self_heating import SelfHeatingEffect
@@ -75,6 +76,7 @@ CATALOGUE: tuple[Effect, ...] = (
     Leakage(),
     OverflowEffect(),
     AddedMode(),
+    EddyCurrentLoss(),
     SelfHeatingEffect(),
     # flow
     SquareRootFlow(),

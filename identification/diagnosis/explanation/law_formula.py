@@ -225,6 +225,8 @@ def deviation_of(trial: Candidate) -> sp.Expr | None:
         return None
     names = [symbol(p.name) for p in law.parameters(trial.element)]
     made = sp.sympify(law.deviation(SYMPY, sp.Symbol(argument_of(e)), watched, names))
+    if sp.count_ops(made) > LONGEST:
+        return None
     made = made.xreplace({f: _round(f) for f in made.atoms(sp.Float)})
     made = _clipped(min(made, sp.factor_terms(made), key=sp.count_ops))
     short = not made.atoms(sp.Piecewise, sp.floor) and len(tex(made)) < LONGEST

@@ -33,15 +33,16 @@ def test_a_black_body_warms_up_as_stefan_and_boltzmann_say() -> None:
     assert told[-1] < 100.0 < 20.0 * resistance  # the straight line would stand at 160 K
 
 
-def test_radiation_beside_conduction_to_second_order() -> None:
-    """``f = e/R + share ((T + e)^4 - T^4 - 4 T^3 e) / (4 R T^3)``, put into the law."""
-    law, share, t, r = Radiation(0.4, 300.0, resistance=2.0), 0.4, 300.0, 2.0
-    left = []
-    for e in (10.0, 5.0):
-        f = e / r + share * ((t + e) ** 4 - t**4 - 4 * t**3 * e) / (4 * r * t**3)
-        left.append(r * f + law.deviation(NUMPY, f, (), (r, share, t)) - e)
-    assert abs(left[0]) < 0.02
-    assert left[0] / left[1] == pytest.approx(8.0, rel=0.1)
+@pytest.mark.parametrize("share", [0.0, 0.01, 0.4, 0.9, 1.0])
+def test_radiation_beside_conduction(share: float) -> None:
+    """``f = (1 - share) e/R + b ((T + e)^4 - T^4)``, put into the law."""
+    t, r, e = 300.0, 2.0, np.linspace(-100.0, 600.0, 701)
+    b = share / (4.0 * r * t**3)
+    f = (1.0 - share) * e / r + b * ((t + e) ** 4 - t**4)
+    found = r * f + Radiation().deviation(NUMPY, f, (), (r, share, t))
+    np.testing.assert_allclose(found, e, atol=1e-3)
+    (cold,) = Radiation().deviation(NUMPY, np.array([-500.0]), (), (r, 1.0, t)) - 1000.0
+    assert -t < cold < 0.0  # a flow that no surface gives leaves it above 0 K
 
 
 def test_a_magnet_is_the_inverse_square_with_or_without_its_spring() -> None:

@@ -1,4 +1,4 @@
-"""Three small linear plants with their scenes, for the effects that are put into them."""
+"""Four small linear plants with their scenes, for the effects that are put into them."""
 
 from __future__ import annotations
 
@@ -42,6 +42,15 @@ def electrical() -> BondGraph:
     return g
 
 
+def coil() -> BondGraph:
+    with BondGraph("coil") as g:
+        loop = One("loop")
+        Se("V", unit="V") >> loop >> R("R_w", 2.0, unit="ohm")
+        loop >> I("L", 0.5, unit="H")
+        loop >> Df("i", unit="A")
+    return g
+
+
 def hydraulic() -> BondGraph:
     with BondGraph("tanks") as g:
         upper, pipe, lower = Zero("upper"), One("pipe"), Zero("lower")
@@ -70,6 +79,7 @@ def tones(t: Array) -> Array:
 PLANTS = {
     "mechanical": Plant(mechanical, "F", 0.02, lambda t: 20.0 * tones(t)),
     "electrical": Plant(electrical, "V", 0.02, lambda t: 4.0 * tones(t)),
+    "coil": Plant(coil, "V", 0.02, lambda t: 4.0 * tones(t)),
     "hydraulic": Plant(hydraulic, "Q", 0.02, lambda t: 0.1 * (1 + tones(t)) * (t > 0)),
 }
 

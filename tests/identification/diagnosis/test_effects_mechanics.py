@@ -28,6 +28,7 @@ from identification.diagnosis.catalogue.restoring.contact_loss import ContactLos
 from identification.diagnosis.catalogue.restoring.end_stop import EndStopEffect
 from identification.diagnosis.catalogue.restoring.nonlinear_stiffness import NonlinearStiffness
 from identification.diagnosis.catalogue.storage.added_mode import AddedMode
+from identification.diagnosis.catalogue.storage.eddy_current_loss import EddyCurrentLoss
 from identification.diagnosis.catalogue.storage.leakage import HOLE, SEEPS, Leakage
 from identification.diagnosis.catalogue.storage.overflow import OverflowEffect
 from identification.diagnosis.catalogue.storage.self_heating import SelfHeatingEffect
@@ -114,6 +115,8 @@ CASES = [
          lambda s, e: {"full_R_leak_T_1": e * np.sqrt(deepest("T_1"))}, lambda e: (e,), 1e-5),
     Case(AddedMode(), "mechanical", "m", lambda s: shape(s, "omega") < 30.0,
          lambda s, e: {"mu_m": e, "omega_m": shape(s, "omega")}, lambda e: (e,), 1e-5, 0.05),
+    Case(EddyCurrentLoss(), "coil", "L", lambda s: shape(s, "tau") > 0.1,
+         lambda s, e: {"eddy_L": e, "tau_eddy_L": shape(s, "tau")}, lambda e: (e,), 1e-4),
     Case(SelfHeatingEffect(), "electrical", "R_1", lambda s: shape(s, "tau") > 1.0,
          lambda s, e: {"r_heat_R_1": e, "tau_heat_R_1": shape(s, "tau")}, lambda e: (e,), 1e-4),
     Case(SelfHeatingEffect(), "mechanical", "d", lambda s: shape(s, "tau") > 1.0,
@@ -225,8 +228,8 @@ def test_insertion(name: str, plant: str, element: str) -> None:
                 assert low is None or v >= low, (n, v)
                 assert high is None or v <= high, (n, v)
             assert np.isfinite(response(inserted.graph, plant, start, 1e-3)).all()
-        # a conductance or a mass of zero has no resistance and no mass left to divide by
-        nothing = 1e-12 if name in ("leakage", "added_mode") else 0.0
+        # a conductance, a mass or an inductance of zero leaves nothing to divide by
+        nothing = 1e-12 if name in ("leakage", "added_mode", "eddy_current_loss") else 0.0
         absent = response(inserted.graph, plant, dict.fromkeys(inserted.strengths, nothing))
         np.testing.assert_allclose(absent, quiet, atol=1e-6 * np.abs(quiet).max())
 
@@ -239,6 +242,7 @@ RECOVERED: list[tuple[str, str, str, dict[str, float], dict[str, float], tuple[f
      {"gap_k": 0.1, "centre_k": 0.0}, {"width": 0.2, "centre": 0.03}, (0.7,)),
     ("added_mode", "mechanical", "m",
      {"mu_m": 0.3, "omega_m": 9.0, "zeta_m": 0.03}, {"omega": 11.0}, (0.2,)),
+    ("eddy_current_loss", "coil", "L", {"eddy_L": 0.6, "tau_eddy_L": 0.1}, {"tau": 0.2}, (0.3,)),
     ("square_root_flow", "hydraulic", "R_2", {"c_2_R_2": 300.0}, {}, (150.0,)),
     ("diode", "electrical", "R_1", {"share_R_1": 0.8, "onset_R_1": 0.25, "width_R_1": 0.03},
      {"sense": 1.0, "onset": 0.35, "width": 0.1}, (0.4,)),

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from bondgraph import BondGraph, C, De, Df, I, One, R, Se, Sf, Zero
+from bondgraph import GY, BondGraph, C, De, Df, Dq, I, One, R, Se, Sf, Zero
 from bondgraph.laws import Law, Radiation, SaturatingInductance
 from bondgraph.signals.recording import Recording
 from identification.diagnosis.catalogue.effect import Hint
@@ -60,7 +60,7 @@ def diagnosed(g: BondGraph, r: Recording) -> Diagnosis:
 
 SLOW = 0.01 * np.arange(2000)
 FAST = 1e-3 * np.arange(1500)
-LONG = 2.0 * np.arange(1500)
+LONG = np.asarray(2.0 * np.arange(1500), np.float64)
 HEAT = np.repeat(np.random.default_rng(3).uniform(0, 20, 15), 100)
 CONCEALED = [
     (coil(), coil(SaturatingInductance(60.0, 0.12)),
@@ -96,6 +96,77 @@ def test_what_was_concealed_is_found_by_its_own_law(
         assert named.fit.values[n] == pytest.approx(value, rel=0.05)
     assert d.left is not None
     assert d.left.most < 1.3
+
+
+def voice_coil() -> BondGraph:
+    with BondGraph("voice coil") as g:
+        loop, stage = One("loop"), One("stage")
+        Se("V", unit="V") >> loop >> R("R_w", 2.2, unit="ohm")
+        loop >> I("L", 1.1e-3, unit="H")
+        loop >> Df("i", unit="A")
+        loop >> GY("Bl", 8.0, unit="N/A") >> stage >> I("m", 0.35, unit="kg")
+        stage >> R("d", 3.0, unit="N*s/m")
+        stage >> C("k", stiffness=1500.0, unit="N/m")
+        stage >> Dq("x", unit="m")
+    return g
+
+
+def test_a_shunted_part_of_a_coil_is_no_distortion_of_the_command() -> None:
+    """By equations of its own: current, velocity, position and the current of the shunted part."""
+    from scipy.signal import cont2discrete
+
+    r, coil_l, bl, m, d, k, shunt, part = 2.35, 1.3e-3, 7.4, 0.38, 3.6, 1620.0, 3.0, 0.9e-3
+    a = np.array([
+        [-(r + shunt) / coil_l, -bl / coil_l, 0.0, shunt / coil_l],
+        [bl / m, -d / m, -k / m, 0.0],
+        [0.0, 1.0, 0.0, 0.0],
+        [shunt / part, 0.0, 0.0, -shunt / part],
+    ])  # fmt: skip
+    b = np.array([[1.0 / coil_l], [0.0], [0.0], [0.0]])
+    t, rng = np.asarray(5e-4 * np.arange(4000), np.float64), np.random.default_rng(7)
+    f = np.geomspace(0.5, 120.0, 40)
+    waves = np.cos(2 * np.pi * np.outer(t, f) + rng.uniform(0, 2 * np.pi, f.size)) / (1 + f / 15)
+    u = 4.0 * waves.sum(axis=1) * (t > 0.2)
+    step, drive, *_ = cont2discrete((a, b, np.eye(4), np.zeros((4, 1))), 5e-4)
+    z = np.zeros((t.size, 4))
+    for n in range(t.size - 1):
+        z[n + 1] = step @ z[n] + drive[:, 0] * u[n]
+    noise = rng.standard_normal((t.size, 2)) * (4e-3, 3e-7)
+    y = z[:, [0, 2]] + noise
+    run = Recording("run", t, {"V": u, "i": y[:, 0], "x": y[:, 1]}, {"V": "V", "i": "A", "x": "m"})
+    options = DiagnosisOptions(jobs=1, keep=4, more=2, effects=1, holds=("hold",))
+    found = diagnose(voice_coil(), run, options=options)
+    named = found.findings[0].chosen
+    assert named is not None
+    assert named.label == "eddy_current_loss at L"
+    values = named.fit.values
+    assert values["eddy_L"] == pytest.approx(part / coil_l, rel=0.3)
+    assert values["tau_eddy_L"] == pytest.approx(part / shunt, rel=0.2)
+    assert values["L"] * (1 + values["eddy_L"]) == pytest.approx(coil_l + part, rel=0.01)
+    assert found.left is not None
+    assert found.left.most < 1.2
+
+
+def test_radiation_lies_beside_conduction() -> None:
+    """By Stefan's and Boltzmann's equation: the share is that of the flow, not of a resistance."""
+    from scipy.integrate import solve_ivp
+
+    capacity, conducts, room = 20.0, 0.05, 293.15
+    b = 0.08 / (4 * room**3)
+
+    def warming(at: float, e: np.ndarray) -> np.ndarray:
+        lost = conducts * e + b * ((room + e) ** 4 - room**4)
+        return np.asarray((HEAT[int(at / 2.0)] - lost) / capacity)
+
+    e, told = np.zeros(1), []
+    for at in LONG:
+        told.append(float(e[0]))
+        e = solve_ivp(lambda _, e, at=at: warming(at, e), (0.0, 2.0), e, rtol=1e-8).y[:, -1]
+    noise = 0.02 * np.random.default_rng(5).standard_normal(LONG.size)
+    run = Recording("run", LONG, {"Q": HEAT, "T": np.array(told) + noise}, {"Q": "W", "T": "K"})
+    got = estimate(Study(heater(Radiation(0.3, room, "R_h", 8.0)), [run]))
+    assert got.values["radiates_R_h"] == pytest.approx(0.08 / 0.13, rel=0.02)
+    assert got.values["R_h"] == pytest.approx(1.0 / 0.13, rel=0.01)
 
 
 def test_noise_that_grows_is_told_and_nothing_is_named() -> None:

@@ -28,7 +28,9 @@ ROOM = 293.15
 LIKE = 0.2
 """Part of a bend, beside any line, by which radiation may miss it and still be tried for it."""
 MOST = 1.3
-"""Share of the resistance, by its signature, up to which radiation may explain a bend."""
+"""Share of the flow, by its signature, up to which radiation may explain a bend."""
+ALL = 0.95
+"""Largest share that a fit begins with: the end of the range moves no more."""
 COLD = (1.0, 1.3, 1.7, 2.2)
 """Resistances at small differences tried, over the fitted one, which is that of large ones."""
 
@@ -81,9 +83,10 @@ class NonlinearResistanceEffect(Effect):
     def _radiation(
         self, scene: FittedModel, element: Element, share: float, resistance: float
     ) -> Insertion:
-        """Insert a share of the resistance that radiates."""
+        """Insert a share that radiates, beside the rest that conducts."""
         assert isinstance(element, R)
         own = element.value if isinstance(element.value, str) else element.name
+        share = min(share, ALL)
         law = Radiation(share, ROOM, own, resistance, element.unit)
         graph, names = self.with_law(scene, element, law)
         start = {names[-1]: share}
