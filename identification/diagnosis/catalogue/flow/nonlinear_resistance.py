@@ -94,7 +94,8 @@ class NonlinearResistanceEffect(Effect):
         inserted = self.inserted(element, graph, starts, names[-1:])
         return replace(
             inserted, law=law.name,
-            sentence="its heat grows faster than the temperature difference, as by radiation",
+            sentence="its heat grows faster than the temperature difference, as by radiation (or, "
+            "less steeply, by free convection)",
         )  # fmt: skip
 
 
