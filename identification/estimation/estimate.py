@@ -26,15 +26,16 @@ from identification.estimation.cautions import (
 )
 from identification.estimation.covariance import interval_covariance
 from identification.estimation.estimates import estimates_of
-from identification.estimation.holds import CLEARLY, chosen, possible
+from identification.estimation.holds import UNSURE, chosen, lateness, possible, tied, usual
 from identification.estimation.levenberg_marquardt import FitStatus, foreseen
 from identification.estimation.methods import METHODS
 from identification.estimation.methods.method import FitOptions, FitTask, Method, MethodSolution
 from identification.estimation.result import Estimation, simulate_validation
 from identification.estimation.settling import carried_setting, same_setting, settled_setting
 from identification.estimation.threads import calm
+from identification.study.factors import drives
 from identification.study.joint import JointPoint, JointProblem, held_out_states
-from identification.study.residual import ResidualEvaluation, evaluate, slots
+from identification.study.residual import ResidualEvaluation, evaluate
 from identification.study.study import ESTIMATED, SettledSetting, Study
 
 Progress = Callable[[str, float], None]
@@ -44,8 +45,6 @@ ROUGH = 1e-3
 """Tolerance while noise and sub-steps are not settled."""
 DOUBLINGS = 6
 """Of the sub-steps, where the run at the start values is not finite."""
-USUAL = "linear"
-"""Behaviour of the commands between samples that is fitted first."""
 
 
 @spelled
@@ -167,56 +166,55 @@ def _with_best_hold(
         free_run = METHODS["single_shooting"]
         heard = _with_best_hold(study, free_run, replace(options, report=None), None)
         return (*_settled(study, method, options, None, heard[0].hold), heard[3])
-    made = _settled(study, method, options, start)
+    first = None if isinstance(start, Estimation) else _usual(study)
+    made = _settled(study, method, options, start, first)
     costs: dict[str, float] = {}
     with suppress(KeyboardInterrupt):
         known = isinstance(start, Estimation)
         costs = {} if known else _costs_of_holds(study, method, options, *made)
-    if costs and (hold := chosen(costs, USUAL)) != made[0].hold:
+    own = made[0].hold
+    if costs and (hold := chosen(costs, own)) != own:
         again = _settled(study, method, options, start, hold)
         made = min((made, again), key=_level)
-    made, late = _within_bounds(study, method, options, made, costs)
+    made, late = _least_late(study, method, options, made, costs)
     hold = made[0].hold
-    best = ", which fits best" if hold != USUAL else ""
+    best = ", which fits best" if hold != own else ""
     note = f"the commands are taken as {_HOLD_WORDS[hold]} between samples{late or best}"
     return (*made, (note,))
 
 
-def _within_bounds(
+def _usual(study: Study) -> str | None:
+    """Return how the commands of a study usually behave, if they are not linear."""
+    names = [s.name for s in drives(study.graph)]
+    hold = usual(r[n] for r in study.recordings for n in names if n in r.channels)
+    rates = study.problem(0, study.first_setting).engine.input_rates
+    return hold if hold in possible(("hold",), rates) else None
+
+
+def _least_late(
     study: Study, method: Method, options: FitOptions, made: Made, costs: Mapping[str, float]
 ) -> tuple[Made, str]:
-    """Return a fit that is as good under another behaviour, and why, where a delay was stopped.
-
-    Half a sample more or less of a delay looks like another behaviour: of two that fit equally well
-    the one is right whose delays are what they may be.
-    """
+    """Return a fit that is as good under another behaviour, and why, where that needs no delay."""
     own = made[0].hold
-    stopped = _delays_near_bounds(made, 0.0)
-    tied = [h for h, c in costs.items() if h != own and c * CLEARLY <= costs.get(own, 0.0)]
-    for hold in tied if stopped else ():
+    others = [h for h in tied(costs) if h != own] if own in costs else []
+    late = {own: _late(made)} if others else {}
+    if late.get(own, 0.0) <= UNSURE:
+        return made, ""
+    fits = {own: made}
+    for hold in others:
         again = _settled(study, method, options, None, hold)
-        as_good = _going(again[2]) and _level(again) <= _level(made) - np.log(CLEARLY)
-        if as_good and not _delays_near_bounds(again, INSIDE):
-            return again, f": as {_HOLD_WORDS[own]} ones they fit no better, {stopped} at its bound"
-    return made, ""
+        if _going(again[2]):
+            fits[hold], late[hold] = again, _late(again)
+    level = {h: float(np.exp(_level(f) - _level(made))) for h, f in fits.items()}
+    hold = chosen(level, own, late)
+    if hold == own:
+        return made, ""
+    return fits[hold], f": as {_HOLD_WORDS[own]} ones they fit no better, and need a delay"
 
 
-INSIDE = 0.05
-"""Samples by which a delay has to be off its bounds to be what it may be."""
-
-
-def _delays_near_bounds(made: Made, margin: float) -> str:
-    """Return the first delay that lies so many samples from a bound; empty where none does."""
+def _late(made: Made) -> float:
     _, stack, solution = made
-    lower, upper = stack.bounds
-    for r, p in enumerate(stack.problems):
-        at = slots(p)
-        late = [j for j, n in enumerate(p.delays, at.delays.start) if n not in p.skews]
-        for i in stack.columns[r][[*range(*at.lags.indices(at.size)), *late]]:
-            room = min(solution.point.theta[i] - lower[i], upper[i] - solution.point.theta[i])
-            if upper[i] > lower[i] and room <= margin + 1e-9:
-                return str(stack.names[i])
-    return ""
+    return lateness(stack, solution.evaluations or stack.evaluate(solution.point), solution.point)
 
 
 _HOLD_WORDS = {"linear": "linear", "hold": "held constant", "band-limited": "band-limited"}

@@ -2,11 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
+
+import numpy as np
+
+from bondgraph.support.arrays import Array
+from identification.estimation.covariance import inverse_information, sandwich
+from identification.study.joint import JointPoint, JointProblem
+from identification.study.residual import ResidualEvaluation, slots
 
 CLEARLY = 0.97
 """Part of the misfit (mean square) that another behaviour leaves at most: half a sample more or
 less of a lag changes nearly as much."""
+UNSURE = 4.0
+"""Squared standard errors by which delays of one behaviour have to be less than of another."""
 
 
 def possible(holds: Iterable[str], input_rates: Iterable[str]) -> tuple[str, ...]:
@@ -26,8 +35,25 @@ def possible(holds: Iterable[str], input_rates: Iterable[str]) -> tuple[str, ...
     return tuple(h for h in holds if jumps or h != "hold")
 
 
-def chosen(costs: Mapping[str, float], usual: str) -> str:
+def tied(costs: Mapping[str, float]) -> tuple[str, ...]:
+    """Return the behaviours that no other one speaks against.
+
+    Examples
+    --------
+    >>> tied({"hold": 1.0, "linear": 0.99, "band-limited": 1.2})
+    ('hold', 'linear')
+    """
+    least = min(costs.values())
+    return tuple(h for h, cost in costs.items() if least >= CLEARLY * cost)
+
+
+def chosen(
+    costs: Mapping[str, float], usual: str, late: Mapping[str, float] | None = None
+) -> str:
     """Return the behaviour with the least misfit if that speaks against the usual one.
+
+    Of those that fit equally well the one is right that needs no delay: half a sample more or less
+    of every sensor is another behaviour.
 
     Parameters
     ----------
@@ -35,12 +61,62 @@ def chosen(costs: Mapping[str, float], usual: str) -> str:
         Mean square misfit of a fit with each behaviour.
     usual : str
         Kept unless another is clearly better; where it is not possible, linear is.
+    late : mapping of str to float, optional
+        `lateness` of these fits; none where it is left out.
 
     Examples
     --------
     >>> chosen({"hold": 1.0, "linear": 0.9}, "hold"), chosen({"hold": 1.0, "linear": 0.99}, "hold")
     ('linear', 'hold')
+    >>> chosen({"hold": 1.0, "linear": 0.99}, "linear", {"hold": 0.5, "linear": 9.0})
+    'hold'
     """
-    best = min(costs, key=lambda hold: costs[hold])
-    usual = usual if usual in costs else "linear" if "linear" in costs else best
-    return best if costs[best] < CLEARLY * costs[usual] else usual
+    usual = usual if usual in costs else "linear"
+    needs = {h: (late or {}).get(h, 0.0) for h in tied(costs)}
+    fair = [h for h, delay in needs.items() if delay <= min(needs.values()) + UNSURE]
+    return usual if usual in fair else min(fair, key=lambda hold: costs[hold])
+
+
+def lateness(
+    stack: JointProblem, found: Sequence[ResidualEvaluation], point: JointPoint
+) -> float:
+    """Return the squared standard errors by which the sensors are late, all together.
+
+    The larger of two variances counts, as in intervals: what is left may have any colour.
+    """
+    lower, upper = stack.bounds
+    lags = [c[slots(p).lags] for p, c in zip(stack.problems, stack.columns, strict=True)]
+    at = np.unique(np.concatenate(lags)).astype(int)
+    at = at[upper[at] > lower[at]]
+    if not at.size:
+        return 0.0
+    try:
+        inverse = inverse_information(stack, found, point)
+        both = inverse, sandwich(stack, found, point, inverse)
+        return min(_squared(point.theta[at], c[np.ix_(at, at)]) for c in both)
+    except np.linalg.LinAlgError:
+        return 0.0
+
+
+def _squared(delays: Array, covariance: Array) -> float:
+    return float(delays @ np.linalg.pinv(covariance, hermitian=True) @ delays)
+
+
+def usual(commands: Iterable[Array]) -> str:
+    """Return how commands behave between samples where nothing else tells.
+
+    A converter holds: what stays the same over many samples and then jumps was no ramp.
+
+    Examples
+    --------
+    >>> usual([np.repeat([0.0, 1.0, 3.0], 20)]), usual([np.arange(60.0)])
+    ('hold', 'linear')
+    """
+    steps = [np.flatnonzero(np.diff(u)) for u in commands]
+    moving = [s for s in steps if s.size]
+    stepped = all((s.size - 1) * HELD <= s[-1] - s[0] for s in moving)
+    return "hold" if moving and stepped else "linear"
+
+
+HELD = 4
+"""Samples that a command stays the same on the average, to be one that is held."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -10,10 +10,13 @@ import numpy as np
 from bondgraph.support.errors import BondsightError
 from identification.diagnosis.evidence.block_score import BlockScore, score
 from identification.diagnosis.search.beginnings import FIRST
-from identification.estimation.holds import chosen, possible
+from identification.estimation.holds import UNSURE, chosen, lateness, possible, tied
 from identification.estimation.levenberg_marquardt import FitStatus
-from identification.estimation.single_record import Fit
+from identification.estimation.single_record import Fit, alone
 from identification.estimation.sub_steps import finest_of, settled_fit, tried_from
+from identification.estimation.threads import calm
+from identification.report.numbers import quantity
+from identification.report.words import listed
 from identification.study.problem import Problem
 from identification.study.residual import evaluate
 
@@ -47,8 +50,22 @@ def with_best_hold(result: Fit, iterations: int, holds: Sequence[str]) -> Fit:
 
 def rather(other: Fit, best: Fit) -> bool:
     """Whether the commands rather behave as in another fit."""
-    own = best.problem.data.hold
-    return chosen({own: best.cost, other.problem.data.hold: other.cost}, own) != own
+    return likeliest({f.problem.data.hold: f for f in (best, other)}) is other
+
+
+def likeliest(fits: Mapping[str, Fit]) -> Fit:
+    """Return the fit with the likeliest behaviour of the commands, of one with each."""
+    costs = {h: f.cost for h, f in fits.items()}
+    alike = tied(costs)
+    late = {h: late_sensors(fits[h]) for h in alike} if len(alike) > 1 else {}
+    return fits[chosen(costs, USUAL, late)]
+
+
+def late_sensors(made: Fit) -> float:
+    """Return the squared standard errors by which sensors of a fit are late."""
+    stack, point = alone(made)
+    with calm():
+        return lateness(stack, stack.evaluate(point), point)
 
 
 def hold_margin(result: Fit, holds: Collection[str]) -> str:
@@ -76,16 +93,41 @@ def hold_margin(result: Fit, holds: Collection[str]) -> str:
         own_score = own_score or score(tried_from(result.problem, result.point, 0))
         try:
             z = score(tried_from(problem, result.point, A_FEW)).behind(own_score)
+            told = _as_well(tried_from(problem, result.point, LONG), result) if z <= SURE else ""
         except (BondsightError, np.linalg.LinAlgError, ValueError):
-            z = np.inf
+            z, told = np.inf, ""
         words.append(
             f"{h} predicts nothing" if not np.isfinite(z)
             else f"{h} predicts worse by {z:.0f} standard errors" if z > SURE
-            else f"{h} predicts as well"
+            else f"{h} predicts as well{told}"
         )  # fmt: skip
     return ", ".join(words) or "another behaviour would change next to nothing"
 
 
+def _as_well(other: Fit, result: Fit) -> str:
+    """Say what another behaviour that predicts as well needs, or else what it would change."""
+    if late_sensors(other) > late_sensors(result) + UNSURE:
+        late = max(
+            (e for e in other.nuisances if e.name.startswith("delay ")), key=lambda e: abs(e.value)
+        )
+        return f", but only with {late.name} = {quantity(late.value, late.unit)}"
+    values = {e.name: e for e in other.estimates}
+    moved = [
+        values[e.name] for e in result.estimates
+        if e.name in values and not e.ci95[0] <= values[e.name].value <= e.ci95[1]
+    ]  # fmt: skip
+    if not moved:
+        return ""
+    said = listed([f"{e.name} = {quantity(e.value, e.unit)}" for e in moved[:NAMED]])
+    return f"; with it {said}, beyond the 95 % interval"
+
+
+USUAL = "hold"
+"""What a converter does."""
+NAMED = 3
+"""Values that are named."""
+LONG = 30
+"""Steps of a fit that says what another behaviour would change."""
 A_LITTLE = 0.05
 """Part of the misfit by which another behaviour has to change it to matter."""
 A_FEW = 2

@@ -14,9 +14,9 @@ from bondgraph.signals.split import interleaved, stretches
 from bondgraph.simulation.start import HOLDS
 from bondgraph.support.errors import BondsightError
 from identification.diagnosis.localisation.structural_classes import linear_part
-from identification.diagnosis.search.hold_choice import A_LITTLE
+from identification.diagnosis.search.hold_choice import A_LITTLE, likeliest
 from identification.diagnosis.search.windowed import through_windows
-from identification.estimation.holds import chosen, possible
+from identification.estimation.holds import possible
 from identification.estimation.levenberg_marquardt import FitStatus
 from identification.estimation.single_record import Fit, best, fit
 from identification.estimation.sub_steps import FINEST, fit_from, settled_fit
@@ -70,9 +70,8 @@ def nominal_fit(
         if h not in fits and _shows(result, h, base.n_sub):
             fits[h] = _held(result, h, base.n_sub)
     # a converter holds; every law that is fitted later chooses again
-    likeliest = chosen({h: f.cost for h, f in fits.items()}, "hold")
-    result = fits[likeliest]
-    if likeliest == "band-limited":
+    result = likeliest(fits)
+    if result.problem.data.hold == "band-limited":
         problem = replace(result.problem, n_sub=max(4, result.problem.n_sub))
         finer = fit_from(problem, result.point, 25)
         if finer.cost < 0.98 * result.cost:
