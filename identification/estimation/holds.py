@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 import numpy as np
 
 from bondgraph.support.arrays import Array
-from identification.estimation.covariance import inverse_information, sandwich
+from identification.estimation.covariance import information_root, sandwich
 from identification.study.joint import JointPoint, JointProblem
 from identification.study.residual import ResidualEvaluation, slots
 
@@ -80,9 +80,10 @@ def chosen(
 def lateness(
     stack: JointProblem, found: Sequence[ResidualEvaluation], point: JointPoint
 ) -> float:
-    """Return the squared standard errors by which the sensors are late, all together.
+    """Return the squared standard errors of the delays that the sensors ask for, all together.
 
-    The larger of two variances counts, as in intervals: what is left may have any colour.
+    They are those of a step that knows no bounds: a delay that is stopped asks for more than it
+    has. The larger of two variances counts, as in intervals: what is left may have any colour.
     """
     lower, upper = stack.bounds
     lags = [c[slots(p).lags] for p, c in zip(stack.problems, stack.columns, strict=True)]
@@ -91,9 +92,12 @@ def lateness(
     if not at.size:
         return 0.0
     try:
-        inverse = inverse_information(stack, found, point)
+        system = stack.normal(found, point)
+        root = information_root(stack, system.factor)
+        asked = (point.theta + root @ system.right)[at]
+        inverse = root @ root.T
         both = inverse, sandwich(stack, found, point, inverse)
-        return min(_squared(point.theta[at], c[np.ix_(at, at)]) for c in both)
+        return min(_squared(asked, c[np.ix_(at, at)]) for c in both)
     except np.linalg.LinAlgError:
         return 0.0
 
