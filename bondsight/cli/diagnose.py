@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import argparse
 import json
+import re
 import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from time import monotonic
 from typing import TYPE_CHECKING, Any
 
+from bondgraph.signals.units import parse_unit, read_unit
 from bondgraph.support.errors import UnusableInput, unknown_name
 from bondsight.cli.arguments import (
     MODEL,
@@ -62,7 +64,8 @@ def add_diagnosis_options(p: argparse.ArgumentParser) -> None:
                    "(default: what fits best)")  # fmt: skip
     p.add_argument(
         "--noise", action="append", default=[], metavar="SENSOR=VALUE",
-        help="standard deviation of a sensor's noise, SI, where it is known; may be repeated",
+        help="standard deviation of a sensor's noise where it is known, SI or with a unit, such as "
+        "x=0.5um; may be repeated",
     )  # fmt: skip
     p.add_argument(
         "--process-noise", action="append", default=[], metavar="PLACE",
@@ -148,7 +151,7 @@ def _found(
     for line in require_driven(graph, [found] if isinstance(found, Recording) else found):
         print(f"note: {line}", file=sys.stderr)
     writable(options.out)
-    moved, noise = tuple(options.process_noise), noise_of(options.noise)
+    moved, noise = tuple(options.process_noise), noise_of(options.noise, graph)
     if moved:
         study = Study(
             graph, found, hold=options.hold or ESTIMATED, noise=noise or "white",
@@ -175,28 +178,37 @@ def _found(
     return at_shell(result)
 
 
-def noise_of(texts: Sequence[str]) -> dict[str, float]:
-    """Read ``SENSOR=VALUE`` texts.
+def noise_of(texts: Sequence[str], graph: BondGraph | None = None) -> dict[str, float]:
+    """Read ``SENSOR=VALUE`` texts, SI or with a unit of the sensor's quantity.
 
     Raises
     ------
     UnusableInput
-        A text is no such pair.
+        A text is no such pair, or its unit is of another quantity.
 
     Examples
     --------
-    >>> noise_of(["x=1e-9"])
-    {'x': 1e-09}
+    >>> noise_of(["x=1e-9", "v = 0.5 mm/s"])
+    {'x': 1e-09, 'v': 0.0005}
     """
     found = {}
     for text in texts:
-        name, _, value = text.partition("=")
+        name, _, value = (part.strip() for part in text.partition("="))
+        made = re.fullmatch(r"([-+]?[\d.]+(?:e[-+]?\d+)?)\s*(.*)", value, re.IGNORECASE)
+        unit = read_unit(made[2]) if made and made[2] else None
         try:
-            found[name.strip()] = float(value)
+            found[name] = float(made[1] if made and (unit or not made[2]) else value)
         except ValueError:
             raise UnusableInput(
-                f"--noise {text}: give a sensor and a number in SI units, like --noise x=1e-9"
+                f"--noise {text}: give a sensor and a number in SI units, like --noise x=1e-9, or "
+                "with its unit, like --noise x=1nm"
             ) from None
+        if unit is None:
+            continue
+        found[name] *= unit.scale
+        own = getattr(graph[name], "unit", "") if graph and name in graph.elements else ""
+        if own and parse_unit(own).dims != unit.dims:
+            raise UnusableInput(f"--noise {text}: {name} is read in {own}; give its noise in that")
     return found
 
 

@@ -29,6 +29,8 @@ from identification.diagnosis.evidence.leave_out import (
     stretch_sums,
 )
 from identification.estimation.single_record import Fit
+from identification.statistics.autoregression import autoregression
+from identification.statistics.correlation import autocorrelation
 
 SLOWEST = 0.98
 """Largest pole of a noise: slower ones are drifts, which are no noise."""
@@ -141,6 +143,49 @@ class BlockScore:
         lead = np.bincount(rows.block, worse - best, rows.blocks)
         spread = float(np.std(lead, ddof=1)) if lead.size > 1 else 0.0
         return float(np.mean(lead)) / spread * float(np.sqrt(lead.size)) if spread > 0 else 0.0
+
+    def beside_colour(self, better: BlockScore) -> float:
+        """Return the standard errors of the lag if what this leaves is noise with a memory.
+
+        One pole does not whiten noise that is slow at any scale, such as 1/f, and forms with a
+        memory follow it. The autoregression of what this leaves does, and takes little of what is
+        explained sample after sample. Zero where `better` does not lead.
+        """
+        if not self.sound or not better.sound:
+            return self.behind(better)
+        rows = self.out.rows
+        worse, best = (self._uncoloured(s.out.residual) for s in (self, better))
+        square = np.bincount(rows.channel, best**2, self.channels)
+        count = np.bincount(rows.channel, worse != 0.0, self.channels)
+        scale = np.sqrt(np.maximum(square / np.maximum(count, 1), LEAST**2))[rows.channel]
+        worse, best = worse / scale, best / scale
+        lead = np.bincount(rows.block, 0.5 * (worse**2 - best**2), rows.blocks)
+        by_stretch = np.bincount(rows.block, best * (worse - best), rows.blocks)
+        power = max(float(np.sum((worse - best) ** 2)), float(by_stretch @ by_stretch))
+        spread = float(np.var(lead, ddof=1)) * lead.size if lead.size > 1 else 0.0
+        variance = min((v for v in (power, spread) if v > 0), default=np.inf)
+        return max(float(lead.sum()), 0.0) / float(np.sqrt(variance))
+
+    def _uncoloured(self, values: Array) -> Array:
+        """Take the memory of this hypothesis' noise out of values (M,); run-ins become zero."""
+        values, out = np.clip(values, -1e150, 1e150), np.zeros(values.size)
+        for runs, whiten in self._colours:
+            for run in (r for r in runs if r.size >= whiten.size):
+                out[run[whiten.size - 1 :]] = np.convolve(values[run], whiten, mode="valid")
+        return out
+
+    @cached_property
+    def _colours(self) -> list[tuple[list[Index], Array]]:
+        """Rows of each reading in runs of samples that follow each other, and what whitens them."""
+        rows, found = self.out.rows, []
+        for c in range(self.channels):
+            at = np.flatnonzero(rows.channel == c)
+            runs = np.split(at, np.flatnonzero(np.diff(rows.sample[at]) != 1) + 1)
+            lags = round(10 * np.log10(max(at.size, 2)))
+            left = [np.clip(self.out.residual[r], -1e150, 1e150) for r in runs]
+            # by Akaike: noise that is slow at any scale takes many coefficients
+            found.append((runs, autoregression(autocorrelation(left, lags), at.size).polynomial))
+        return found
 
     def excess(self, best: BlockScore) -> float:
         """Mean square beyond that of the best hypothesis, in units of its noise."""

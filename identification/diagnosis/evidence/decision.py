@@ -91,6 +91,8 @@ def _decided(e: Evidence, t: Thresholds, trials: tuple[Candidate, ...]) -> Decis
     best = best_of([*laws, *e.kinds])
     if best is None or not _shows(e.plain, best.score, t):
         return _nothing(quiet, e, t, best)
+    if e.before.is_noise(t.noise) and not _beside_colour([*laws, *e.kinds], e, t):
+        return _nothing(quiet, e, t, coloured=True)
     if e.named and e.before.measured and e.before.is_noise(t.noise):
         return _within_noise(quiet, e, best)
     if stated := _beyond_its_bounds(laws, best.score, t):
@@ -360,8 +362,19 @@ def _as_noise(law: Scored, e: Evidence) -> float:
     return float(np.mean(np.where(known, 1.0, law.score.noise**2)))
 
 
+def _beside_colour(found: Sequence[Hypothesis], e: Evidence, t: Thresholds) -> bool:
+    """Whether something improves what may be noise surely, though noise may have any memory."""
+    leading = (h.score for h in found if _shows(e.plain, h.score, t))
+    return any(e.plain.beside_colour(s) > t.z for s in leading)
+
+
 def _nothing(
-    quiet: Decision, e: Evidence, t: Thresholds, best: Hypothesis | None = None
+    quiet: Decision,
+    e: Evidence,
+    t: Thresholds,
+    best: Hypothesis | None = None,
+    *,
+    coloured: bool = False,
 ) -> Decision:
     """Nothing improves the model: then what is left is noise, or something without a pattern.
 
@@ -374,7 +387,8 @@ def _nothing(
     if e.located:  # what shows elsewhere is theirs
         reason = f"what is missing sits there, but no law and no kind explains it; {said}"
         return replace(quiet, kind="unknown_physics", places=e.located, reasons=(reason,))
-    reason = "no law and no kind of physics improves it"
+    beside = " more than noise with a memory lets it" if coloured else ""
+    reason = f"no law and no kind of physics improves it{beside}"
     if best is not None and e.plain.behind(best.score) > t.z:
         label = best.label if isinstance(best, KindScore) else best.trial.label
         gain = 100 * e.plain.excess(best.score)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection, Mapping
+
 from bondgraph.support.errors import UnusableInput
 from identification.diagnosis.evidence.remaining import level_of
 from identification.estimation.single_record import Fit
@@ -39,14 +41,39 @@ def coloured(last: Fit) -> dict[str, float]:
     return found
 
 
-def colour_notes(last: Fit) -> tuple[str, ...]:
-    """Say that residuals have memory, and what the intervals make of it."""
-    found = coloured(last)
-    if not found:
-        return ()
-    shares = listed([f"{100 * v:.0f} % of that of {n}" for n, v in found.items()])
-    return (
-        f"{COLOURED}, not white: its own past foretells {shares}. It is noise with a memory, or "
-        "something small is still missing. The 95 % intervals allow for such noise, but not for a "
-        "law that is slightly wrong: then they are too narrow",
-    )
+def colour_notes(last: Fit, given: Collection[str] = ()) -> tuple[str, ...]:
+    """Say that residuals have memory, and what the intervals make of it.
+
+    Parameters
+    ----------
+    given : collection of str
+        Readings whose noise the user has stated: what is left within it is noise.
+    """
+    found, level = coloured(last), dict(zip(last.problem.data.names, level_of(last), strict=True))
+    within = {n: v for n, v in found.items() if n in given and level[n] <= WITHIN}
+    open_ones = {n: v for n, v in found.items() if n not in within}
+    notes = []
+    if within:
+        notes.append(
+            f"{COLOURED}, not white: its own past foretells {_shares(within)}. It is within the "
+            "noise you gave, so it is taken for noise with a memory; the 95 % intervals allow for "
+            "it"
+        )
+    if open_ones:
+        more = [n for n in open_ones if n not in given and level[n] > WITHIN]
+        state = f". If {listed(more)} is known to be as noisy, say so with noise={{SENSOR: VALUE}}"
+        notes.append(
+            f"{COLOURED}, not white: its own past foretells {_shares(open_ones)}. It is noise with "
+            "a memory, or something small is still missing. The 95 % intervals allow for such "
+            "noise, but not for a law that is slightly wrong: then they are too narrow"
+            f"{state if more else ''}"
+        )
+    return tuple(notes)
+
+
+WITHIN = 1.1
+"""Times a noise up to which what is left is within it."""
+
+
+def _shares(found: Mapping[str, float]) -> str:
+    return listed([f"{100 * v:.0f} % of that of {n}" for n, v in found.items()])

@@ -54,7 +54,7 @@ def notes_of(
     floor = dict(zip(data.names, map(float, data.floor), strict=True))
     loose = taken_over(last, named) | {n for t in together for n in t.names}
     return (
-        *in_doubt(last, declared, loose), *colour_notes(last),
+        *in_doubt(last, declared, loose), *colour_notes(last, material.given),
         *material.recording.notes, *notes_on_size(last, named),
         *_chosen(last, holds),
         *_noise_notes(
