@@ -26,7 +26,7 @@ from identification.estimation.cautions import (
 )
 from identification.estimation.covariance import interval_covariance
 from identification.estimation.estimates import estimates_of
-from identification.estimation.holds import UNSURE, chosen, lateness, possible, tied, usual
+from identification.estimation.holds import UNSURE, beyond, chosen, lateness, possible, tied, usual
 from identification.estimation.levenberg_marquardt import FitStatus, foreseen
 from identification.estimation.methods import METHODS
 from identification.estimation.methods.method import FitOptions, FitTask, Method, MethodSolution
@@ -199,7 +199,7 @@ def _least_late(
     others = [h for h in tied(costs) if h != own] if own in costs else []
     late = {own: _late(made)} if others else {}
     if late.get(own, 0.0) <= UNSURE:
-        return made, ""
+        return made, _open(made, others) if late.get(own) == 0.0 else ""
     fits = {own: made}
     for hold in others:
         again = _settled(study, method, options, None, hold)
@@ -210,6 +210,22 @@ def _least_late(
     if hold == own:
         return made, ""
     return fits[hold], f": as {_HOLD_WORDS[own]} ones they fit no better, and need a delay"
+
+
+def _open(made: Made, others: Sequence[str]) -> str:
+    """Say what another behaviour that fits as well would change, where no delay is free to tell."""
+    setting, stack, solution = made
+    if solution.readings is not None:
+        return ""
+    found, point = solution.evaluations or stack.evaluate(solution.point), solution.point
+    own = estimates_of(stack, point, interval_covariance(stack, found, point)[0])[0]
+    for hold in others:
+        there = _otherwise_held(stack, hold, setting.n_fine)
+        after = there.step(there.normal(there.evaluate(point), point), point, 0.0)
+        other = estimates_of(there, after, np.zeros((stack.n, stack.n)))[0]
+        if said := beyond(own, other):
+            return f"; as {_HOLD_WORDS[hold]} ones they fit as well, with {said}"
+    return ""
 
 
 def _late(made: Made) -> float:

@@ -8,6 +8,9 @@ import numpy as np
 
 from bondgraph.support.arrays import Array
 from identification.estimation.covariance import information_root, sandwich
+from identification.estimation.estimates import Estimate
+from identification.report.numbers import quantity
+from identification.report.words import listed
 from identification.study.joint import JointPoint, JointProblem
 from identification.study.residual import ResidualEvaluation, slots
 
@@ -47,9 +50,7 @@ def tied(costs: Mapping[str, float]) -> tuple[str, ...]:
     return tuple(h for h, cost in costs.items() if least >= CLEARLY * cost)
 
 
-def chosen(
-    costs: Mapping[str, float], usual: str, late: Mapping[str, float] | None = None
-) -> str:
+def chosen(costs: Mapping[str, float], usual: str, late: Mapping[str, float] | None = None) -> str:
     """Return the behaviour with the least misfit if that speaks against the usual one.
 
     Of those that fit equally well the one is right that needs no delay: half a sample more or less
@@ -60,7 +61,7 @@ def chosen(
     costs : mapping of str to float
         Mean square misfit of a fit with each behaviour.
     usual : str
-        Kept unless another is clearly better; where it is not possible, linear is.
+        Kept unless another is clearly better; linear is the next.
     late : mapping of str to float, optional
         `lateness` of these fits; none where it is left out.
 
@@ -71,15 +72,13 @@ def chosen(
     >>> chosen({"hold": 1.0, "linear": 0.99}, "linear", {"hold": 0.5, "linear": 9.0})
     'hold'
     """
-    usual = usual if usual in costs else "linear"
     needs = {h: (late or {}).get(h, 0.0) for h in tied(costs)}
     fair = [h for h, delay in needs.items() if delay <= min(needs.values()) + UNSURE]
-    return usual if usual in fair else min(fair, key=lambda hold: costs[hold])
+    plain = [h for h in (usual, "linear") if h in fair]
+    return plain[0] if plain else min(fair, key=lambda hold: costs[hold])
 
 
-def lateness(
-    stack: JointProblem, found: Sequence[ResidualEvaluation], point: JointPoint
-) -> float:
+def lateness(stack: JointProblem, found: Sequence[ResidualEvaluation], point: JointPoint) -> float:
     """Return the squared standard errors of the delays that the sensors ask for, all together.
 
     They are those of a step that knows no bounds: a delay that is stopped asks for more than it
@@ -104,6 +103,21 @@ def lateness(
 
 def _squared(delays: Array, covariance: Array) -> float:
     return float(delays @ np.linalg.pinv(covariance, hermitian=True) @ delays)
+
+
+def beyond(own: Iterable[Estimate], other: Iterable[Estimate]) -> str:
+    """Return the values of another fit that lie beyond the intervals of this one, in words."""
+    values = {e.name: e for e in other}
+    found = [
+        values[e.name] for e in own
+        if e.name in values and not e.ci95[0] <= values[e.name].value <= e.ci95[1]
+    ]  # fmt: skip
+    said = listed([f"{e.name} = {quantity(e.value, e.unit)}" for e in found[:NAMED]])
+    return f"{said}, beyond the 95 % interval" if found else ""
+
+
+NAMED = 3
+"""Values that are named."""
 
 
 def usual(commands: Iterable[Array]) -> str:

@@ -10,13 +10,12 @@ import numpy as np
 from bondgraph.support.errors import BondsightError
 from identification.diagnosis.evidence.block_score import BlockScore, score
 from identification.diagnosis.search.beginnings import FIRST
-from identification.estimation.holds import UNSURE, chosen, lateness, possible, tied
+from identification.estimation.holds import UNSURE, beyond, chosen, lateness, possible, tied
 from identification.estimation.levenberg_marquardt import FitStatus
 from identification.estimation.single_record import Fit, alone
 from identification.estimation.sub_steps import finest_of, settled_fit, tried_from
 from identification.estimation.threads import calm
 from identification.report.numbers import quantity
-from identification.report.words import listed
 from identification.study.problem import Problem
 from identification.study.residual import evaluate
 
@@ -85,22 +84,26 @@ def hold_margin(result: Fit, holds: Collection[str]) -> str:
         return "as given"
     own_score: BlockScore | None = None
     words: list[str] = []
+    scored = int(result.problem.data.mask("train").sum()) * len(result.problem.data.names)
     for h in others:
         problem = _otherwise_held(result, h, result.problem.n_sub)
         cost = evaluate(problem, result.point, derivatives=False, scored=True).cost
-        if abs(cost - result.cost) < A_LITTLE * result.cost:
+        # no value moves by more standard errors than the root of what there is to gain
+        if abs(cost - result.cost) * scored < UNSURE * result.cost:
             continue
+        matters = abs(cost - result.cost) >= A_LITTLE * result.cost
         own_score = own_score or score(tried_from(result.problem, result.point, 0))
         try:
             z = score(tried_from(problem, result.point, A_FEW)).behind(own_score)
             told = _as_well(tried_from(problem, result.point, LONG), result) if z <= SURE else ""
         except (BondsightError, np.linalg.LinAlgError, ValueError):
             z, told = np.inf, ""
-        words.append(
-            f"{h} predicts nothing" if not np.isfinite(z)
-            else f"{h} predicts worse by {z:.0f} standard errors" if z > SURE
-            else f"{h} predicts as well{told}"
-        )  # fmt: skip
+        if matters or told:
+            words.append(
+                f"{h} predicts nothing" if not np.isfinite(z)
+                else f"{h} predicts worse by {z:.0f} standard errors" if z > SURE
+                else f"{h} predicts as well{told}"
+            )  # fmt: skip
     return ", ".join(words) or "another behaviour would change next to nothing"
 
 
@@ -111,21 +114,12 @@ def _as_well(other: Fit, result: Fit) -> str:
             (e for e in other.nuisances if e.name.startswith("delay ")), key=lambda e: abs(e.value)
         )
         return f", but only with {late.name} = {quantity(late.value, late.unit)}"
-    values = {e.name: e for e in other.estimates}
-    moved = [
-        values[e.name] for e in result.estimates
-        if e.name in values and not e.ci95[0] <= values[e.name].value <= e.ci95[1]
-    ]  # fmt: skip
-    if not moved:
-        return ""
-    said = listed([f"{e.name} = {quantity(e.value, e.unit)}" for e in moved[:NAMED]])
-    return f"; with it {said}, beyond the 95 % interval"
+    moved = beyond(result.estimates, other.estimates)
+    return f"; with it {moved}" if moved else ""
 
 
 USUAL = "hold"
 """What a converter does."""
-NAMED = 3
-"""Values that are named."""
 LONG = 30
 """Steps of a fit that says what another behaviour would change."""
 A_LITTLE = 0.05

@@ -168,3 +168,42 @@ def test_nothing_is_whitened_across_held_out_samples() -> None:
     assert np.mean(s.white**2) == pytest.approx(1.0, abs=0.15)
     # a step between two kept samples would be many standard deviations
     assert np.abs(s.white).max() < 5.0
+
+
+# -- noise that is slow at any scale ----------------------------------------------------------
+def pink(seed: int) -> Array:
+    """White noise and more of 1/f noise."""
+    f = np.fft.rfftfreq(N)
+    slow = np.fft.irfft(np.fft.rfft(white(seed)) / np.sqrt(np.maximum(f, f[1])), N)
+    return np.asarray(0.45 * white(seed + 1000) + 0.9 * slow / slow.std())
+
+
+def led_by_slow_forms(seed: int, added: Array | float = 0.0, *more: Array) -> tuple[float, float]:
+    """Return the lead of slow sines over a constant, plain and beside the noise's memory."""
+    y, t = pink(seed) + added, np.arange(N) / N
+    slow = [f(2 * np.pi * k * t) for k in (0.5, 1.0, 1.5) for f in (np.sin, np.cos)]
+    plain = regressed(y, np.ones(N))
+    better = regressed(y, np.ones(N), *(more or slow))
+    return plain.behind(better), plain.beside_colour(better)
+
+
+def test_slow_forms_do_not_lead_beside_noise_that_is_slow_at_any_scale() -> None:
+    z = np.array([led_by_slow_forms(seed) for seed in range(60)])
+    assert np.mean(z[:, 0] > 3.0) > 0.15  # one pole is not enough
+    assert np.mean(z[:, 1] > 3.0) < 0.05
+
+
+def test_what_the_motion_explains_leads_beside_any_colour() -> None:
+    """A tenth of the power, at frequencies in the midst of the noise."""
+    t = np.arange(N)
+    moved = sum(np.sin(2 * np.pi * f * t + 7 * f) for f in (0.013, 0.021, 0.034, 0.055, 0.089))
+    z = [led_by_slow_forms(s, 0.2 * moved, np.asarray(moved)) for s in range(20)]
+    assert min(beside for _, beside in z) > 3.0
+
+
+def test_beside_white_noise_the_lead_is_the_usual_one() -> None:
+    plain, better = scored(white(1) + 0.2 * white(2)), scored(white(1))
+    assert plain.beside_colour(better) == pytest.approx(plain.apart(better), rel=0.2)
+    assert better.beside_colour(plain) == 0.0
+    assert plain.beside_colour(plain) == 0.0
+    assert scored(np.full(N, np.inf)).beside_colour(better) == np.inf

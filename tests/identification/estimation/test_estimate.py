@@ -23,6 +23,7 @@ from identification.estimation import (
     Study,
     Vary,
     estimate,
+    holds,
 )
 from identification.estimation.estimates import estimates_of
 from identification.estimation.settling import carried_setting
@@ -269,12 +270,39 @@ def test_behaviour_between_samples_is_found(hold: str) -> None:
     assert max(misses(found, truth).values()) < FAR
 
 
-def test_of_holds_that_fit_equally_well_that_with_possible_delays_is_taken() -> None:
+@pytest.mark.parametrize("seed", [6, 7, 8, 9])
+@pytest.mark.parametrize("hold", ["linear", "hold"])
+def test_of_holds_that_fit_equally_well_that_without_a_delay_is_taken(hold: str, seed: int) -> None:
     """A held command looks half a sample late to one that is linear; a lag may be a quarter."""
-    found = estimate(study(record(600, hold="hold", noise=3e-3, seed=6)))
-    assert found.setting.hold == "hold"
-    assert any("as linear ones they fit no better, delay x at its bound" in n for n in found.notes)
+    found = estimate(study(record(600, hold=hold, noise=3e-3, seed=seed)))
+    assert found.setting.hold == hold
+    if (hold, seed) == ("hold", 6):
+        assert any("as linear ones they fit no better, and need" in n for n in found.notes)
     assert not found.estimate_of("delay x").at_bound
+
+
+def test_steps_of_a_converter_are_held_where_nothing_else_tells() -> None:
+    """Without lags no delay is asked for, and both behaviours fit."""
+    u = np.repeat(np.random.default_rng(3).uniform(-4, 4, 20), 30)
+    x = moved(u, 100.0, hold="hold") + 0.02 * np.random.default_rng(4).standard_normal(u.size)
+    made = Recording.from_arrays("steps", {"F[N]": u, "x[m]": x}, fs=100.0)
+    found = estimate(study(made, nuisances=NO_NUISANCES))
+    assert found.setting.hold == "hold"
+    linear = estimate(study(made, nuisances=NO_NUISANCES, hold="linear"))
+    assert linear.cost < 1.02 * found.cost
+
+
+def test_what_another_behaviour_that_fits_as_well_would_change_is_told(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(holds, "CLEARLY", 0.7)
+    u = np.repeat(np.random.default_rng(3).uniform(-4, 4, 400), 10)
+    x = moved(u, 100.0) + 5e-3 * np.random.default_rng(4).standard_normal(u.size)
+    made = Recording.from_arrays("steps", {"F[N]": u, "x[m]": x}, fs=100.0)
+    found = estimate(study(made, nuisances=NO_NUISANCES))
+    (said,) = (n for n in found.notes if "between samples" in n)
+    assert said.startswith("the commands are taken as held constant between samples; as linear one")
+    assert said.endswith(", beyond the 95 % interval")
 
 
 # -- windows, validation, sub-steps -----------------------------------------------------------
