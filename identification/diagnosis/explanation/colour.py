@@ -71,8 +71,8 @@ def colour_notes(last: Fit, given: Collection[str] = ()) -> tuple[str, ...]:
     return tuple(notes)
 
 
-WITHIN = 1.1
-"""Times a noise up to which what is left is within it."""
+WITHIN = 1.2
+"""Times a noise up to which what is left is within it: slow noise is louder now and then."""
 
 
 def _shares(found: Mapping[str, float]) -> str:

@@ -13,9 +13,11 @@ from bondgraph import BondGraph
 from bondgraph.laws import Coulomb
 from bondgraph.signals.recording import Recording
 from bondgraph.support.errors import UnusableInput
+from bondsight.cli.diagnose import noise_of
 from bondsight.cli.main import main
 from identification.diagnosis.diagnose import Diagnosis, diagnose
 from identification.diagnosis.evidence.remaining import remaining
+from identification.diagnosis.explanation.colour import COLOURED
 from identification.diagnosis.explanation.notes import _noise_notes
 from identification.diagnosis.search.asked import asked_of
 from identification.diagnosis.search.candidates import DiagnosisOptions
@@ -43,6 +45,38 @@ def judged(noise: float | None = None, dry: float = 0.0) -> Diagnosis:
     return diagnose(
         spring(), run(truth), options=options, noise=None if noise is None else {"x": noise}
     )
+
+
+def slowly(seed: int, dry: float = 0.0) -> Diagnosis:
+    """Diagnose a spring beside white noise and twice as much 1/f noise, all of it given."""
+    n = 3000
+    t, rng = np.asarray(np.arange(n) * 0.01, np.float64), np.random.default_rng(seed)
+    u = 4 * np.sin(2 * np.pi * 0.7 * t) + 2 * np.sin(2 * np.pi * 2.3 * t)
+    u[:200] = 0.0
+    f = np.fft.rfftfreq(n)
+    slow = np.fft.irfft(np.fft.rfft(rng.standard_normal(n)) / np.sqrt(np.maximum(f, f[1])), n)
+    noise = NOISE * (rng.standard_normal(n) + 2.0 * slow / slow.std())
+    truth = spring().with_element("d", law=Coulomb(dry)) if dry else spring()
+    r = Recording(
+        "run", t, {"F": u, "x": simulate(truth, t, {"F": u})["x"] + noise}, {"F": "N", "x": "m"}
+    )
+    options = DiagnosisOptions(jobs=1, keep=2, more=0, effects=1)
+    return diagnose(spring(), r, options=options, noise={"x": NOISE * np.sqrt(5.0)})
+
+
+@pytest.mark.parametrize("seed", [4, 6])
+def test_slow_noise_that_is_given_is_no_finding(seed: int) -> None:
+    """Forms with a memory follow 1/f noise; its own past foretells as much."""
+    d = slowly(seed)
+    assert d.kind == "explained"
+    assert any("more than noise with a memory lets it" in r for r in d.steps[0].reasons)
+    (note,) = [n for n in d.notes if n.startswith(COLOURED)]
+    assert "within the noise you gave" in note
+    assert "still missing" not in note
+
+
+def test_beside_slow_noise_friction_is_found() -> None:
+    assert slowly(4, dry=0.02).kind in ("missing_physics", "unknown_physics")
 
 
 def test_what_is_given_is_used_and_counts_as_measured() -> None:
@@ -109,13 +143,19 @@ def test_values_that_are_no_noise_are_refused(value: float) -> None:
         given_noise({"x": value}, ("x",), "spring")
 
 
+def test_a_noise_may_have_a_unit_of_its_reading() -> None:
+    assert noise_of(["x=0.5um", "x2 = 2 nm", "v=1e-3"], spring()) == pytest.approx(
+        {"x": 5e-7, "x2": 2e-9, "v": 1e-3}
+    )
+
+
 def test_names_that_are_no_sensor_are_refused() -> None:
     with pytest.raises(UnusableInput, match="'F'"):
         given_noise({"F": 1.0}, ("x",), "spring")
     assert given_noise({"x": 1}, ("x", "v"), "spring") == {"x": 1.0}
 
 
-@pytest.mark.parametrize("text", ["x", "x=", "x=much", "=1", "F=1e-3", "x=0"])
+@pytest.mark.parametrize("text", ["x", "x=", "x=much", "=1", "F=1e-3", "x=0", "x=1ms", "x=1 much"])
 def test_the_command_refuses_in_one_line(
     text: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
