@@ -91,7 +91,7 @@ def _decided(e: Evidence, t: Thresholds, trials: tuple[Candidate, ...]) -> Decis
     best = best_of([*laws, *e.kinds])
     if best is None or not _shows(e.plain, best.score, t):
         return _nothing(quiet, e, t, best)
-    if e.before.is_noise(t.noise) and not _beside_colour([*laws, *e.kinds], e, t):
+    if e.before.is_noise(t.noise) and _as_coloured([*laws, *e.kinds], e, t):
         return _nothing(quiet, e, t, coloured=True)
     if e.named and e.before.measured and e.before.is_noise(t.noise):
         return _within_noise(quiet, e, best)
@@ -362,10 +362,15 @@ def _as_noise(law: Scored, e: Evidence) -> float:
     return float(np.mean(np.where(known, 1.0, law.score.noise**2)))
 
 
-def _beside_colour(found: Sequence[Hypothesis], e: Evidence, t: Thresholds) -> bool:
-    """Whether something improves what may be noise surely, though noise may have any memory."""
-    leading = (h.score for h in found if _shows(e.plain, h.score, t))
-    return any(e.plain.beside_colour(s) > t.z for s in leading)
+def _as_coloured(found: Sequence[Hypothesis], e: Evidence, t: Thresholds) -> bool:
+    """Whether noise with a memory explains as well whatever improves what may be noise.
+
+    What shows in one stretch alone is no noise of the whole record.
+    """
+    leading = [h.score for h in found if _shows(e.plain, h.score, t)]
+    if any(e.plain.paired(s) < ONCE for s in leading):
+        return False
+    return all(e.plain.beside_colour(s) <= t.z for s in leading)
 
 
 def _nothing(

@@ -60,7 +60,7 @@ def colour_notes(last: Fit, given: Collection[str] = ()) -> tuple[str, ...]:
             "it"
         )
     if open_ones:
-        more = [n for n in open_ones if n not in given and level[n] > WITHIN]
+        more = [n for n in open_ones if n not in given and level[n] > LOUDER]
         state = f". If {listed(more)} is known to be as noisy, say so with noise={{SENSOR: VALUE}}"
         notes.append(
             f"{COLOURED}, not white: its own past foretells {_shares(open_ones)}. It is noise with "
@@ -73,6 +73,8 @@ def colour_notes(last: Fit, given: Collection[str] = ()) -> tuple[str, ...]:
 
 WITHIN = 1.2
 """Times a noise up to which what is left is within it: slow noise is louder now and then."""
+LOUDER = 1.1
+"""Times a noise that was read off the recording, from which it is worth a word to state it."""
 
 
 def _shares(found: Mapping[str, float]) -> str:
