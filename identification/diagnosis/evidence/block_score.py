@@ -145,16 +145,15 @@ class BlockScore:
         return float(np.mean(lead)) / spread * float(np.sqrt(lead.size)) if spread > 0 else 0.0
 
     def beside_colour(self, better: BlockScore) -> float:
-        """Return the standard errors of the lag if what this leaves is noise with a memory.
+        """Return the standard errors of the lag if noise has all the memory that `better` leaves.
 
         One pole does not whiten noise that is slow at any scale, such as 1/f, and forms with a
-        memory follow it. The autoregression of what this leaves does, and takes little of what is
-        explained sample after sample. Zero where `better` does not lead.
+        memory follow a part of it; what they leave is as slow. Zero where `better` does not lead.
         """
         if not self.sound or not better.sound:
             return self.behind(better)
         rows = self.out.rows
-        worse, best = (self._uncoloured(s.out.residual) for s in (self, better))
+        worse, best = (better._uncoloured(s.out.residual) for s in (self, better))
         square = np.bincount(rows.channel, best**2, self.channels)
         count = np.bincount(rows.channel, worse != 0.0, self.channels)
         scale = np.sqrt(np.maximum(square / np.maximum(count, 1), LEAST**2))[rows.channel]

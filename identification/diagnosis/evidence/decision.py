@@ -370,7 +370,12 @@ def _as_coloured(found: Sequence[Hypothesis], e: Evidence, t: Thresholds) -> boo
     leading = [h.score for h in found if _shows(e.plain, h.score, t)]
     if any(e.plain.paired(s) < ONCE for s in leading):
         return False
-    return all(e.plain.beside_colour(s) <= t.z for s in leading)
+    return all(e.plain.beside_colour(s) <= BESIDE * t.z for s in leading)
+
+
+BESIDE = 4.0 / 3.0
+"""Times the limit of the set by which something has to lead beside noise with a memory: the best of
+a hundred forms that follow such noise leads by that limit now and then."""
 
 
 def _nothing(
