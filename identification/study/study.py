@@ -103,9 +103,8 @@ class Study:
         (SI) and the others fitted. Under a first velocity, however small, dry friction rests as a
         slider that has moved for ever: where a machine stands still, give its states.
     hold : {"estimate", "linear", "hold", "band-limited"}
-        What the commands do between samples; "estimate" takes linear, unless that leaves more than
-        the noise and another fits clearly better, or as well with delays that are possible where
-        linear would need one beyond its bound.
+        What the commands do between samples; "estimate" takes linear, and hold of commands that are
+        steps, unless another fits clearly better, or as well where that one needs a delay.
     noise : {"white", "coloured"} or mapping of str to float or sequence of float
         Noise of the readings: estimated as white or as autoregressive, or known standard
         deviations of some readings (SI; the others white).

@@ -29,7 +29,7 @@ from identification.diagnosis.evidence.leave_out import (
     stretch_sums,
 )
 from identification.estimation.single_record import Fit
-from identification.statistics.autoregression import autoregression
+from identification.statistics.autoregression import Autoregression, autoregression
 from identification.statistics.correlation import autocorrelation
 
 SLOWEST = 0.98
@@ -168,14 +168,20 @@ class BlockScore:
     def _uncoloured(self, values: Array) -> Array:
         """Take the memory of this hypothesis' noise out of values (M,); run-ins become zero."""
         values, out = np.clip(values, -1e150, 1e150), np.zeros(values.size)
-        for runs, whiten in self._colours:
+        for runs, memory in self._colours:
+            whiten = memory.polynomial
             for run in (r for r in runs if r.size >= whiten.size):
                 out[run[whiten.size - 1 :]] = np.convolve(values[run], whiten, mode="valid")
         return out
 
+    @property
+    def foretold(self) -> float:
+        """Largest share of what is left of a reading that its own past foretells."""
+        return max((1.0 - memory.innovation for _, memory in self._colours), default=0.0)
+
     @cached_property
-    def _colours(self) -> list[tuple[list[Index], Array]]:
-        """Rows of each reading in runs of samples that follow each other, and what whitens them."""
+    def _colours(self) -> list[tuple[list[Index], Autoregression]]:
+        """Rows of each reading in runs of samples that follow each other, and its memory."""
         rows, found = self.out.rows, []
         for c in range(self.channels):
             at = np.flatnonzero(rows.channel == c)
@@ -183,7 +189,7 @@ class BlockScore:
             lags = round(10 * np.log10(max(at.size, 2)))
             left = [np.clip(self.out.residual[r], -1e150, 1e150) for r in runs]
             # by Akaike: noise that is slow at any scale takes many coefficients
-            found.append((runs, autoregression(autocorrelation(left, lags), at.size).polynomial))
+            found.append((runs, autoregression(autocorrelation(left, lags), at.size)))
         return found
 
     def excess(self, best: BlockScore) -> float:

@@ -370,9 +370,11 @@ def _as_coloured(found: Sequence[Hypothesis], e: Evidence, t: Thresholds) -> boo
     leading = [h.score for h in found if _shows(e.plain, h.score, t)]
     if any(e.plain.paired(s) < ONCE for s in leading):
         return False
-    return all(e.plain.beside_colour(s) <= BESIDE * t.z for s in leading)
+    return all(s.foretold > SEEN and e.plain.beside_colour(s) <= BESIDE * t.z for s in leading)
 
 
+SEEN = 0.05
+"""Share of what is left that its own past must foretell to be coloured."""
 BESIDE = 4.0 / 3.0
 """Times the limit of the set by which something has to lead beside noise with a memory: the best of
 a hundred forms that follow such noise leads by that limit now and then."""

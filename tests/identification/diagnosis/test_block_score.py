@@ -190,7 +190,7 @@ def led_by_slow_forms(seed: int, added: Array | float = 0.0, *more: Array) -> tu
 def test_slow_forms_do_not_lead_beside_noise_that_is_slow_at_any_scale() -> None:
     z = np.array([led_by_slow_forms(seed) for seed in range(60)])
     assert np.mean(z[:, 0] > 3.0) > 0.15  # one pole is not enough
-    assert np.mean(z[:, 1] > 3.0) < 0.05
+    assert np.mean(z[:, 1] > 4.0) < 0.05
 
 
 def test_what_the_motion_explains_leads_beside_any_colour() -> None:
@@ -201,9 +201,19 @@ def test_what_the_motion_explains_leads_beside_any_colour() -> None:
     assert min(beside for _, beside in z) > 3.0
 
 
+def test_a_drift_beside_white_noise_leads_nearly_as_surely_as_without_colour() -> None:
+    """What it leaves has no memory, however slow it is itself."""
+    t = np.linspace(-1.0, 1.0, N)
+    for s in range(20):
+        y = white(s) + 0.4 * t
+        plain, better = regressed(y, np.ones(N)), regressed(y, np.ones(N), t)
+        assert plain.beside_colour(better) > 0.7 * plain.behind(better)
+        assert better.foretold < 0.05 < regressed(pink(s), np.ones(N)).foretold
+
+
 def test_beside_white_noise_the_lead_is_the_usual_one() -> None:
     plain, better = scored(white(1) + 0.2 * white(2)), scored(white(1))
-    assert plain.beside_colour(better) == pytest.approx(plain.apart(better), rel=0.2)
+    assert plain.beside_colour(better) == pytest.approx(plain.behind(better), rel=0.1)
     assert better.beside_colour(plain) == 0.0
     assert plain.beside_colour(plain) == 0.0
     assert scored(np.full(N, np.inf)).beside_colour(better) == np.inf
