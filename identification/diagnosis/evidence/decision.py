@@ -20,6 +20,12 @@ from identification.diagnosis.evidence.answer import Decision, probability
 from identification.diagnosis.evidence.block_score import BlockScore
 from identification.diagnosis.evidence.foretold import foretold
 from identification.diagnosis.evidence.hypotheses import Evidence, Hypothesis, Scored, Thresholds
+from identification.diagnosis.evidence.imitations import (
+    ONCE,
+    as_coloured,
+    shows,
+    without_imitations,
+)
 from identification.diagnosis.evidence.kind_score import KindScore
 from identification.diagnosis.evidence.kinds_told import (
     CURVES,
@@ -72,11 +78,9 @@ MOST = 3
 def decide(evidence: Evidence, limits: Thresholds | None = None) -> Decision:
     """Decide what the evidence supports."""
     t, e = limits or Thresholds(), _caused(evidence.here)
-    outdone = [s for s in e.laws if any(_outdone(s, law, e, t) for law in e.laws)]
-    e = replace(e, laws=tuple(s for s in e.laws if s not in outdone)) if outdone else e
+    e, reason = without_imitations(e, t)
     decided = _decided(e, t, tuple(s.trial for s in evidence.laws))
-    if outdone and decided.chosen is not None:
-        reason = OUTDONE.format(", ".join(s.trial.label for s in outdone))
+    if reason and decided.chosen is not None:
         decided = replace(decided, reasons=(*decided.reasons, reason))
     untold = decided.kind == "unknown_physics" and decided.answer == "unknown"
     return replace(decided, nearest=nearest(e)) if untold and not decided.places else decided
@@ -89,9 +93,9 @@ def _decided(e: Evidence, t: Thresholds, trials: tuple[Candidate, ...]) -> Decis
     )  # fmt: skip
     laws = [s for s in e.laws if s.trial.effect != UNNAMED.name and s.trial.itself]
     best = best_of([*laws, *e.kinds])
-    if best is None or not _shows(e.plain, best.score, t):
+    if best is None or not shows(e.plain, best.score, t):
         return _nothing(quiet, e, t, best)
-    if e.before.is_noise(t.noise) and _as_coloured([*laws, *e.kinds], e, t):
+    if e.before.is_noise(t.noise) and as_coloured([*laws, *e.kinds], e, t):
         return _nothing(quiet, e, t, coloured=True)
     if e.named and e.before.measured and e.before.is_noise(t.noise):
         return _within_noise(quiet, e, best)
@@ -101,7 +105,7 @@ def _decided(e: Evidence, t: Thresholds, trials: tuple[Candidate, ...]) -> Decis
     kinds = kinds_alike(e, best.score, t)
     laws = _admissible(laws, kinds, e, t)
     law = _best_law(laws, t)
-    if law is not None and _shows(e.plain, law.score, t) and _fits(law, kinds, e, t):
+    if law is not None and shows(e.plain, law.score, t) and _fits(law, kinds, e, t):
         if not _matters(law, e, t):
             return _slight(quiet, e, law, t)
         named = _rest_of(_named(quiet, e, law, laws, t), e, best.score, t)
@@ -121,27 +125,6 @@ def _decided(e: Evidence, t: Thresholds, trials: tuple[Candidate, ...]) -> Decis
         kinds = held
         quiet = replace(quiet, reasons=(IN_EVERY_PAIR,))
     return _rest_of(kind_told(quiet, e, kinds, law, t), e, best.score, t)
-
-
-def _outdone(course: Scored, law: Scored, e: Evidence, t: Thresholds) -> bool:
-    """Whether a mere course in time, in any form, does less than a freer form of a law near it.
-
-    It lies near a law that is not quite right only because either leaves something; what it leaves
-    goes with another form of that law, and with no other course.
-    """
-    own, kind = course.trial.insertion.kind, law.trial.insertion.kind
-    able = law.trial.itself and law.trial.effect != UNNAMED.name and kind not in ANYTHING
-    near = abs(law.score.behind(course.score)) < t.z and _shows(e.plain, law.score, t)
-    if own not in SHAPELESS or not (able and near):
-        return False
-    courses = [k for k in e.kinds if k.element == course.element and k.kind == own]
-    best = best_of([course, *courses])
-    assert best is not None
-    forms = [k for k in e.kinds if k.element == law.element and k.kind == kind]
-    return any(best.score.behind(k.score) > t.z for k in forms)
-
-
-OUTDONE = "near it, but another form of the law explains more than any course in time: {}"
 
 
 MISSTATED = (
@@ -217,9 +200,6 @@ def _slight(
     reason = f"{said} explains little of the misfit: {e.before.words}"
     return replace(quiet, kind="unknown_physics", places=e.located, reasons=(reason,))
 
-
-ONCE = 1.1
-"""Standard errors by which stretches agree if one of them tells all there is: one, at most."""
 
 HALF = 0.5
 """Part of the misfit above the noise from which a form tells where it sits, if not of what kind."""
@@ -333,11 +313,6 @@ def _best_law(laws: Sequence[Scored], t: Thresholds) -> Scored | None:
     return other if best.score.behind(other.score) > 2 * t.z else best
 
 
-def _shows(plain: BlockScore, best: BlockScore, t: Thresholds) -> bool:
-    """Whether a hypothesis improves on the model as it is, surely and by enough."""
-    return plain.behind(best) > t.z and plain.excess(best) > t.gain
-
-
 def _matters(h: Hypothesis, e: Evidence, t: Thresholds) -> bool:
     """Whether a hypothesis removes enough of the misfit to be what is told of it.
 
@@ -360,24 +335,6 @@ def _as_noise(law: Scored, e: Evidence) -> float:
         return law.score.square
     known = np.array([e.before.known(n) for n in e.before.over_noise])
     return float(np.mean(np.where(known, 1.0, law.score.noise**2)))
-
-
-def _as_coloured(found: Sequence[Hypothesis], e: Evidence, t: Thresholds) -> bool:
-    """Whether noise with a memory explains as well whatever improves what may be noise.
-
-    What shows in one stretch alone is no noise of the whole record.
-    """
-    leading = [h.score for h in found if _shows(e.plain, h.score, t)]
-    if any(e.plain.paired(s) < ONCE for s in leading):
-        return False
-    return all(s.foretold > SEEN and e.plain.beside_colour(s) <= BESIDE * t.z for s in leading)
-
-
-SEEN = 0.05
-"""Share of what is left that its own past must foretell to be coloured."""
-BESIDE = 4.0 / 3.0
-"""Times the limit of the set by which something has to lead beside noise with a memory: the best of
-a hundred forms that follow such noise leads by that limit now and then."""
 
 
 def _nothing(
