@@ -71,12 +71,12 @@ class PortHistory:
     @property
     def half(self) -> float:
         """Half of the argument's range."""
-        return float(0.5 * np.ptp(self.argument)) or 1.0
+        return 0.5 * _range(self.argument) or 1.0
 
     @property
     def swing(self) -> float:
         """Half of the output's range."""
-        return float(0.5 * np.ptp(self.output)) or 1.0
+        return 0.5 * _range(self.output) or 1.0
 
     @property
     def rms(self) -> float:
@@ -137,3 +137,13 @@ class FittedModel:
     def of(self, element: Element) -> PortHistory:
         """Past of one element."""
         return self.past[element.name]
+
+
+def _range(values: Array) -> float:
+    """Return the range of values; zero where they differ by rounding alone."""
+    moved = float(np.ptp(values))
+    return moved if moved > ROUNDING * float(np.abs(values).max(initial=0.0)) else 0.0
+
+
+ROUNDING = 1e-12
+"""Part of the largest value by which those differ that are the same."""
