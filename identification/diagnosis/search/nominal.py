@@ -64,6 +64,7 @@ def nominal_fit(
     result = _fine(_integrating(base) if runs_away else _first_fit(base))
     if hold:
         result = to_its_end(result if hold == data.hold else _held(result, hold, base.n_sub))
+        result = revived(result)
         return result.problem, result
     fits = {data.hold: result}
     for h in possible(HOLDS, base.engine.input_rates):
@@ -76,8 +77,48 @@ def nominal_fit(
         finer = fit_from(problem, result.point, 25)
         if finer.cost < 0.98 * result.cost:
             result = finer
-    result = to_its_end(result)
+    result = revived(to_its_end(result))
     return result.problem, result
+
+
+def revived(result: Fit) -> Fit:
+    """Return a surely better fit in which what has vanished begins as declared again.
+
+    A number whose logarithm has run far off changes nothing any more, so that no step brings it
+    back; others have taken its place, delays of the sensors most of all: they wait.
+    """
+    base, lost = result.problem, _lost(result)
+    if not lost:
+        return result
+    kept = {n: v for n, v in result.values.items() if n in base.graph.parameters and n not in lost}
+    found = prompt = fit(replace(base, starts=kept, lags=False), max_iterations=LONG)
+    if base.lags and prompt.status is not FitStatus.BROKEN:
+        ended = {n: v for n, v in prompt.values.items() if n in base.graph.parameters}
+        found = fit(replace(base, starts=ended), max_iterations=LONG)
+    if found.status is FitStatus.BROKEN:
+        return result
+    found = _fine(_rebased(base, found))
+    rows = int(base.data.mask("train").sum()) * len(base.data.names)
+    gained = rows * (result.cost - found.cost)
+    return found if gained > SURELY * max(1.0, found.cost) else result
+
+
+FAR = 5.0
+"""Times the declared value, or a part of it, from which a number that is not told is lost."""
+SURELY = 10.0
+"""Sum of squares by which a fit is surely better."""
+
+
+def _lost(result: Fit) -> set[str]:
+    """Return positive parameters far from their declared values that the data do not tell."""
+    if result.status is FitStatus.BROKEN:
+        return set()
+    starts = {f.parameter.name: f.start for f in result.problem.free if f.log}
+    return {
+        e.name for e in result.estimates
+        if e.name in starts and abs(np.log(e.value / starts[e.name])) > np.log(FAR)
+        and not e.ci95[1] < np.exp(4.0) * e.ci95[0]
+    }  # fmt: skip
 
 
 def to_its_end(result: Fit) -> Fit:

@@ -526,7 +526,8 @@ def _finished(
     """Fit the best few to the end: those that the decision will compare.
 
     Where even they leave more than noise, those that were on their way are followed as well: a
-    large effect bends the model so far that the right law starts behind a wrong one.
+    large effect bends the model so far that the right law starts behind a wrong one. So are those
+    that the best one is confused with at its place: none is out of question before its end.
     """
     if not trials:
         return []
@@ -539,8 +540,23 @@ def _finished(
         known = {t.label for t in done}
         still = [t for t in trials if t.label not in known and _on_its_way(t, best)]
         done += finished(sorted(still, key=lambda t: t.train)[:STILL], options)
+    named, known = [t for t in done if t.effect != UNNAMED.name], {t.label for t in done}
+    first = min(named, key=lambda t: t.train, default=done[0])
+    alike = [
+        t for t in trials
+        if t.label not in known and _on_its_way(t, first.train) and confused(t, first)
+    ]  # fmt: skip
+    done += finished(alike, options)
     rest = [t for t in trials if t.label not in {d.label for d in done}]
     return sorted([*done, *rest], key=lambda t: t.test)
+
+
+def confused(one: Candidate, other: Candidate) -> bool:
+    """Whether two laws at one place are known to look alike."""
+    pairs = ((one, other), (other, one))
+    return one.element == other.element and any(
+        a.effect in (*b.insertion.confused_with, *b.insertion.simpler) for a, b in pairs
+    )
 
 
 def _on_its_way(trial: Candidate, best: float) -> bool:
