@@ -82,7 +82,7 @@ def nominal_fit(
 
 
 def revived(result: Fit) -> Fit:
-    """Return a surely better fit in which what has vanished begins as declared again.
+    """Return a better fit in which what has vanished begins as declared again.
 
     A number whose logarithm has run far off changes nothing any more, so that no step brings it
     back; others have taken its place, delays of the sensors most of all: they wait.
@@ -100,13 +100,11 @@ def revived(result: Fit) -> Fit:
     found = _fine(_rebased(base, found))
     rows = int(base.data.mask("train").sum()) * len(base.data.names)
     gained = rows * (result.cost - found.cost)
-    return found if gained > SURELY * max(1.0, found.cost) else result
+    return found if gained > max(1.0, found.cost) else result
 
 
 FAR = 5.0
 """Times the declared value, or a part of it, from which a number that is not told is lost."""
-SURELY = 10.0
-"""Sum of squares by which a fit is surely better."""
 
 
 def _lost(result: Fit) -> set[str]:

@@ -544,19 +544,19 @@ def _finished(
     first = min(named, key=lambda t: t.train, default=done[0])
     alike = [
         t for t in trials
-        if t.label not in known and _on_its_way(t, first.train) and confused(t, first)
+        if t.label not in known and _on_its_way(t, first.train) and _like(t, first)
     ]  # fmt: skip
     done += finished(alike, options)
     rest = [t for t in trials if t.label not in {d.label for d in done}]
     return sorted([*done, *rest], key=lambda t: t.test)
 
 
-def confused(one: Candidate, other: Candidate) -> bool:
-    """Whether two laws at one place are known to look alike."""
-    pairs = ((one, other), (other, one))
-    return one.element == other.element and any(
-        a.effect in (*b.insertion.confused_with, *b.insertion.simpler) for a, b in pairs
-    )
+def _like(trial: Candidate, best: Candidate) -> bool:
+    """Whether a law is known to look like the best one at its place, and is not just richer."""
+    one, other = trial.insertion, best.insertion
+    known = trial.effect in (*other.confused_with, *other.simpler)
+    alike = known or best.effect in one.confused_with
+    return trial.element == best.element and alike and best.effect not in one.simpler
 
 
 def _on_its_way(trial: Candidate, best: float) -> bool:

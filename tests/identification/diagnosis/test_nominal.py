@@ -8,7 +8,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from bondgraph import BondGraph, C, Df, Dq, I, One, R, Se, Zero
+from bondgraph import TF, BondGraph, C, Df, Dq, I, One, R, Se, Zero
 from bondgraph.laws import Coulomb
 from bondgraph.signals.split import interleaved
 from identification.diagnosis.localisation.regions import regions
@@ -160,3 +160,38 @@ def test_how_surely_the_commands_are_held_is_told() -> None:
     assert float(words.split()[-3]) > 10
     assert hold_margin(stepped(1.0), ("hold", "linear")).endswith("next to nothing")
     assert hold_margin(sure, ("hold",)) == "as given"
+
+
+def screw(c: float = 200.0, **values: float) -> BondGraph:
+    """A motor turns a screw that moves a carriage through an elastic nut."""
+    with BondGraph("screw") as g:
+        shaft, carriage, between, nut = One("shaft"), One("carriage"), Zero("between"), One("nut")
+        Se("M", unit="N*m") >> shaft >> I("J", 3e-4, unit="kg*m2")
+        shaft >> R("b_J", 1e-3, unit="N*m*s/rad")
+        shaft >> TF("n", ratio=0.01 / (2 * np.pi), unit="m/rad", fixed=True) >> between
+        between >> carriage >> I("m", 55.0, unit="kg")
+        carriage >> R("c", c, unit="N*s/m")
+        between >> nut >> C("k", stiffness=3e7, unit="N/m")
+        nut >> R("d", 5e3, unit="N*s/m")
+        shaft >> Dq("phi", unit="rad")
+        carriage >> Dq("x", unit="m")
+    return g.with_values(values)
+
+
+def test_a_damper_that_vanished_behind_delays_of_the_sensors_comes_back() -> None:
+    """Its logarithm had run so far off that no step brought it back."""
+    count, rng = 2500, np.random.default_rng(6)
+    t = np.arange(count) / 2000.0
+    lines = rng.uniform(2, 200, 12)
+    moment = 0.3 * sum(np.sin(2 * np.pi * f * t + rng.uniform(0, 6)) for f in lines)
+    truth = screw(310.0, J=3.4e-4, b_J=1.8e-3, m=62.0, k=4.2e7, d=9e3)
+    seen = simulate(truth, t, {"M": moment}, hold="hold")
+    noise = np.array([2e-4, 4e-7])
+    readings = np.stack([seen["phi"], seen["x"]], axis=1)
+    readings += noise * rng.standard_normal(readings.shape)
+    split = interleaved(0, count)
+    data = Data("run", t, {"M": moment}, readings, ("phi", "x"), noise, split, "hold")
+    made = nominal_fit(screw(), data, "hold")[1]
+    ends = {e.name: e.ci95 for e in made.estimates}
+    assert 150.0 < made.values["c"] < 600.0
+    assert all(ends[n][0] < truth.parameters[n].value < ends[n][1] for n in ("J", "b_J", "m", "c"))

@@ -111,3 +111,17 @@ def test_what_was_on_its_way_is_followed_where_the_best_leaves_more_than_noise()
     # beside a law that leaves noise nothing else is worth the time
     left = _finished(trials, OPTIONS, 2 * float(np.sqrt(coulomb.train)))
     assert any(t is stribeck for t in left)
+
+
+def test_a_law_that_the_best_is_confused_with_is_fitted_to_its_end() -> None:
+    """At the noise nothing else is followed; but none is out of question before its end."""
+    _, (coulomb, stribeck, hysteresis) = candidates()
+    noise = 2 * float(np.sqrt(coulomb.train))
+    named = replace(
+        coulomb, insertion=replace(coulomb.insertion, confused_with=(stribeck.effect,), simpler=())
+    )
+    alone = replace(stribeck, insertion=replace(stribeck.insertion, confused_with=(), simpler=()))
+    begun = replace(alone, train=2 * coulomb.train)
+    followed = {t.effect: t for t in _finished([named, begun, hysteresis], OPTIONS, noise)}
+    assert followed["stribeck_friction"].train < begun.train
+    assert followed["hysteresis"].train == hysteresis.train
