@@ -225,7 +225,7 @@ def _plateau(past: PortHistory, signal: Array) -> float:
         found = [
             float(np.polyfit(x[part], whole[part], 1)[0])
             for part in (inside & (x > 0), inside & (x < 0))
-            if part.sum() > 10 and np.ptp(x[part]) > 0
+            if part.sum() > 10 and np.ptp(x[part]) > 1e-6
         ]
         slopes.append(float(np.mean(found)) if found else float("nan"))
     if not np.isfinite(slopes).all() or slopes[0] == 0:

@@ -15,7 +15,7 @@ import pytest
 import sympy as sp
 from scipy.integrate import solve_ivp
 
-from bondgraph import BondGraph, Dq, I, One, R, Se
+from bondgraph import BondGraph, Df, Dq, I, One, R, Se
 from bondgraph.equations.codegen import program
 from bondgraph.equations.program import Program, ProgramStep
 from bondgraph.export.numpy_module import numpy_module
@@ -144,6 +144,34 @@ def test_an_integrator_of_others_agrees() -> None:
         t_eval=time, rtol=1e-9, atol=1e-11, max_step=0.05,
     )  # fmt: skip
     np.testing.assert_allclose(found["x"], exact.y[0], rtol=0, atol=1e-6)
+
+
+def test_inputs_are_held_where_a_converter_holds_them() -> None:
+    printed = module(cubic_loop())
+    time = np.linspace(0.0, 6.0, 61)
+    drive = np.sign(np.sin(2.0 * time))
+    found = printed.simulate(time, {"u": drive}, substeps=8, hold=True)
+    x, course = np.zeros(1), [0.0]
+    for k in range(60):
+        run = solve_ivp(
+            lambda t, x, u=drive[k]: printed.rates(t, x, [u]), time[k : k + 2], x,
+            rtol=1e-9, atol=1e-11,
+        )  # fmt: skip
+        x = run.y[:, -1]
+        course.append(x[0])
+    np.testing.assert_allclose(found["x"], course, rtol=0, atol=1e-6)
+    straight = printed.simulate(time, {"u": drive}, substeps=8)["x"]
+    assert np.abs(straight - course).max() > 1e-3
+
+
+def test_what_is_read_at_a_sample_sees_its_held_input() -> None:
+    with BondGraph("divider") as g:
+        loop = One("loop")
+        Se("u") >> loop >> R("a", 1.0)
+        loop >> R("b", 3.0)
+        loop >> Df("i")
+    found = module(program(g)).simulate(np.arange(4.0), {"u": [0.0, 4.0, 8.0, -4.0]}, hold=True)
+    np.testing.assert_allclose(found["i"], [0.0, 1.0, 2.0, -1.0], atol=1e-12)
 
 
 def test_the_step_is_of_third_order_and_damps_what_is_stiff() -> None:
