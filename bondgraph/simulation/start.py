@@ -134,6 +134,8 @@ def equilibrium(compiled: Compiled, p: Array, u: Array) -> Array:
     a, b = parts.a, parts.b[:, : compiled.n_u] @ u
     if not a.size:
         return np.zeros(0)
+    if not (np.isfinite(a).all() and np.isfinite(b).all()):  # said here: LAPACK would print it
+        raise np.linalg.LinAlgError("a coefficient is infinite")
     largest = np.abs(a).max(axis=1)
     held = largest > 0.0  # a row of zeros is a pure integral of the inputs: it never rests
     scale = np.sqrt(largest[held])
