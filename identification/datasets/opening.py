@@ -69,7 +69,7 @@ def open_recording(
         raise UnusableInput(f"{error}; nor is there a file of that name")
     for name, column in mapping.items():
         if name in recorded:
-            _require_dimension(recorded[name], column, recording)
+            _require_dimension(recorded[name], column, recording, mapping)
     recording, said = match_by_unit(recording, graph)
     return recording, split, said
 
@@ -119,12 +119,15 @@ def _taken(headers: Sequence[str], graph: BondGraph) -> set[str]:
     return {e.name for e in recorded if e.name in units} | {*_by_unit(known, recorded).values()}
 
 
-def _require_dimension(e: Source | Sensor, column: str, recording: Recording) -> None:
+def _require_dimension(
+    e: Source | Sensor, column: str, recording: Recording, mapping: Mapping[str, str]
+) -> None:
     """Refuse a column that the map gives to a channel in another unit, as the header has it."""
     unit = recording.units[e.name]
     if not (e.unit and unit) or same_dimension(unit, e.unit):
         return
-    others = [n for n, u in recording.units.items() if n != e.name and same_dimension(u, e.unit)]
+    alike = (n for n, u in recording.units.items() if n != e.name and same_dimension(u, e.unit))
+    others = [split_header(mapping.get(n, n))[0] for n in alike]
     better = f"; in {e.unit} is {' and '.join(others)}" if others else f"; none is in {e.unit}"
     raise UnusableInput(
         f"{map_argument(e.name, column)}: {e.name} is in {e.unit}, that column of "

@@ -170,6 +170,7 @@ LOGGED = "time_ms,voltage_V,current_A,speed_rpm"
         (LOGGED, ["i=speed_rpm"], "i is in A, that column of run in rpm; in A is current"),
         (LOGGED, ["i=voltage_V"], "i is in A, that column of run in V; in A is current"),
         (LOGGED, ["u=current_A"], "u is in V, that column of run in A; in V is voltage"),
+        (LOGGED, ["u=current_A", "i=voltage_V"], "that column of run in A; in V is voltage"),
         (LOGGED, ["q=speed_rpm"], "Known: u, i, w"),
         (LOGGED, ["load=speed_rpm"], "load has no channel, the model motor gives its value"),
         ("time_ms,voltage,current,speed", [], "'voltage[V]' ('1' for a pure number), or say it "
