@@ -206,13 +206,13 @@ def _sort(kind: str) -> str:
 def _fits(step: Decision, d: Diagnosis) -> str:
     """How much a named effect explains and how well its law fits, in brackets."""
     last = step is d.findings[-1] and d.left is not None and d.left.is_noise(d.limits.noise)
-    much = _much(step.share, 0, step.answer == "exact" or last)
-    said = f"explains {much} of the misfit"
+    said = f"explains {_much(step.share, 0, step.answer == 'exact' or last)} of the misfit"
     if step.physics:
         assert step.chosen is not None
         said = f"{sort_at(step.physics, d.graph[step.chosen.element])}, {said}"
     if np.isfinite(step.law_fit) and step.answer != "exact":
-        said += f"; the law fits to {100 * step.law_fit:.0f} %"
+        near = ": near, not exact" if step.answer == "approximate" else ""
+        said += f"; the law fits to {min(100 * step.law_fit, 99.9):.3g} %{near}"
     return f" ({said})"
 
 
