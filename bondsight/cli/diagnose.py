@@ -11,7 +11,6 @@ from pathlib import Path
 from time import monotonic
 from typing import TYPE_CHECKING, Any
 
-from bondgraph.signals.units import parse_unit, read_unit
 from bondgraph.support.errors import UnusableInput, unknown_name
 from bondsight.cli.arguments import (
     MODEL,
@@ -191,6 +190,8 @@ def noise_of(texts: Sequence[str], graph: BondGraph | None = None) -> dict[str, 
     >>> noise_of(["x=1e-9", "v = 0.5 mm/s"])
     {'x': 1e-09, 'v': 0.0005}
     """
+    from bondgraph.signals.units import parse_unit, read_unit
+
     found = {}
     for text in texts:
         name, _, value = (part.strip() for part in text.partition("="))

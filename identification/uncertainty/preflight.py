@@ -10,6 +10,7 @@ from bondgraph.graph.sensors import Sensor
 from bondgraph.support.arrays import FloatArray
 from bondgraph.support.errors import UnusableInput
 from identification.statistics.blocks import block_means
+from identification.study.admission import require_time_step
 from identification.study.problem import Problem
 from identification.study.study import Study
 from identification.uncertainty.finding import Finding
@@ -66,8 +67,10 @@ def require_motion(study: Study) -> None:
     Raises
     ------
     UnusableInput
-        Names the first such reading.
+        Names the first such reading, or a recording of a single sample.
     """
+    for r in study.recordings:
+        require_time_step(r)
     sensors = [s.name for s in study.graph.of_type(Sensor)]
     readings = [(r.name, n, r[n]) for r in study.recordings for n in sensors if n in r.channels]
     if readings and all(float(v.max() - v.min()) == 0.0 for _, _, v in readings):
