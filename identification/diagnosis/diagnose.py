@@ -405,7 +405,7 @@ def _diagnosed(
     declared, nominal = judged_on(declared, unseen), judged_on(nominal, unseen)
     decisions = tuple(judged(d, unseen, data.n) for d in decisions)
     last = last_named(decisions, kind) or nominal
-    together = tied_in(last)
+    together = tied_in(last, all_named(decisions, kind), nominal)
     result = replace(result, data=nominal.problem.data, declared=declared, nominal=nominal)
     if (mistakes and kind != "missing_physics") or gives_way(kind, back):
         # a reading that follows nothing may still follow a law; only then it is not dead

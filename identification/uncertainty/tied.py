@@ -15,6 +15,7 @@ from identification.uncertainty.combinations import Combination, FlatBlock
 from identification.uncertainty.fitted import FitView
 from identification.uncertainty.information import Information
 from identification.uncertainty.postflight import practical_of
+from identification.uncertainty.practical import Practical
 from identification.uncertainty.weighted_sums import WeightedSum, weighted_sum
 
 
@@ -95,32 +96,41 @@ class Tied:
         return f"{listed(self.names)} only as {self.form}: {'; '.join(map(str, self.told))}{more}"
 
 
-def tied(view: FitView) -> tuple[Tied, ...]:
+def tied(view: FitView, before: FitView | None = None) -> tuple[Tied, ...]:
     """Return the parameters of a fit that are told only together; empty where it cannot be said.
+
+    What a fit without a law told only together stays so beside one whose constants nobody fitted,
+    such as thresholds: they set a scale that no sample tells. `before` is that fit.
 
     Bounds count for nothing: where one stops a parameter, the others only seem to be determined.
     Nor does how little a part of a sum that ended small moves the readings: it is looked at where
     no part has vanished.
     """
-    loose = tuple(replace(u, lower=-np.inf, upper=np.inf) for u in view.parameters)
     try:
         with np.errstate(all="ignore"):
             seen = view.restored()
-            known = practical_of(replace(seen, parameters=loose), dead=0.0)
-            here = (
-                known if seen is view
-                else practical_of(replace(view, parameters=loose), dead=0.0)
-            )  # fmt: skip
+            known = _loose(seen)
+            here = known if seen is view else _loose(view)
+            blocks = () if before is None else _loose(before.restored()).flat
     except (BondsightError, np.linalg.LinAlgError):
         return ()
     open_here = [set(b.names) for b in here.flat if len(b.names) > 1]
     found = ((b, _tied(b, view, here.information)) for b in known.flat if len(b.names) > 1)
     # where a knee became a bend much else is open that is told well beside the knee: only a sum is
     # one wherever its parts are
-    return tuple(
+    own = tuple(
         t for b, t in found
         if "sum" in t.form or any(names <= set(b.names) for names in open_here)
     )  # fmt: skip
+    named = {n for t in own for n in t.names}
+    free = set(view.sensitivities.names) - named
+    kept = (b for b in blocks if len(b.names) > 1 and set(b.names) <= free)
+    return (*own, *(_tied(b, view, here.information) for b in kept))
+
+
+def _loose(view: FitView) -> Practical:
+    open_ended = tuple(replace(u, lower=-np.inf, upper=np.inf) for u in view.parameters)
+    return practical_of(replace(view, parameters=open_ended), dead=0.0)
 
 
 def _tied(b: FlatBlock, view: FitView, info: Information) -> Tied:

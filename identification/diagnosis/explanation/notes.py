@@ -98,11 +98,16 @@ def notes_on_size(last: Fit, named: Sequence[Candidate]) -> tuple[str, ...]:
     )
 
 
-def tied_in(last: Fit) -> tuple[Tied, ...]:
-    """Return the parameters of a fit that the recording tells only together."""
+def tied_in(last: Fit, named: Sequence[Candidate], nominal: Fit) -> tuple[Tied, ...]:
+    """Return the parameters of a fit that the recording tells only together.
+
+    The thresholds of a memory are nobody's: what the model as it is told only together stays so.
+    """
+    scaled = any(t.insertion.kind == "memory" for t in named)
     try:
         with np.errstate(all="ignore"):
-            return tied(fitted(*alone(last)))
+            before = fitted(*alone(nominal)) if scaled and last is not nominal else None
+            return tied(fitted(*alone(last)), before)
     except (BondsightError, np.linalg.LinAlgError):
         return ()
 
