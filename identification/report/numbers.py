@@ -126,6 +126,8 @@ def interval(low: float, high: float, unit: str, value: float = 0.0) -> str:
     '35.5301 … 35.5325 mm'
     >>> interval(0.9e-3, 1.2e-3, "N", 0.99e-3)
     '900 … 1200 µN'
+    >>> interval(1.2215e9, 1.2225e9, "ohm*N/m")
+    '1.2215·10⁹ … 1.2225·10⁹ Ω*N/m'
     """
     ends = [abs(v) for v in (low, high) if math.isfinite(v)]
     size = max(ends, default=0.0)
@@ -135,7 +137,8 @@ def interval(low: float, high: float, unit: str, value: float = 0.0) -> str:
         decimals = min(max(0, 1 - math.floor(math.log10(width * factor))), 6)
         text = " … ".join(f"{v * factor:.{decimals}f}".replace("-", "−") for v in (low, high))
     else:
-        text = f"{short(low * factor, 3)} … {short(high * factor, 3)}"
+        digits = max(3, telling_apart(low, high)) if 0 < width < math.inf else 3
+        text = f"{short(low * factor, digits)} … {short(high * factor, digits)}"
     return f"{text} {shown}".strip()
 
 
