@@ -24,7 +24,7 @@ _NOT_THE_MODEL = (
     *(_HOME / k for k in ("actuators", "bondgraph", "bondsight", "hardware", "identification")),
     Path(importlib.__file__).parent,
 )
-_IN_FILE = re.compile(r"(?P<path>.*\.py)(:(?P<factory>[^:/\\]+))?")
+_IN_FILE = re.compile(r"(?P<path>.*\.py)(:(?P<factory>[^:/\\]*))?")
 
 
 def load_model(text: str, *, loaded: bool = False) -> BondGraph:

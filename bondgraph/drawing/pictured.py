@@ -47,7 +47,8 @@ def _drawn(ax: Any, shape: ElementTree.Element, order: int) -> None:
             )
             round_ = f"round,pad=0,rounding_size={radius}"
             box = FancyBboxPatch((x, y), width, height, boxstyle=round_, **style)
-            box.set_linestyle((0, dashes) if dashes else "solid")
+            if dashes:  # matplotlib counts them in widths of the line
+                box.set_linestyle((0, tuple(v / style["linewidth"] for v in dashes)))
             ax.add_patch(box)
         case "polygon":
             ax.add_patch(Polygon(_points(held["points"]), closed=True, **style))

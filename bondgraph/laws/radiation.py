@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 from bondgraph.graph.parameter import Parameter
 from bondgraph.laws.law import Law
 from bondgraph.support.bounds import NonNegative, Positive
-from bondgraph.support.ops import Ops
+from bondgraph.support.ops import SYMPY, Ops
 
 COLDEST = 0.1
 """Least of ``1 + e/T``: nothing radiates less than a body near 0 K."""
@@ -78,6 +78,10 @@ class Radiation(Law):
         resistance, share, t = p
         straight = resistance * s / t
         least = (1.0 - share) * (COLDEST - 1.0) + 0.25 * share * (COLDEST**4 - 1.0)
+        if ops is SYMPY:  # unrolled, the steps are no formula that anybody could differentiate
+            from bondgraph.laws.radiating_level import radiating_level
+
+            return t * (radiating_level(straight, share) - straight)
         w = ops.maximum(straight, least)
         # rising and convex: Newton's steps come down from above, where one of two guesses is near
         alone = ops.sqrt(ops.sqrt(1.0 + 4.0 * ops.maximum(w, 0.0) / ops.maximum(share, SMALL)))

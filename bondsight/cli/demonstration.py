@@ -26,7 +26,14 @@ from bondsight.cli.judged import Outcome, judge, summary
 from bondsight.cli.progress import Bar
 from bondsight.cli.spoken import at_shell
 from hardware.simulators.generator.prepared import PREPARED, prepared
-from hardware.simulators.generator.showing import SHOWN, draw_shown, effects_of, plants_of, shown
+from hardware.simulators.generator.showing import (
+    NOTHING,
+    SHOWN,
+    draw_shown,
+    effects_of,
+    plants_of,
+    shown,
+)
 from hardware.simulators.judging.truths import truth_of
 from hardware.simulators.seal import SealedEnvelope
 from identification.diagnosis.diagnose import Diagnosis, diagnose
@@ -118,9 +125,13 @@ def begun(seed: int | None, wish: Wish, path: Path) -> Concealed:
     UnusableInput
         Something is asked for, and the plants cannot be compiled.
     """
+    drawn = seed
+    if drawn is None:
+        quiet = wish.effect == NOTHING
+        tried = ((n, draw_shown(n, wish.plant, wish.effect)) for n in _by_chance())
+        drawn = next(n for n, case in tried if quiet or case.effects)
     if seed is not None or wish != Wish():
-        return conceal(next(_by_chance()) if seed is None else seed, wish, path)
-    drawn = next(seed for seed in _by_chance() if draw_shown(seed).effects)
+        return conceal(drawn, wish, path)
     try:
         channels, truth = shown(drawn, None, None)
     except OSError as error:

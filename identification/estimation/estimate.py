@@ -220,7 +220,7 @@ def _open(made: Made, others: Sequence[str]) -> str:
     found, point = solution.evaluations or stack.evaluate(solution.point), solution.point
     own = estimates_of(stack, point, interval_covariance(stack, found, point)[0])[0]
     for hold in others:
-        there = _otherwise_held(stack, hold, setting.n_fine)
+        there = _otherwise_held(stack, hold, _at_least(setting.n_fine, hold))
         after = there.step(there.normal(there.evaluate(point), point), point, 0.0)
         other = estimates_of(there, after, np.zeros((stack.n, stack.n)))[0]
         if said := beyond(own, other):
@@ -253,7 +253,7 @@ def _costs_of_holds(
     costs: dict[str, float] = {}
     rates = [n for p in stack.problems for n in p.engine.input_rates]
     for hold in possible(HOLDS, rates):
-        steps = tuple(max(n, 2 if hold == "band-limited" else 1) for n in setting.n_fine)
+        steps = _at_least(setting.n_fine, hold)
         if solution.readings is not None:  # no free run: the method itself has to say
             trial = replace(
                 setting, hold=hold, n_sub=steps, n_fine=steps, corrections=(None,) * len(steps)
@@ -267,6 +267,11 @@ def _costs_of_holds(
         if np.isfinite(left):
             costs[hold] = left / max(there.count(found), 1)
     return costs
+
+
+def _at_least(steps: Sequence[int], hold: str) -> tuple[int, ...]:
+    """Return the sub-steps, as many as a behaviour between samples needs."""
+    return tuple(max(n, 2 if hold == "band-limited" else 1) for n in steps)
 
 
 def _otherwise_held(stack: JointProblem, hold: str, steps: Sequence[int]) -> JointProblem:
@@ -298,7 +303,7 @@ def _settled(
     if isinstance(start, Estimation):
         setting = carried_setting(study, start.setting, start.study)
     if hold is not None:
-        steps = tuple(max(n, 2 if hold == "band-limited" else 1) for n in setting.n_sub)
+        steps = _at_least(setting.n_sub, hold)
         setting = replace(setting, hold=hold, n_sub=steps, n_fine=steps)
     point = start.point if isinstance(start, Estimation) else start
     rough = replace(options, tolerance=max(options.tolerance, ROUGH))

@@ -98,7 +98,7 @@ def lateness(stack: JointProblem, found: Sequence[ResidualEvaluation], point: Jo
         both = inverse, sandwich(stack, found, point, inverse)
         return min(_squared(asked, c[np.ix_(at, at)]) for c in both)
     except np.linalg.LinAlgError:
-        return 0.0
+        return np.inf
 
 
 def _squared(delays: Array, covariance: Array) -> float:
@@ -129,12 +129,14 @@ def usual(commands: Iterable[Array]) -> str:
     --------
     >>> usual([np.repeat([0.0, 1.0, 3.0], 20)]), usual([np.arange(60.0)])
     ('hold', 'linear')
+    >>> usual([np.concatenate([np.zeros(900), np.linspace(0, 1, 50), np.ones(900)])])
+    'linear'
     """
     steps = [np.flatnonzero(np.diff(u)) for u in commands]
     moving = [s for s in steps if s.size]
-    stepped = all((s.size - 1) * HELD <= s[-1] - s[0] for s in moving)
+    stepped = all(s.size < 2 or np.median(np.diff(s)) >= HELD for s in moving)
     return "hold" if moving and stepped else "linear"
 
 
 HELD = 4
-"""Samples that a command stays the same on the average, to be one that is held."""
+"""Samples that a command usually stays the same, to be one that is held."""

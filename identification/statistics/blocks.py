@@ -177,8 +177,9 @@ def sandwich(
     blocks = blocks_for(residual, channels, readings)
     rows = block_rows(residual.size, channels, blocks, readings)
     scores = block_scores(jacobian, residual, rows, inverse)
-    middle = np.diag(prior) + scores.T @ scores
-    return np.asarray(inverse @ middle @ inverse * student(len(rows)))
+    # a prior is a measurement with an error of its own
+    middle = np.diag(prior) + student(len(rows)) * scores.T @ scores
+    return np.asarray(inverse @ middle @ inverse)
 
 
 def block_means(values: FloatArray, most: int = BLOCKS) -> FloatArray:

@@ -207,18 +207,12 @@ class Data:
         )
 
 
-def data_for(
-    graph: BondGraph,
-    recording: Recording,
-    split: Split,
-    floor: Mapping[str, float],
-    hold: str = "linear",
-) -> Data:
-    """Match the channels of `recording` to the inputs and sensors of `graph` by name."""
-    outside = external_signals(graph)
-    sources = [*(s.name for s in drives(graph)), *outside]
-    sensors = [s.name for s in graph.of_type(Sensor)]
-    inputs = [*((s.name, s.unit) for s in drives(graph)), *((n, "") for n in outside)]
+def require_channels(graph: BondGraph, recording: Recording) -> None:
+    """Refuse a recording that lacks a channel of the graph, or has one in another quantity."""
+    inputs = [
+        *((s.name, s.unit) for s in drives(graph)),
+        *((n, "") for n in external_signals(graph)),
+    ]
     readings_of = [(s.name, s.unit) for s in graph.of_type(Sensor)]
     for kind, wanted in (("input", inputs), ("sensor", readings_of)):
         for n, unit in wanted:
@@ -246,6 +240,20 @@ def data_for(
                 f"{s.name} in {s.unit}; correct the header or choose the column with "
                 f"{map_argument(s.name)}"
             )
+
+
+def data_for(
+    graph: BondGraph,
+    recording: Recording,
+    split: Split,
+    floor: Mapping[str, float],
+    hold: str = "linear",
+) -> Data:
+    """Match the channels of `recording` to the inputs and sensors of `graph` by name."""
+    require_channels(graph, recording)
+    outside = external_signals(graph)
+    sources = [*(s.name for s in drives(graph)), *outside]
+    sensors = [s.name for s in graph.of_type(Sensor)]
     readings = np.stack([recording[n] for n in sensors], axis=1)
     return Data(
         recording.name,

@@ -34,8 +34,9 @@ def _outdone(course: Scored, law: Scored, e: Evidence, t: Thresholds) -> bool:
     """
     own, kind = course.trial.insertion.kind, law.trial.insertion.kind
     able = law.trial.itself and law.trial.effect != UNNAMED.name and kind not in ANYTHING
-    near = abs(law.score.behind(course.score)) < t.z and shows(e.plain, law.score, t)
-    if own not in SHAPELESS or not (able and near):
+    if own not in SHAPELESS or not able:
+        return False
+    if not (abs(law.score.behind(course.score)) < t.z and shows(e.plain, law.score, t)):
         return False
     courses = [k for k in e.kinds if k.element == course.element and k.kind == own]
     best = best_of([course, *courses])
@@ -44,7 +45,7 @@ def _outdone(course: Scored, law: Scored, e: Evidence, t: Thresholds) -> bool:
     return any(best.score.behind(k.score) > t.z for k in forms)
 
 
-OUTDONE = "near it, but another form of the law explains more than any course in time: {}"
+OUTDONE = "a freer form of a law near it explains more than any course in time: {}"
 
 
 ONCE = 1.1

@@ -23,15 +23,14 @@ from identification.estimation.methods import METHODS
 from identification.estimation.single_record import Fit
 from identification.study.admission import distinct_names
 from identification.study.factors import drives
+from identification.study.free_parameters import idle
 from identification.study.joined import between_samples, picked
-from identification.study.problem import Data, Problem
+from identification.study.problem import Data, Problem, require_channels
 from identification.study.residual import windows
 from identification.study.scaled import Free
 from identification.study.specification import Vary
 from identification.study.study import ESTIMATED, Study
-from identification.study.turns import (
-    turning_graph,
-)
+from identification.study.turns import turning_graph
 from identification.study.usual_split import usual_splits
 
 Given = Any
@@ -118,9 +117,10 @@ class Asked:
         old = self.study.graph.parameters
         new = [Vary(n) for n, p in graph.parameters.items() if n not in old and not p.fixed]
         begun, steps = self.study.starting(values), self.study.n_sub and last.problem.n_sub
+        kept = [v for v in begun.free if v.name in graph.parameters and v.name not in idle(graph)]
         moving = replace(begun.nuisances, commands=last.problem.source_offsets)
         return begun.changed(
-            graph=graph, hold=hold, n_sub=steps, free=(*begun.free, *new), nuisances=moving
+            graph=graph, hold=hold, n_sub=steps, free=(*kept, *new), nuisances=moving
         )
 
     def again(self, last: Fit) -> Study:
@@ -185,7 +185,10 @@ def asked_of(
         if recordings is None:
             raise UnusableInput(f"{asked.name}: there is no recording to diagnose; give one")
         given, divided = _opened(asked, recordings, map or {})
-        study = Study(asked, _of_one_kind(asked, given), hold=hold or ESTIMATED)
+        alike = _of_one_kind(asked, given)
+        for r in alike:
+            require_channels(asked, r)
+        study = Study(asked, alike, hold=hold or ESTIMATED)
         return asked_of(study, None, split or divided, hold, noise)
     if recordings is not None:
         raise UnusableInput(

@@ -90,14 +90,19 @@ def revived(result: Fit) -> Fit:
     base, lost = result.problem, _lost(result)
     if not lost:
         return result
-    kept = {n: v for n, v in result.values.items() if n in base.graph.parameters and n not in lost}
-    found = prompt = fit(replace(base, starts=kept, lags=False), max_iterations=LONG)
-    if base.lags and prompt.status is not FitStatus.BROKEN:
-        ended = {n: v for n, v in prompt.values.items() if n in base.graph.parameters}
-        found = fit(replace(base, starts=ended), max_iterations=LONG)
-    if found.status is FitStatus.BROKEN:
+    own = {n: v for n, v in result.values.items() if n in base.graph.parameters}
+    kept = {n: v for n, v in own.items() if n not in lost}
+    try:
+        found = fit(replace(base, starts=kept, lags=False), max_iterations=LONG)
+        if base.lags and found.status is not FitStatus.BROKEN:
+            found = fit(
+                replace(base, starts={n: found.values[n] for n in own}), max_iterations=LONG
+            )
+        if found.status is FitStatus.BROKEN:
+            return result
+        found = _fine(_rebased(base, found))
+    except (BondsightError, np.linalg.LinAlgError, ValueError):
         return result
-    found = _fine(_rebased(base, found))
     rows = int(base.data.mask("train").sum()) * len(base.data.names)
     gained = rows * (result.cost - found.cost)
     return found if gained > max(1.0, found.cost) else result
@@ -114,7 +119,7 @@ def _lost(result: Fit) -> set[str]:
     starts = {f.parameter.name: f.start for f in result.problem.free if f.log}
     return {
         e.name for e in result.estimates
-        if e.name in starts and abs(np.log(e.value / starts[e.name])) > np.log(FAR)
+        if e.name in starts and not 1.0 / FAR <= e.value / starts[e.name] <= FAR
         and not e.ci95[1] < np.exp(4.0) * e.ci95[0]
     }  # fmt: skip
 

@@ -7,8 +7,10 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from bondgraph import BondGraph, C, De, I, One, R, Se, Sf, Zero
+from bondgraph.equations.derivation import equations
 from bondgraph.graph.sensors import Df
 from bondgraph.laws import Magnet, Radiation, SaturatingInductance
+from bondgraph.laws.radiating_level import radiating_level
 from bondgraph.support.ops import NUMPY
 from tests.settled import simulate
 
@@ -89,3 +91,24 @@ def test_a_saturating_coil_takes_in_what_it_gives_back() -> None:
     work = np.sum(0.5 * (u[1:] * run["i"][1:] + u[:-1] * run["i"][:-1])) * 1e-4
     assert run["i"].max() == pytest.approx(-run["i"].min(), rel=1e-2)
     assert abs(work) < 1e-3 * 5.0 * float(np.abs(run["i"]).max()) * t[-1]
+
+
+def test_radiation_is_linearised_at_once() -> None:
+    """Its steps unrolled were an expression that SymPy did not get to the end of."""
+    with BondGraph("heater") as g:
+        body = Zero("body")
+        Sf("P", unit="W") >> body >> C("C_h", 100.0, unit="J/K")
+        body >> R("R_h", 8.0, unit="K/W", law=Radiation(0.7, 293.15, "R_h", 8.0))
+        body >> De("T", unit="K")
+    model = equations(g)
+    numbers = {n: p.value for n, p in model.parameters.items()}
+    a = model.linearise().numbers(numbers)[0]
+    assert a[0, 0] == pytest.approx(-1.0 / 800.0)
+
+
+@pytest.mark.parametrize("share", [0.2, 0.7, 1.0])
+def test_its_symbolic_level_is_that_of_the_steps(share: float) -> None:
+    w = np.array([-0.2, -0.05, 0.0, 0.1, 0.4])
+    told = [float(radiating_level(float(x), share).evalf()) for x in w]
+    heat = [(1 - share) * v + 0.25 * share * ((1 + v) ** 4 - 1) for v in told]
+    assert heat == pytest.approx(w.tolist(), abs=1e-12)

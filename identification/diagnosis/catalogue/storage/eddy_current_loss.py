@@ -72,8 +72,8 @@ class EddyCurrentLoss(Effect):
         a, t = (symbol(p.name, positive=True) for p in (amount, time))
         inductance, node = a * scene.graph.coefficient(element), Zero(f"field_{name}")
         g = g.with_branch(loop.name, [node])
-        g = g.with_branch(node.name, [I(f"I_eddy_{name}", inductance)])
-        g = g.with_branch(node.name, [R(f"R_eddy_{name}", inductance / t)])
+        g = g.with_branch(node.name, [I(f"I_eddy_{name}", inductance, unit="H")])
+        g = g.with_branch(node.name, [R(f"R_eddy_{name}", inductance / t, unit="ohm")])
         starts = ({amount.name: weight, time.name: tau}, {amount.name: 0.3, time.name: tau})
         return self.inserted(element, g, starts, (amount.name,))
 
