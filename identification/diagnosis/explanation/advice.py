@@ -32,7 +32,8 @@ def _surroundings(d: Diagnosis) -> Iterator[str]:
     steps = d.findings if d.findings or d.decision is None else (d.decision,)
     pushed = [
         t.element for s in steps for t in s.possible
-        if t.effect == ExternalDisturbance.name and _warm(d.graph[t.element])
+        if t.effect == ExternalDisturbance.name
+        and t.element in d.graph.elements and _warm(d.graph[t.element])
     ]  # fmt: skip
     known = any(has_unit(s, ("K",)) for s in d.graph.of_type(Se) if s.name in d.recording.channels)
     if pushed and not known:

@@ -110,9 +110,10 @@ def hold_margin(result: Fit, holds: Collection[str]) -> str:
 def _as_well(other: Fit, result: Fit) -> str:
     """Say what another behaviour that predicts as well needs, or else what it would change."""
     if late_sensors(other) > late_sensors(result) + UNSURE:
-        late = max(
-            (e for e in other.nuisances if e.name.startswith("delay ")), key=lambda e: abs(e.value)
-        )
+        delays = (e for e in other.nuisances if e.name.startswith("delay "))
+        late = max(delays, key=lambda e: abs(e.value), default=None)
+        if late is None:
+            return ""
         return f", but only with {late.name} = {quantity(late.value, late.unit)}"
     moved = beyond(result.estimates, other.estimates)
     return f"; with it {moved}" if moved else ""

@@ -93,7 +93,7 @@ def planes(d: Diagnosis, share: float = 1.0) -> dict[str, Any]:
             found[name] = turned_plane(d, name, past, added, known, at, turning)
             continue
         free = _imitated(scene, probed, basis, known, name)
-        points = (data.time[known], (past.output + added)[known])
+        points = (data.time[known], past.argument[known], (past.output + added)[known])
         found[name] = _plane(d, name, past, added, at, points, free, line)
     return {"time": packed(data.time[at], "<f8"), "of": found}
 
@@ -134,7 +134,7 @@ def _plane(
     past: PortHistory,
     added: Array,
     at: Array,
-    points: tuple[Array, Array],
+    points: tuple[Array, Array, Array],
     free: tuple[int, ...],
     most: int,
 ) -> dict[str, Any]:
@@ -189,7 +189,7 @@ def _flux_plane(
     straight = _inertance(past) * flow
     more = cumulative_trapezoid(np.where(known, added, 0.0), dx=past.dt, initial=0.0)
     momentum = straight + more - np.polyval(np.polyfit(time[known], more[known], 1), time)
-    laws = _laws(d, name, (d.data.time[known], momentum[known]), (0, 1), most)
+    laws = _laws(d, name, (d.data.time[known], flow[known], momentum[known]), (0, 1), most)
     fx, ux = axis_scale(v.momentum_unit, float(np.nanmax(np.abs(momentum))))
     fy, uy = axis_scale(v.flow_unit, float(np.nanmax(np.abs(flow))))
     line = _stretch(at.size, most)
@@ -237,11 +237,13 @@ def _flow(graph: BondGraph, name: str, past: PortHistory) -> Array:
 
 
 def _laws(
-    d: Diagnosis, name: str, points: tuple[Array, Array], free: tuple[int, ...], most: int
+    d: Diagnosis, name: str, points: tuple[Array, Array, Array], free: tuple[int, ...], most: int
 ) -> list[tuple[str, bool, Array, Array]]:
     """Laws fitted at an element, those that are still in the set switched on.
 
-    Less the part by the `free` powers of the argument that the `points` (time, output) leave open.
+    Less the part by the `free` powers of the argument that the `points` (time, argument, output)
+    leave open; where both are, the argument has the level and the scale of the points: the fit of
+    the law has its own, and neither is known.
     """
     found: list[tuple[str, bool, Array, Array]] = []
     inside = {t.label for s in d.steps for t in (*s.possible, *s.same_place)}
@@ -256,10 +258,14 @@ def _laws(
         argument, output = run.argument, run.slope * run.argument + run.deviation
         if isinstance(d.graph[name], I):  # told as the momentum over the flow
             argument, output = output, argument
+        if free == (0, 1):
+            there = np.interp(run.time, *points[:2])
+            line = np.column_stack([np.ones(argument.size), argument / np.abs(argument).max()])
+            argument = line @ np.linalg.lstsq(line, there, rcond=None)[0]
         if free:
             powers = argument[:, None] ** np.array(free)
             powers = powers / (np.abs(powers).max(axis=0) + 1e-300)
-            missing = np.interp(run.time, *points) - output
+            missing = np.interp(run.time, points[0], points[2]) - output
             output = output + powers @ np.linalg.lstsq(powers, missing, rcond=None)[0]
         one = not many_valued(run)
         order = np.argsort(argument, kind="stable") if one else np.arange(argument.size)

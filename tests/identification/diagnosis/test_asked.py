@@ -317,3 +317,11 @@ def test_recordings_that_train_and_are_held_out_keep_one_state_each() -> None:
     assert d.kind in ("explained", "parameters_only")
     assert d.nominal is not None
     assert d.nominal.chi2("train") == pytest.approx(d.nominal.cost, rel=1e-6)
+
+
+def test_a_missing_channel_is_asked_for_as_a_diagnosis_takes_it() -> None:
+    """A study may be told that an input is silent; a diagnosis of a graph may not."""
+    other = Recording.from_arrays("run", {"volts[V]": np.ones(9), "x[m]": np.ones(9)}, fs=10.0)
+    with pytest.raises(UnusableInput, match=r"map=\{'F'") as said:
+        diagnose(spring(), other)
+    assert "silent" not in str(said.value)

@@ -76,7 +76,10 @@ def test_slow_noise_that_is_given_is_no_finding(seed: int) -> None:
 
 
 def test_beside_slow_noise_friction_is_found() -> None:
-    assert slowly(4, dry=0.02).kind in ("missing_physics", "unknown_physics")
+    d = slowly(4, dry=0.02)
+    assert d.kind == "missing_physics"
+    assert d.findings[0].chosen is not None
+    assert (d.findings[0].chosen.element, d.findings[0].physics) == ("d", "dissipative")
 
 
 def test_what_is_given_is_used_and_counts_as_measured() -> None:

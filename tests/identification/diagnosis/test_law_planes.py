@@ -7,6 +7,7 @@ from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
+import pytest
 
 from bondgraph import MTF, BondGraph, C, Df, Dq, I, One, R, Se
 from bondgraph.graph.modulation import displacement
@@ -14,8 +15,9 @@ from bondgraph.laws import Law, Polynomial, SaturatingInductance
 from bondgraph.signals.recording import Recording, Split
 from bondgraph.support.arrays import Array
 from identification.diagnosis.diagnose import Diagnosis
-from identification.diagnosis.report.law import law_ports, path
+from identification.diagnosis.report.law import LawPath, law_ports, path
 from identification.diagnosis.screening.observation import scene
+from identification.diagnosis.studio import law_plane
 from identification.diagnosis.studio.law_plane import planes
 from identification.estimation.single_record import Fit, fit
 from identification.study.problem import Data, Problem
@@ -100,3 +102,20 @@ def test_iron_that_saturates_bends_current_over_flux_linkage() -> None:
     at = np.interp(current, i, flux)
     straight = np.polyval(np.polyfit(current, at, 1), current)
     assert np.std(psi - at) < 0.2 * np.std(at - straight)
+
+
+def test_a_law_lies_on_points_whose_level_and_scale_nobody_knows(monkeypatch: Any) -> None:
+    """The fit of the law has a charge of its own: its loop hung far below the points."""
+    q = np.sin(2 * np.pi * 0.7 * T) + 0.5 * np.sin(2 * np.pi * 2.3 * T)
+    points = (T, q, 30.0 * q + 0.2 * q**3)
+    own = 0.3 + 1.2 * q  # as another resistance and another initial state make it
+    run = LawPath(T, own, 0.2 * q**3 + 7.0, 25.0, "C", "V", "charge", "voltage")
+    monkeypatch.setattr(law_plane, "path", lambda trial: run)
+    trial: Any = SimpleNamespace(
+        element="C", test=1.0, label="hysteresis at C", effect="hysteresis"
+    )
+    d: Any = SimpleNamespace(
+        steps=[SimpleNamespace(possible=(trial,), same_place=())], trials=(), graph={"C": None}
+    )
+    ((_, _, x, y),) = law_plane._laws(d, "C", points, (0, 1), 10**6)
+    assert np.interp(x, np.sort(q), points[2][np.argsort(q)]) == pytest.approx(y, abs=1e-6)

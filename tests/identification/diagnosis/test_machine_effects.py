@@ -8,6 +8,7 @@ import pytest
 from bondgraph import GY, BondGraph, C, De, Df, Dq, I, One, R, Se, Sf, Zero
 from bondgraph.laws import Law, Radiation, SaturatingInductance
 from bondgraph.signals.recording import Recording
+from identification.diagnosis.catalogue import CATALOGUE, by_name
 from identification.diagnosis.catalogue.effect import Hint
 from identification.diagnosis.catalogue.flow.nonlinear_resistance import NonlinearResistanceEffect
 from identification.diagnosis.catalogue.restoring.nonlinear_stiffness import NonlinearStiffness
@@ -227,3 +228,19 @@ def test_coils_are_inductors_only() -> None:
         Se("F", unit="N") >> body >> I("m", 1.0, unit="kg")
     assert not NonlinearStiffness().places(g)
     assert [e.name for e in NonlinearStiffness().places(coil())] == ["L"]
+
+
+def test_the_branch_of_eddy_currents_is_electrical_to_what_comes_after() -> None:
+    """Without units a next round would have looked for friction in it."""
+    seen = scene("coil")
+    declared = seen.graph
+    made = by_name("eddy_current_loss").insert(seen, declared["L"]).graph
+    new = made.elements.keys() - declared.elements.keys()
+    there = [made[n] for n in new]
+    mechanical = [
+        c.name for c in CATALOGUE
+        if c.family == "friction" or c.name == "added_mode"
+        for e in c.places(made) if e in there
+    ]  # fmt: skip
+    assert {"I_eddy_L", "R_eddy_L"} <= new
+    assert mechanical == []

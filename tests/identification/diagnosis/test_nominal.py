@@ -14,6 +14,7 @@ from bondgraph.signals.recording import Recording
 from bondgraph.signals.split import interleaved
 from identification.diagnosis.localisation.regions import regions
 from identification.diagnosis.screening.observation import scene
+from identification.diagnosis.search import nominal
 from identification.diagnosis.search.asked import asked_of
 from identification.diagnosis.search.hold_choice import hold_margin
 from identification.diagnosis.search.material import material_of
@@ -199,3 +200,14 @@ def test_a_damper_that_vanished_behind_delays_of_the_sensors_comes_back() -> Non
     ends = {e.name: e.ci95 for e in made.estimates}
     assert made.values["c"] > 150.0
     assert all(ends[n][0] < truth.parameters[n].value < ends[n][1] for n in ("J", "b_J", "m", "c"))
+
+
+def test_a_retry_that_fails_leaves_the_fit_as_it_was(monkeypatch: pytest.MonkeyPatch) -> None:
+    made = fitted(0.0)
+
+    def broken(*_: object, **__: object) -> Fit:
+        raise np.linalg.LinAlgError("derivatives are not finite where the fit ended")
+
+    monkeypatch.setattr(nominal, "_lost", lambda result: {"d"})
+    monkeypatch.setattr(nominal, "fit", broken)
+    assert nominal.revived(made) is made

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy.signal import lfilter
 
 from bondgraph.support.errors import UnknownName, UnusableInput
-from identification.statistics.blocks import block_rows, block_scores, blocks_for
+from identification.statistics.blocks import block_rows, block_scores, blocks_for, sandwich
 from identification.uncertainty.information import Sensitivities, information
 
 
@@ -166,3 +166,11 @@ def test_bad_shapes_and_names_are_said() -> None:
         Sensitivities(("a", "b"), np.ones(2), np.array([[1.0, np.nan]]))
     with pytest.raises(UnknownName, match="no free parameter"):
         information(Sensitivities(("a",), np.ones(1), np.ones((3, 1)))).interval("did_not")
+
+
+def test_what_only_a_prior_tells_keeps_the_error_of_the_prior() -> None:
+    """Student's factor is for the few blocks, of which a prior has none."""
+    j = np.column_stack([np.random.default_rng(5).standard_normal(400), np.zeros(400)])
+    residual, prior = np.random.default_rng(6).standard_normal(400), np.array([0.0, 4.0])
+    inverse = np.diag(1.0 / (np.sum(j**2, axis=0) + prior))
+    assert sandwich(j, residual, inverse, prior)[1, 1] == pytest.approx(0.25)
