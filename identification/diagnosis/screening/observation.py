@@ -52,7 +52,10 @@ def scene_of(
         moved = None
         if not isinstance(graph[e], C):
             moved = moved_by(flow, data.dt)
-        past[e] = PortHistory(first, second, data.dt, moved, _primary_moves(graph, graph[e]))
+        past[e] = PortHistory(
+            first, second, data.dt, moved, _primary_moves(graph, graph[e]),
+            recorded=_recorded(problem, graph[e]),
+        )  # fmt: skip
     for s in graph.of_type(Source):
         if s.name in data.commands:
             given = behind_gain(nominal, s)
@@ -63,6 +66,22 @@ def scene_of(
     residual = np.where(np.isfinite(nominal.simulated), data.readings - nominal.simulated, 0.0)
     scored = data.mask("train") | data.mask("test")
     return FittedModel(graph, data, nominal, residual * scored[:, None], past)
+
+
+def _recorded(problem: Problem, element: Element) -> Array | None:
+    """Return the displacement that a sensor at the junction of an element recorded, shape (N,)."""
+    graph, data = problem.graph, problem.data
+    if not isinstance(element, I | R) or not isinstance(at := _junction(graph, element), One):
+        return None
+    for s in graph.of_type(Dq):
+        plain = s.gain is None and s.name in data.names
+        if plain and _junction(graph, s) is at:
+            return data.readings[:, data.names.index(s.name)]
+    return None
+
+
+def _junction(graph: BondGraph, element: Element) -> Element:
+    return graph[graph.neighbour(element.name)]
 
 
 def behind_gain(made: Fit, s: Source) -> Array:

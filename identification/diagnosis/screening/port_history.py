@@ -36,6 +36,9 @@ class PortHistory:
     primary_moves : bool
         Of a two-port: whether its primary side is the one that moves, and the other carries a
         current, if any.
+    recorded : ndarray, shape (N,), SI, or None
+        The same displacement, but for a constant, as a sensor at this junction recorded it: where
+        it went, whatever the fit made of that.
     added : ndarray, shape (N,), or None
         What must have been added there, up to a factor and beside other values of the elements
         there, where it is known that nothing is missing elsewhere.
@@ -47,6 +50,7 @@ class PortHistory:
     moved: Array | None = None
     primary_moves: bool = True
     added: Array | None = None
+    recorded: Array | None = None
 
     @property
     def n(self) -> int:

@@ -29,6 +29,7 @@ from identification.diagnosis.search.beginnings import (
     tells_early,
 )
 from identification.diagnosis.search.hold_choice import with_best_hold
+from identification.diagnosis.search.nominal import GOOD, to_its_end
 from identification.diagnosis.search.windowed import through_windows
 from identification.estimation.levenberg_marquardt import FitStatus
 from identification.estimation.single_record import Fit, fit, judge
@@ -421,6 +422,32 @@ def finish(trial: Candidate, iterations: int, holds: Sequence[str] = tuple(HOLDS
     best = with_best_hold(result, iterations, holds)
     better = best.cost <= trial.fit.cost * 1.001
     return trial_of(trial.insertion, trial.home, best) if better else trial
+
+
+def to_their_ends(trials: Sequence[Candidate], options: DiagnosisOptions) -> list[Candidate]:
+    """Go on with the best, and those near it, that ran out of steps while they still came closer.
+
+    What a valley leaves half way is no second effect, and its values are nobody's.
+    """
+    best = min((t.train for t in trials), default=np.inf)
+    going = [
+        t for t in trials
+        if t.fit.status is FitStatus.ITERATIONS and t.train < NEAR * best and t.train > GOOD
+    ]  # fmt: skip
+    work = (delayed(alone)(_on, t) for t in going)
+    made = dict(zip((t.label for t in going), Parallel(n_jobs=options.jobs)(work), strict=True))
+    return [made.get(t.label, t) for t in trials]
+
+
+NEAR = 1.5
+"""Times the misfit of the best law up to which another one is as likely to be it."""
+
+
+def _on(trial: Candidate) -> Candidate:
+    try:
+        return trial_of(trial.insertion, trial.home, to_its_end(trial.fit))
+    except (BondsightError, np.linalg.LinAlgError, ValueError):
+        return trial
 
 
 def not_worse(trials: Sequence[Candidate], options: DiagnosisOptions) -> list[Candidate]:

@@ -37,6 +37,7 @@ from identification.diagnosis.search.candidates import (
     not_worse,
     rivals_of,
     search,
+    to_their_ends,
 )
 from identification.diagnosis.search.looks import Looks
 from identification.estimation.levenberg_marquardt import FitStatus
@@ -546,7 +547,7 @@ def _finished(
         t for t in trials
         if t.label not in known and _on_its_way(t, first.train) and _like(t, first)
     ]  # fmt: skip
-    done += finished(alike, options)
+    done = to_their_ends([*done, *finished(alike, options)], options)
     rest = [t for t in trials if t.label not in {d.label for d in done}]
     return sorted([*done, *rest], key=lambda t: t.test)
 

@@ -14,7 +14,8 @@ from identification.diagnosis.catalogue.effect import Effect
 from identification.diagnosis.catalogue.site import Site, Values
 from identification.diagnosis.screening.port_history import FittedModel, PortHistory, moved_by
 
-PERIODS = 40
+PERIODS = (40, 360)
+"""Periods of a scan: fewest, and most, where the way is long."""
 SEEN = 2.0
 """Periods that the way must cover before anything can be said to repeat."""
 NOT_MOVING = ("H", "kg/m4", "kg/m^4")
@@ -82,18 +83,21 @@ class PositionPeriodicForce(Effect):
 
 def way_of(past: PortHistory) -> Array:
     """Displacement of an inertia from its start, shape (N,)."""
+    if past.recorded is not None:
+        return past.recorded - past.recorded[0]
     if past.moved is not None:
         return np.asarray(past.moved - past.moved[0])
     return moved_by(past.argument, past.dt)
 
 
-def periods(way: Array, count: int = PERIODS) -> Array:
+def periods(way: Array, fewest: int = PERIODS[0], most: int = PERIODS[1]) -> Array:
     """Periods to try: from one that the samples still resolve to twice the range.
 
-    Neighbours differ by no more than a third of a turn over the range where `count` allows it:
+    Neighbours differ by no more than a third of a turn over the range, as far as `most` reach:
     evenly spaced in one over the period.
     """
     reach = float(np.ptp(way)) or 1.0
     step = float(np.quantile(np.abs(np.diff(way)), 0.95)) if way.size > 1 else reach
-    least = max(4 * step, reach / (count / 3), 1e-9 * reach)
+    least = max(2.5 * step, reach / (most / 3), 1e-9 * reach)
+    count = int(np.clip(np.ceil(3 * reach / least), fewest, most))
     return np.asarray(1.0 / np.linspace(1 / (2 * reach), max(1 / least, 1 / reach), count))
