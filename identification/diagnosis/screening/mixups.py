@@ -22,6 +22,7 @@ from bondgraph.signals.recording import Split
 from bondgraph.signals.units import parse_unit
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import BondsightError
+from identification.diagnosis.screening.carried import MOVED, SEVERAL, far_off
 from identification.diagnosis.screening.forgotten_unit import Suspect, sharing_a_unit, suspects
 from identification.diagnosis.screening.undoing import (
     FACTORS,
@@ -76,10 +77,6 @@ FAR_OFF = 5.0
 """Factor from which units that are no power of ten are looked for."""
 FAR = 2.0
 """Ratio of measured to declared size from which other units are tried: declared values are off."""
-MOVED = 30.0
-"""Ratio of a fitted to a declared value that no data sheet is wrong by."""
-SEVERAL = 3
-"""Parameters moved so far that together they tell of a unit rather than of their values."""
 FIRST, TOGETHER = "check the unit", "all values are fitted"
 """How sentences on units begin."""
 DEAF = 0.1
@@ -167,17 +164,6 @@ def moved(
 
 def _unit(unit: str) -> str:
     return f" {unit}" if unit not in ("", "1") else ""
-
-
-def far_off(last: Fit, declared: Mapping[str, Parameter]) -> dict[str, float]:
-    """Return the ratios of fitted to declared values that no data sheet is wrong by."""
-    found = {}
-    for e in last.estimates:
-        start = declared[e.name].value if e.name in declared else 0.0
-        ratio = e.value / start if start else 1.0
-        if ratio > 0 and not 1 / MOVED < ratio < MOVED:
-            found[e.name] = ratio
-    return found
 
 
 def times(ratios: Mapping[str, float]) -> str:

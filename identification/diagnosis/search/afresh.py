@@ -24,20 +24,10 @@ from identification.estimation.holds import possible
 from identification.estimation.single_record import Fit, fit
 from identification.estimation.sub_steps import settled_fit
 
-BENT = 3.0
-"""Times a declared value from which a fitted one rather does the work of a law that is missing."""
 AFRESH = 2
 """Laws that are fitted afresh."""
 VALLEY = 0.1
 """Part of a law's misfit that a fit afresh has to stay below: it is another valley, or nothing."""
-
-
-def bent(nominal: Fit) -> bool:
-    """Whether a fit ended at a bound, or far from a value that is declared."""
-    declared = {n: p.value for n, p in nominal.problem.graph.parameters.items()}
-    ratios = [e.value / declared[e.name] for e in nominal.estimates if declared.get(e.name)]
-    far = any(r > 0.0 and not 1 / BENT < r < BENT for r in ratios)
-    return far or any(e.at_bound for e in nominal.estimates)
 
 
 def begun_afresh(trials: Sequence[Candidate], options: DiagnosisOptions) -> list[Candidate]:

@@ -19,6 +19,7 @@ from bondgraph.support.spelled import spelled
 from identification.diagnosis.catalogue import CATALOGUE, UNNAMED, Effect, Insertion
 from identification.diagnosis.catalogue.measurement.sensor_gain import SensorGainEffect
 from identification.diagnosis.evidence.replication import added, scatter
+from identification.diagnosis.screening.carried import FAR, astray
 from identification.diagnosis.screening.port_history import FittedModel
 from identification.diagnosis.screening.score_test import Screened
 from identification.diagnosis.search.beginnings import (
@@ -346,8 +347,8 @@ def attempt(
             short.append(begun_from(candidate, point or start_point(candidate), FIRST))
             if point is not None and sound(short[-1]):
                 break  # the others only where it runs away on the rest of the record
-            # windows forgive a start: one way through them is enough
-            if number == 0 and (problem.source_offsets or lost):
+            # windows forgive a start: one way through them is enough, if that start is any good
+            if lost or (number == 0 and problem.source_offsets):
                 again = through_windows(candidate, 3 * FIRST)
                 short.append(fit(again, max_iterations=FIRST, judged=False))
         except (BondsightError, np.linalg.LinAlgError, ValueError):
@@ -356,23 +357,6 @@ def attempt(
     if not short:
         return insertion.label, None
     return insertion.label, trial_of(insertion, home, judge(min(short, key=lambda r: r.cost)))
-
-
-def astray(nominal: Fit) -> bool:
-    """Whether a fit misses most of what moves in a reading: its own course says little."""
-    inside = nominal.problem.data.mask("train")
-    moves = np.std(nominal.problem.data.readings[inside], axis=0)
-    missed = np.sqrt(np.mean(nominal.residuals("train") ** 2, axis=0))
-    clear = missed > CLEAR * nominal.problem.data.floor
-    return bool((clear & (missed > LOST * moves)).any())
-
-
-CLEAR = 5.0
-"""Times the noise above which a misfit is no weak reading's noise."""
-LOST = 0.5
-"""Part of a reading's standard deviation that a fit misses which does not follow it."""
-FAR = 10.0
-"""Nominal misfit from which its parameter values mean little."""
 
 
 def go_on(trial: Candidate, iterations: int) -> tuple[str, Candidate | None]:

@@ -22,15 +22,14 @@ from identification.diagnosis.evidence.remaining import remaining
 from identification.diagnosis.evidence.shares import explained
 from identification.diagnosis.localisation.blind_relations import BlindRelation
 from identification.diagnosis.localisation.structural_classes import Isolability
+from identification.diagnosis.screening.carried import FAR, astray, bent, carried_away
 from identification.diagnosis.screening.port_history import FittedModel
 from identification.diagnosis.screening.score_test import Screened
-from identification.diagnosis.search.afresh import begun_afresh, bent
+from identification.diagnosis.search.afresh import begun_afresh
 from identification.diagnosis.search.base import Base
 from identification.diagnosis.search.candidates import (
-    FAR,
     Candidate,
     DiagnosisOptions,
-    astray,
     finished,
     fitted,
     fitted_insertions,
@@ -108,7 +107,8 @@ def searched(base: Base, task: SearchTask, number: int, named: tuple[str, ...] =
     if not (kinds and _hopeful(plain, kinds[0], limits)) and before.is_noise(limits.noise):
         quiet = replace(evidence, kinds=())
         return Searched(base, number, seen, ranked, options, quiet, quiet=True)
-    where = done.where(base.fit, task.classes) if number == 0 else ()
+    asked = number == 0 and not carried_away(base.fit)
+    where = done.where(base.fit, task.classes) if asked else ()
     if where:
         ranked = [s for s in ranked if s.element.name in where]
         kinds = [k for k in kinds if k.element in where]

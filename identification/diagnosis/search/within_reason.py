@@ -12,7 +12,8 @@ from dataclasses import replace
 from bondgraph.graph.parameter import Parameter
 from identification.diagnosis.evidence.answer import Decision
 from identification.diagnosis.explanation.notes import taken_over
-from identification.diagnosis.screening.mixups import SEVERAL, far_off, times
+from identification.diagnosis.screening.carried import SEVERAL, far_off
+from identification.diagnosis.screening.mixups import times
 from identification.diagnosis.search.candidates import Candidate
 
 

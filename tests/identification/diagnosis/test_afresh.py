@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from identification.diagnosis.search.afresh import bent
+from identification.diagnosis.screening.carried import bent
 from tests.spring import spring
 
 

@@ -10,7 +10,8 @@ import pytest
 from bondgraph import BondGraph, Df, I, One, R, Se
 from bondgraph.signals.recording import Recording
 from identification.diagnosis.diagnose import diagnose
-from identification.diagnosis.search.candidates import DiagnosisOptions, astray
+from identification.diagnosis.screening.carried import astray
+from identification.diagnosis.search.candidates import DiagnosisOptions
 from identification.diagnosis.search.one_step import in_turn
 
 pytestmark = pytest.mark.slow
