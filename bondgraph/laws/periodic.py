@@ -49,6 +49,7 @@ class Periodic(Law):
         "period": "way after which it repeats",
     }
     energy: ClassVar[str] = "stores"
+    own_origin: ClassVar[bool] = True
 
     def parameters(self, element: str) -> tuple[Parameter, ...]:
         """Sine and cosine amplitude, period."""

@@ -25,6 +25,7 @@ from bondgraph.support.errors import UnusableInput, unknown_name
 from identification.study.channel_names import left_in, renamed, rivals_for, unread
 from identification.study.engine import Engine, engine_of
 from identification.study.factors import drives, with_gains
+from identification.study.origins import own_origins
 from identification.study.priors import Prior
 from identification.study.scaled import Free, free_parameter
 
@@ -359,9 +360,16 @@ class Problem:
         if self.initial == "rest":
             return np.arange(0)
         if self.initial == "free":
-            return np.arange(self.engine.n_x)
+            return np.setdiff1d(np.arange(self.engine.n_x), self._at_will)
         names = self.engine.state_names
         return np.array([i for i, n in enumerate(names) if n in self.initial], int)
+
+    @property
+    def _at_will(self) -> tuple[int, ...]:
+        """Positions of states that stay where they begin: nothing tells where that is."""
+        in_one = self.window is None and not self.data.breaks
+        lure = self.engine.lure
+        return own_origins(lure) if in_one and self.offsets and lure is not None else ()
 
     @cached_property
     def with_chain(self) -> BondGraph:

@@ -347,9 +347,9 @@ def attempt(
             short.append(begun_from(candidate, point or start_point(candidate), FIRST))
             if point is not None and sound(short[-1]):
                 break  # the others only where it runs away on the rest of the record
-            # windows forgive a start: one way through them is enough, if that start is any good
-            if lost or (number == 0 and problem.source_offsets):
-                again = through_windows(candidate, 3 * FIRST)
+            # windows forgive a start: of each kind of values one way through them is enough
+            if lost or (problem.source_offsets and number in (0, len(begun) - 1)):
+                again = through_windows(candidate, 3 * FIRST, insertion.strengths)
                 short.append(fit(again, max_iterations=FIRST, judged=False))
         except (BondsightError, np.linalg.LinAlgError, ValueError):
             continue

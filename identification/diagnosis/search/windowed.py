@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import replace
 
 from identification.estimation.levenberg_marquardt import FitStatus
@@ -9,10 +10,12 @@ from identification.estimation.single_record import fit
 from identification.study.problem import Problem
 
 
-def through_windows(problem: Problem, iterations: int) -> Problem:
+def through_windows(problem: Problem, iterations: int, strengths: Collection[str] = ()) -> Problem:
     """Return the problem with start values fitted on windows; itself where that leads nowhere.
 
-    On windows an error of the start does not add up; judged is the whole record.
+    On windows an error of the start does not add up; judged is the whole record. Where the windows
+    begin is asked of the model without a law first, whose `strengths` are zero: a law along the way
+    has to know which part of the way.
     """
     if problem.data.breaks:
         return problem
@@ -22,6 +25,8 @@ def through_windows(problem: Problem, iterations: int) -> Problem:
         clock=0.0, fixed=(*problem.fixed, *problem.skews),  # clocks reach over the edges
     )  # fmt: skip
     first = bool(problem.data.mask("train")[0])  # then nobody asks where held-out windows begin
+    if strengths:
+        short = _placed(short, strengths)
     begun = fit(short, max_iterations=iterations, judged=not first)
     if begun.status is FitStatus.BROKEN:
         return problem
@@ -29,3 +34,18 @@ def through_windows(problem: Problem, iterations: int) -> Problem:
     known = {n: begun.point.states[:1, i] for i, n in enumerate(names)}
     values = {k: v for k, v in begun.values.items() if k in problem.engine.parameters}
     return replace(problem, starts={**problem.starts, **values}, known_states=known)
+
+
+def _placed(short: Problem, strengths: Collection[str]) -> Problem:
+    """Return the problem with windows that begin where the readings are."""
+    weak = {**short.starts, **dict.fromkeys(strengths, 0.0)}
+    plain = replace(short, starts=weak, fixed=tuple(short.graph.parameters))
+    found = fit(plain, max_iterations=FEW, judged=False)
+    if found.status is FitStatus.BROKEN:
+        return short
+    names = plain.engine.state_names
+    return replace(short, known_states={n: found.point.states[:, i] for i, n in enumerate(names)})
+
+
+FEW = 6
+"""Steps that find where windows begin: one where the model is linear."""
