@@ -29,6 +29,10 @@ class Variables:
 GENERIC = Variables("displacement", "", "flow", "", "effort", "", "momentum", "")
 
 
+MOVES = ("position", "angle", GENERIC.displacement)
+"""Displacements that an element itself has; of all else something passes through it."""
+
+
 def variables_of(element: Element) -> Variables:
     """Read the domain of a storage, resistor or inertia from the unit of its parameter.
 
@@ -55,16 +59,16 @@ def restoring_words(element: Element) -> str:
     --------
     >>> restoring_words(I("L", 1e-3, unit="H"))
     'a current that depends on the flux linkage'
+    >>> restoring_words(I("J", 1e-3, unit="kg*m2"))
+    'a torque that depends on the angle'
     """
     v = variables_of(element)
     if v is GENERIC or v == _variables(DOMAINS["translation"]):
         return "a force that depends on the displacement"
-    bent, on = (v.flow, v.momentum) if isinstance(element, I) else (v.effort, v.displacement)
+    # what moves has a place that a force may depend on; its mass is seldom bent
+    bends = isinstance(element, I) and v.displacement not in MOVES
+    bent, on = (v.flow, v.momentum) if bends else (v.effort, v.displacement)
     return f"{'an' if bent[0] in 'aeiou' else 'a'} {bent} that depends on the {on}"
-
-
-MOVES = ("position", "angle", GENERIC.displacement)
-"""Displacements that an element itself has; of all else something passes through it."""
 
 
 def displacement_words(element: Element) -> str:
