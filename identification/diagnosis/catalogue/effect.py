@@ -94,11 +94,15 @@ class Signature:
     shape : dict of str to float
         The shape parameters these columns were made with (a width, a time constant); given back
         to `Effect.insert` as part of the hint.
+    course : str
+        The course that the columns follow where there are several: the best signature along each
+        is fitted.
     """
 
     columns: Array
     flow: Array | None = None
     shape: Mapping[str, float] | None = None
+    course: str = ""
 
     @classmethod
     def of(cls, columns: Sequence[Array], **shape: float) -> Signature:

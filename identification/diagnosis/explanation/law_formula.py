@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import pi
+from math import hypot, pi
 from typing import Any
 
 import sympy as sp
@@ -13,7 +13,7 @@ from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import C, Element, I, R, Source
 from bondgraph.graph.parameter import symbol
 from bondgraph.graph.sensors import Sensor
-from bondgraph.laws import Odometer, Tone
+from bondgraph.laws import Odometer, Periodic, Tone
 from bondgraph.laws.law import Law, said_of
 from bondgraph.laws.stepwise import Stepwise
 from bondgraph.support.errors import BondsightError
@@ -23,6 +23,7 @@ from identification.diagnosis.catalogue.places import law_of, modulated_ratio
 from identification.diagnosis.catalogue.words import formula
 from identification.diagnosis.localisation.recording.variables import variables_beside, variables_of
 from identification.diagnosis.search.candidates import Candidate
+from identification.report.numbers import quantity
 
 LONGEST = 420
 """Characters of LaTeX from which an equation says nothing any more."""
@@ -200,8 +201,17 @@ def meaning_of(name: str, trial: Candidate) -> str:
         law = law_of(e)
         if law is not None and any(p.name == name for p in law.parameters(e.name)):
             said = law.meaning(name.removesuffix(f"_{e.name}"))
-            return said + (_flow_into(e, law, name, trial) if isinstance(e, C) else "")
+            flow = _flow_into(e, law, name, trial) if isinstance(e, C) else ""
+            return said + _whole_wave(e, law, name, trial) + flow
     return ""
+
+
+def _whole_wave(e: Element, law: Law, name: str, trial: Candidate) -> str:
+    """Say how large a wave is in all, beside its first part: where it begins divides it in two."""
+    if not isinstance(law, Periodic | Tone) or name != f"a_{e.name}":
+        return ""
+    size = hypot(*(trial.fit.values[f"{part}_{e.name}"] for part in "ab"))
+    return f"; with the cosine, the amplitude of the wave is {quantity(size, law.unit)}"
 
 
 def _flow_into(store: C, law: Law, name: str, trial: Candidate) -> str:

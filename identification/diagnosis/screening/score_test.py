@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from typing import TypeAlias
 
 import numpy as np
 from joblib import Parallel, delayed
@@ -51,6 +52,8 @@ class Screened:
         Standard errors by which the improvement shows in stretches the weights were not fitted on.
     hint : Hint or None
         What the full fit starts from; None for effects without signatures.
+    others : tuple of Hint
+        What it may start from too: the best along other courses.
     latent : ndarray, shape (N,), SI, or None
         The addition at the port that the weights make.
     """
@@ -63,6 +66,12 @@ class Screened:
     z: float
     hint: Hint | None
     latent: Array | None = None
+    others: tuple[Hint, ...] = ()
+
+    @property
+    def hints(self) -> tuple[Hint | None, ...]:
+        """All that the full fit may start from, the best first."""
+        return (self.hint, *self.others)
 
     @property
     def label(self) -> str:
@@ -154,18 +163,27 @@ def _screened(
     home = effect.home(element)
     if not signatures:
         return Screened(effect, element, home, 0.0, 0, 0.0, None)
-    best = _best(onto, probes, element, signatures)
-    if best is None:
+    looks = _best(onto, probes, element, signatures)
+    if not looks:
         return None
-    share, z, signature, weights = best
-    hint, latent = Hint(signature.shape or {}, weights), signature.columns @ weights
-    return Screened(effect, element, home, share, weights.size, z, hint, latent)
+    gain, x, signature, weights = looks[0]
+    share = gain / onto.total if onto.total > 0 else 0.0
+    latent = signature.columns @ weights
+    hint, *more = (Hint(s.shape or {}, w) for _, _, s, w in looks)
+    return Screened(
+        effect, element, home, share, weights.size, votes(onto, x), hint, latent, tuple(more)
+    )
+
+
+_Look: TypeAlias = tuple[float, Array, Signature, Array]
+"""Gain, rows, signature and weights."""
 
 
 def _best(
     onto: Projection, probes: Probes, element: Element, signatures: Sequence[Signature]
-) -> tuple[float, float, Signature, Array] | None:
-    best: tuple[float, Array, Signature, Array] | None = None
+) -> list[_Look]:
+    """Return the best signature along each course, the best of all first."""
+    best: dict[str, _Look] = {}
     for some in _batches(signatures):
         sized = [_sized(s) for s in some]
         if not any(factors.any() for _, factors in sized):
@@ -183,13 +201,10 @@ def _best(
                 continue
             weights = _weights(x, onto.residual)
             gain = _gain(x, onto.residual, weights)
-            if best is None or gain > best[0]:
-                best = gain, x, signature, weights * factors
-    if best is None:
-        return None
-    gain, x, signature, weights = best
-    share = gain / onto.total if onto.total > 0 else 0.0
-    return share, votes(onto, x), signature, weights
+            known = best.get(signature.course)
+            if known is None or gain > known[0]:
+                best[signature.course] = gain, x, signature, weights * factors
+    return sorted(best.values(), key=lambda look: -look[0])
 
 
 def _batches(signatures: Sequence[Signature]) -> Iterator[Sequence[Signature]]:

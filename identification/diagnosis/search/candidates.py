@@ -250,9 +250,20 @@ def fitted(
     """
     made = []
     for s in todo:
-        with suppress(BondsightError):
-            made.append((s.effect.insert(scene, s.element, s.hint), s.home))
-    return fitted_insertions(scene, template, made, options, progress, begin, end, beat)
+        for hint in s.hints:
+            with suppress(BondsightError):
+                made.append((s.effect.insert(scene, s.element, hint), s.home))
+    return each_once(fitted_insertions(scene, template, made, options, progress, begin, end, beat))
+
+
+def each_once(trials: Sequence[Candidate]) -> list[Candidate]:
+    """Return the better fit of every law at every place."""
+    best: dict[tuple[str, str], Candidate] = {}
+    for t in trials:
+        at = (t.effect, t.element)
+        if at not in best or t.train < best[at].train:
+            best[at] = t
+    return list(best.values())
 
 
 def fitted_insertions(

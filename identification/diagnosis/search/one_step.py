@@ -30,6 +30,7 @@ from identification.diagnosis.search.base import Base
 from identification.diagnosis.search.candidates import (
     Candidate,
     DiagnosisOptions,
+    each_once,
     finished,
     fitted,
     fitted_insertions,
@@ -374,16 +375,6 @@ def by_merit(
         and s.hint is not None and s.z > limits.z and not s.effect.costly
     ]  # fmt: skip
     return sorted(left, key=lambda s: -s.z)
-
-
-def each_once(trials: Sequence[Candidate]) -> list[Candidate]:
-    """Return the better fit of every law at every place."""
-    best: dict[tuple[str, str], Candidate] = {}
-    for t in trials:
-        at = (t.effect, t.element)
-        if at not in best or t.train < best[at].train:
-            best[at] = t
-    return list(best.values())
 
 
 def as_good(kinds: Sequence[KindScore], evidence: Evidence) -> bool:

@@ -12,10 +12,12 @@ from bondgraph.signals.split import interleaved
 from bondgraph.support.arrays import FloatArray
 from identification.diagnosis.catalogue.transduction.position_periodic_force import periods
 from identification.diagnosis.diagnose import diagnose
+from identification.diagnosis.explanation.law_formula import meaning_of
 from identification.diagnosis.screening.carried import astray, carried_away
 from identification.diagnosis.screening.observation import scene
 from identification.diagnosis.search.candidates import DiagnosisOptions
 from identification.diagnosis.search.nominal import nominal_fit
+from identification.report.numbers import quantity
 from identification.study.engine import engine_of
 from identification.study.origins import own_origins
 from identification.study.problem import Problem, data_for
@@ -66,6 +68,8 @@ def test_a_wave_over_many_periods_is_named_with_its_amplitude(recorded: Recordin
     known = {e.name: e for e in chosen.fit.estimates}
     size = np.hypot(known["a_ripple_J"].value, known["b_ripple_J"].value)
     assert size == pytest.approx(0.03, rel=0.01)
+    said = f"with the cosine, the amplitude of the wave is {quantity(size, 'N*m')}"
+    assert meaning_of("a_ripple_J", chosen).endswith(said)
     assert known["period_ripple_J"].value == pytest.approx(PERIOD, rel=1e-3)
     for name in ("a_ripple_J", "b_ripple_J"):
         low, high = known[name].ci95

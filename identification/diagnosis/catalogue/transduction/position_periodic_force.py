@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -10,7 +11,7 @@ from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import C, Element, I, One
 from bondgraph.laws import Law, Periodic
 from bondgraph.support.arrays import Array
-from identification.diagnosis.catalogue.effect import Effect
+from identification.diagnosis.catalogue.effect import Effect, Signature
 from identification.diagnosis.catalogue.site import Site, Values
 from identification.diagnosis.screening.port_history import FittedModel, PortHistory, moved_by
 
@@ -57,6 +58,20 @@ class PositionPeriodicForce(Effect):
         past = scene.of(element)
         return Site(scene, element, PortHistory(way_of(past), past.output, past.dt))
 
+    def signatures(self, scene: FittedModel, element: Element) -> tuple[Signature, ...]:
+        """Return columns along the fitted way and along the recorded one, if there is one.
+
+        A free run soon loses a short period; along its own way a bent model says more of long ones.
+        """
+        own, past = super().signatures(scene, element), scene.of(element)
+        if past.recorded is None:
+            return own
+        there = replace(
+            scene, past={**scene.past, element.name: replace(past, moved=past.recorded)}
+        )
+        recorded = super().signatures(there, element)
+        return (*own, *(replace(s, course="recorded") for s in recorded))
+
     def grid(self, at: Site) -> Sequence[Values]:
         """Return the periods of a scan."""
         return [{"period": float(p)} for p in periods(at.past.argument)]
@@ -83,8 +98,6 @@ class PositionPeriodicForce(Effect):
 
 def way_of(past: PortHistory) -> Array:
     """Displacement of an inertia from its start, shape (N,)."""
-    if past.recorded is not None:
-        return past.recorded - past.recorded[0]
     if past.moved is not None:
         return np.asarray(past.moved - past.moved[0])
     return moved_by(past.argument, past.dt)
