@@ -185,6 +185,7 @@ class QuadraticDrag(Law):
         "c_2": "effort for each square of the flow",
     }
     energy: ClassVar[str] = "dissipates"
+    closed: ClassVar[bool] = True
 
     def parameters(self, element: str) -> tuple[Parameter, ...]:
         """Return the drag coefficient."""
@@ -197,3 +198,20 @@ class QuadraticDrag(Law):
     def deviation(self, ops: Ops, s: Any, memory: Sequence[Any], p: Sequence[Any]) -> Any:
         """``c |f| f``."""
         return p[0] * ops.absolute(s) * s
+
+    def solve(
+        self, s_free: Any, gain: Any, memory: Sequence[Any], p: Sequence[Any], w_last: Any
+    ) -> Any:
+        """Drag at the flow that it leaves; steps from a flow far off only halve it each time."""
+        return square_drag(s_free, gain, p[0])
+
+
+def square_drag(s_free: Any, gain: Any, k: Any) -> Any:
+    """Return ``w = k f |f|`` at ``f = s_free + gain w``, without a difference of large numbers.
+
+    CasADi in and out; a drag takes flow away, so that `gain` is negative.
+    """
+    import casadi as ca
+
+    f = 2.0 * s_free / (1.0 + ca.sqrt(1.0 - 4.0 * gain * k * ca.fabs(s_free)))
+    return k * f * ca.fabs(f)

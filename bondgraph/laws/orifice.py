@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from bondgraph.graph.parameter import Parameter
+from bondgraph.laws.friction import square_drag
 from bondgraph.laws.law import Law
 from bondgraph.support.bounds import Positive
 from bondgraph.support.ops import Ops
@@ -62,10 +63,5 @@ class Orifice(Law):
     def solve(
         self, s_free: Any, gain: Any, memory: Sequence[Any], p: Sequence[Any], w_last: Any
     ) -> Any:
-        """Root of ``f + a f |f| = s_free``, without a difference of two large numbers."""
-        import casadi as ca
-
-        k = p[1] / p[0] ** 2
-        root = ca.sqrt(1.0 - 4.0 * gain * k * ca.fabs(s_free))
-        f = 2.0 * s_free / (1.0 + root)
-        return k * f * ca.fabs(f)
+        """Drag at the flow that it leaves."""
+        return square_drag(s_free, gain, p[1] / p[0] ** 2)

@@ -413,8 +413,9 @@ def overlooked(
 ) -> list[Screened]:
     """Return laws that were not fitted though the evidence asks for them.
 
-    Simpler forms of the best law, and, where no law could be named, laws of the kinds and places
-    that the decision was left with; then any at places that the readings cannot tell from these.
+    Simpler forms of the best law, what the laws in question are confused with at their places, and,
+    where no law could be named, laws of the kinds and places that the decision was left with; then
+    any at places that the readings cannot tell from these.
     """
     done = {(t.effect, t.element) for t in trials}
     left = [s for s in ranked if (s.effect.name, s.element.name) not in done]
@@ -424,6 +425,7 @@ def overlooked(
         if chosen is not None
         and s.element.name == chosen.element and s.effect.name in chosen.insertion.simpler
     ]  # fmt: skip
+    found += [s for s in left if any(_confused(s, t) for t in decision.possible)]
     if decision.kind == "unknown_physics" and decision.answer in ("kind", "unknown"):
         for k in kinds:
             found += [
@@ -436,6 +438,12 @@ def overlooked(
             s for s in left if s.element.name in same and s.effect.name != UNNAMED.name
         ]  # fmt: skip
     return list(dict.fromkeys(found))
+
+
+def _confused(s: Screened, t: Candidate) -> bool:
+    """Whether a law is known to look like another one at the same place."""
+    told = s.effect.name in t.insertion.confused_with or t.effect in s.effect.confused_with
+    return told and s.element.name == t.element and s.effect.name != UNNAMED.name
 
 
 def _kinds_of(s: Screened) -> tuple[str, ...]:

@@ -36,11 +36,13 @@ def screened(*labels: str) -> list[Screened]:
     return made
 
 
-def decision(answer: str, law: str = "", simpler: tuple[str, ...] = ()) -> Decision:
+def decision(
+    answer: str, law: str = "", simpler: tuple[str, ...] = (), confused: tuple[str, ...] = ()
+) -> Decision:
     chosen: Any = None
     if law:
         effect, element = law.split("@")
-        insertion = SimpleNamespace(simpler=simpler, family="")
+        insertion = SimpleNamespace(simpler=simpler, confused_with=confused, family="")
         chosen = SimpleNamespace(effect=effect, element=element, insertion=insertion)
     kind = "missing_physics" if answer == "exact" else "unknown_physics"
     return Decision(kind, chosen, (), (), 0.0, 0.0, (), answer=answer)
@@ -66,8 +68,21 @@ def asked(
 def test_simpler_forms_of_the_best_law() -> None:
     d = decision("exact", "presliding_friction@d", ("coulomb_friction",))
     ranked = ("coulomb_friction@d", "stribeck_friction@d", "hysteresis@k")
-    assert asked(d, [], ["presliding_friction@d"], *ranked) == ["coulomb_friction@d"]
-    assert asked(d, [], ["coulomb_friction@d"], *ranked) == []
+    looks_like_it = ["stribeck_friction@d"]
+    assert asked(d, [], ["presliding_friction@d"], *ranked) == [
+        "coulomb_friction@d",
+        *looks_like_it,
+    ]
+    assert asked(d, [], ["coulomb_friction@d"], *ranked) == looks_like_it
+    assert asked(d, [], ["coulomb_friction@d", *looks_like_it], *ranked) == []
+
+
+def test_what_the_laws_in_question_are_confused_with() -> None:
+    ranked = ("nonlinear_resistance@d", "square_root_flow@d", "square_root_flow@k", "unknown@d")
+    told = decision("family", "nonlinear_resistance@d")  # square root flow says so of itself
+    assert asked(told, [], ["nonlinear_resistance@d"], *ranked) == ["square_root_flow@d"]
+    told = decision("family", "hysteresis@k", confused=("backlash",))
+    assert asked(told, [], ["hysteresis@k"], "backlash@k", "backlash@d") == ["backlash@k"]
 
 
 def test_laws_of_the_kinds_in_question_in_their_order() -> None:
