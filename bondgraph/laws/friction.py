@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
 from bondgraph.graph.parameter import Parameter
+from bondgraph.laws.iteration import Iteration
 from bondgraph.laws.law import Law
 from bondgraph.support.bounds import NonNegative, Positive
 from bondgraph.support.ops import Ops
@@ -185,7 +186,6 @@ class QuadraticDrag(Law):
         "c_2": "effort for each square of the flow",
     }
     energy: ClassVar[str] = "dissipates"
-    closed: ClassVar[bool] = True
 
     def parameters(self, element: str) -> tuple[Parameter, ...]:
         """Return the drag coefficient."""
@@ -199,19 +199,19 @@ class QuadraticDrag(Law):
         """``c |f| f``."""
         return p[0] * ops.absolute(s) * s
 
-    def solve(
-        self, s_free: Any, gain: Any, memory: Sequence[Any], p: Sequence[Any], w_last: Any
-    ) -> Any:
-        """Drag at the flow that it leaves; steps from a flow far off only halve it each time."""
-        return square_drag(s_free, gain, p[0])
+    def iteration(self, memory: Sequence[Any], p: Sequence[Any]) -> Iteration:
+        """Begin at the root: from a flow far off a Newton step only halves it each time."""
+        return replace(
+            super().iteration(memory, p),
+            begin=lambda free, gain, w_last: square_drag_flow(free, gain, p[0]),
+        )
 
 
-def square_drag(s_free: Any, gain: Any, k: Any) -> Any:
-    """Return ``w = k f |f|`` at ``f = s_free + gain w``, without a difference of large numbers.
+def square_drag_flow(free: Any, gain: Any, k: Any) -> Any:
+    """Return the flow ``f = free + gain k f |f|``, without a difference of two large numbers.
 
     CasADi in and out; a drag takes flow away, so that `gain` is negative.
     """
     import casadi as ca
 
-    f = 2.0 * s_free / (1.0 + ca.sqrt(1.0 - 4.0 * gain * k * ca.fabs(s_free)))
-    return k * f * ca.fabs(f)
+    return 2.0 * free / (1.0 + ca.sqrt(ca.fmax(1.0 - 4.0 * gain * k * ca.fabs(free), 0.0)))

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from bondgraph.graph.parameter import Parameter
-from bondgraph.laws.friction import square_drag
+from bondgraph.laws.friction import square_drag_flow
 from bondgraph.laws.law import Law
 from bondgraph.support.bounds import Positive
 from bondgraph.support.ops import Ops
@@ -64,4 +64,8 @@ class Orifice(Law):
         self, s_free: Any, gain: Any, memory: Sequence[Any], p: Sequence[Any], w_last: Any
     ) -> Any:
         """Drag at the flow that it leaves."""
-        return square_drag(s_free, gain, p[1] / p[0] ** 2)
+        import casadi as ca
+
+        k = p[1] / p[0] ** 2
+        f = square_drag_flow(s_free, gain, k)
+        return k * f * ca.fabs(f)

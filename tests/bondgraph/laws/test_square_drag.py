@@ -50,7 +50,7 @@ def test_a_full_tank_runs_empty(law: Law) -> None:
 def test_the_root_is_the_law_at_the_flow_it_leaves(free: float, gain: float, k: float) -> None:
     s, g, c = (ca.SX.sym(n) for n in "sgc")
     law = QuadraticDrag(1.0)
-    solved = ca.Function("w", [s, g, c], [law.solve(s, g, (), (c,), 0.0)])
+    solved = ca.Function("w", [s, g, c], [law.solve(s, g, (), (c,), ca.SX(0.0))])
     w = float(solved(free, gain, k))
     f = free + gain * w
     exact = k * f * abs(f)
