@@ -7,8 +7,15 @@ from dataclasses import replace
 
 import numpy as np
 
-from bondgraph.graph.elements import C, Element
-from bondgraph.laws import GrowingDamping, LawSum, Magnet, SaturatingInductance
+from bondgraph.graph.elements import C, Element, I
+from bondgraph.laws import (
+    GrowingDamping,
+    LawSum,
+    Magnet,
+    Parametrised,
+    Polynomial,
+    SaturatingInductance,
+)
 from bondgraph.support.arrays import Array
 from bondgraph.support.ops import NUMPY
 from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
@@ -159,4 +166,33 @@ def saturating_at(
     return replace(
         inserted, law=law.name,
         sentence="its flux stays behind its current at large ones, as where iron saturates",
+    )  # fmt: skip
+
+
+def kneeless_at(
+    effect: Effect, scene: FittedModel, element: I, ended: Mapping[str, float]
+) -> tuple[Insertion, ...]:
+    """Insert a current that bends as a series of the flux, where iron with a knee `ended`."""
+    name, past = element.name, scene.of(element)
+    known = [ended.get(f"{n}_{name}", 0.0) for n in ("c_s", "p_s")]
+    flux = inertia(past) * past.argument
+    largest = float(np.abs(flux).max())
+    if not all(known) or not largest:
+        return ()
+    bend = SaturatingInductance(*known).deviation(NUMPY, flux, (), known)
+    z = flux / largest
+    line, *curve = np.linalg.lstsq(np.stack([z, z**2, z**3], axis=1), bend, rcond=None)[0]
+    series = Polynomial(0.0, largest, 0.1 * past.half, unit="A")
+    law = Parametrised(series, ("centre", "half"), ("V*s", "V*s"))
+    graph, names = effect.with_law(scene, element, law)
+    own = {n: v for n, v in ended.items() if n in scene.graph.parameters}
+    start = {**own, **dict(zip(names, map(float, curve), strict=True))}
+    if name in own:
+        start[name] = 1.0 / (1.0 / own[name] + float(line) / largest)
+    inserted = effect.inserted(element, graph, (start,), names)
+    return (
+        replace(
+            inserted, law=series.name, form=True,
+            sentence="its current grows faster than its flux, smoothly and without a knee",
+        ),
     )  # fmt: skip

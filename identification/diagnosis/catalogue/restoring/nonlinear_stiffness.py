@@ -12,6 +12,7 @@ from identification.diagnosis.catalogue.places import coils, springs, storages
 from identification.diagnosis.catalogue.restoring.curves import (
     LOSSY,
     coil_knees,
+    kneeless_at,
     lossy_at,
     magnet_at,
     nearest_magnet,
@@ -79,7 +80,9 @@ class NonlinearStiffness(Effect):
     def forms(
         self, scene: FittedModel, element: Element, ended: Mapping[str, Mapping[str, float]]
     ) -> tuple[Insertion, ...]:
-        """Return the magnet that bends nearly as the fitted series does, beside a spring."""
+        """Return the magnet that bends nearly as the fitted series does; a coil without a knee."""
+        if isinstance(element, I):
+            return kneeless_at(self, scene, element, ended.get(self.name, {}))
         known = ended.get(self.name, {})
         weights = {n: known.get(f"{n}_{element.name}", 0.0) for n in self.weights}
         if element not in springs(scene.graph) or not any(weights.values()):
