@@ -23,6 +23,7 @@ from bondsight.cli.arguments import (
     positive_number,
     reading_of,
 )
+from bondsight.cli.fit_options import add_statement, statement_of, states
 from bondsight.cli.output import INTERRUPTED, Stopped, ended_like_ctrl_c, writable
 from bondsight.cli.spoken import at_shell
 
@@ -49,6 +50,7 @@ def add_diagnosis_options(p: argparse.ArgumentParser) -> None:
     """Add what says how a recording is diagnosed, and where the results go."""
     p.add_argument("--model", required=True, help=MODEL)
     add_reading(p)
+    add_statement(p)
     p.add_argument(
         "--without", action="append", default=[], metavar="EFFECT",
         help="an effect that may not be named; may be repeated",
@@ -150,12 +152,15 @@ def _found(
     for line in require_driven(graph, [found] if isinstance(found, Recording) else found):
         print(f"note: {line}", file=sys.stderr)
     writable(options.out)
-    moved, noise = tuple(options.process_noise), noise_of(options.noise, graph)
-    if moved:
-        study = Study(
+    noise = noise_of(options.noise, graph)
+    asked: Any = graph
+    if options.process_noise or states(options):
+        asked = Study(
             graph, found, hold=options.hold or ESTIMATED, noise=noise or "white",
-            process_noise=moved,
+            process_noise=options.process_noise or None, splits=None if split is None else [split],
+            **(statement_of(options, graph) if states(options) else {}),
         )  # fmt: skip
+    given = (found, split) if asked is graph else ()
     with Bar(getattr(options, "quiet", False)) as bar:
 
         def say(text: str, fraction: float) -> None:
@@ -167,8 +172,7 @@ def _found(
         try:
             with deadline:
                 result = diagnose(
-                    study if moved else graph, None if moved else found, split,
-                    model=model_name(options.model, graph), hold=options.hold,
+                    asked, *given, model=model_name(options.model, graph), hold=options.hold,
                     options=DiagnosisOptions(**settings), progress=deadline,
                     seed=options.seed, noise=noise,
                 )  # fmt: skip

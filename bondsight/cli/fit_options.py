@@ -1,11 +1,11 @@
-"""From the words of ``bondsight fit`` to a study."""
+"""From the words of a command line to a study: what varies, what is known, what is added."""
 
 from __future__ import annotations
 
 import argparse
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from bondgraph.support.errors import UnusableInput, unknown_name
 from bondsight.cli.arguments import MODEL, add_reading, add_several, mapping_of, reading_of
@@ -22,6 +22,25 @@ def add_study_options(p: argparse.ArgumentParser) -> None:
     p.add_argument("recordings", nargs="+", metavar="RECORDING", help="files or known recordings")
     p.add_argument("--model", required=True, help=MODEL)
     add_reading(p)
+    add_statement(p)
+    p.add_argument("--hold", choices=("hold", "linear", "band-limited", "estimate"), default=None,
+                   help="commands between samples: hold as of a converter, linear, band-limited, "
+                   "or what fits best (the default)")  # fmt: skip
+    p.add_argument("--noise", choices=("white", "coloured"), default="white",
+                   help="of the readings (default: %(default)s)")  # fmt: skip
+    add_several(
+        p, "--process-noise", "PLACE", None,
+        "prediction_error: states, elements or sources that are disturbed; default: every state",
+    )  # fmt: skip
+    p.add_argument("--window", type=int, default=None, help="samples of windows to score on")
+    add_several(p, "--validate", "RECORDING", [], "recordings only judged")
+    p.add_argument(
+        "--init", type=int, default=0, help="samples of those that their state is fitted to"
+    )
+
+
+def add_statement(p: argparse.ArgumentParser) -> None:
+    """Add what says which numbers vary, what is known of them, and what sensors may add."""
     add_several(p, "--free", "NAME", None, "parameters that are fitted (default: all not fixed)")
     p.add_argument("--fix", action="append", default=[], metavar="NAME=VALUE",
                    help="hold a parameter at a value, SI; may be repeated")  # fmt: skip
@@ -37,11 +56,6 @@ def add_study_options(p: argparse.ArgumentParser) -> None:
         help="two thirds of the weight within FACTOR of MEDIAN",
     )
     add_several(p, "--own", "NAME", [], "parameters with a value in every recording")
-    p.add_argument("--hold", choices=("hold", "linear", "band-limited", "estimate"), default=None,
-                   help="commands between samples: hold as of a converter, linear, band-limited, "
-                   "or what fits best (the default)")  # fmt: skip
-    p.add_argument("--noise", choices=("white", "coloured"), default="white",
-                   help="of the readings (default: %(default)s)")  # fmt: skip
     p.add_argument("--rest", action="store_true", help="every recording begins at rest")
     p.add_argument("--clock", type=ppm, default=0.0, metavar="PPM", help="largest clock error")
     p.add_argument(
@@ -54,15 +68,6 @@ def add_study_options(p: argparse.ArgumentParser) -> None:
     p.add_argument("--no-offsets", action="store_true", help="sensors have no offset")
     p.add_argument("--no-lags", action="store_true", help="sensors have no lag")
     p.add_argument("--command-offsets", action="store_true", help="commands may have an offset")
-    add_several(
-        p, "--process-noise", "PLACE", None,
-        "prediction_error: states, elements or sources that are disturbed; default: every state",
-    )  # fmt: skip
-    p.add_argument("--window", type=int, default=None, help="samples of windows to score on")
-    add_several(p, "--validate", "RECORDING", [], "recordings only judged")
-    p.add_argument(
-        "--init", type=int, default=0, help="samples of those that their state is fitted to"
-    )
 
 
 def ppm(text: str) -> float:
@@ -85,7 +90,6 @@ def study_from(options: argparse.Namespace, graph: BondGraph) -> tuple[Study, tu
         One line that says which option, and what to write instead.
     """
     from identification.datasets.opening import open_recording
-    from identification.study.specification import Nuisances
     from identification.study.study import ESTIMATED, Study
 
     maps = mapping_of(options.maps)
@@ -96,29 +100,52 @@ def study_from(options: argparse.Namespace, graph: BondGraph) -> tuple[Study, tu
     study = Study(
         graph,
         [record for record, _, _ in opened],
-        _free(options, graph),
-        {n: _number("--fix", n, v) for n, v in _pairs("--fix", options.fix)},
-        initial="rest" if options.rest else "free",
         hold=options.hold or ESTIMATED,
         noise=options.noise,
-        nuisances=Nuisances(
-            offsets=not options.no_offsets,
-            lags=not options.no_lags,
-            commands=options.command_offsets,
-            clock=1e-6 * options.clock,
-            gains={n: _gain(n, text) for n, text in _pairs("--gain", options.gain)},
-        ),
         splits=None if None in splits else [s for s in splits if s is not None],
         validation=judged,
         init=options.init,
         window=options.window,
         process_noise=options.process_noise,
+        **statement_of(options, graph),
     )
     if any(splits) and None in splits:
         # the stated splits of known recordings, beside the default ones of files
         mixed = [s or d for s, d in zip(splits, study.splits, strict=True)]
         study = study.changed(splits=mixed)
     return study, tuple(s for _, _, sentences in opened for s in sentences)
+
+
+def states(options: argparse.Namespace) -> bool:
+    """Whether anything is said that a graph alone does not say."""
+    given = vars(options)
+    return any(given.get(n) for n in STATED)
+
+
+STATED = (
+    "free", "fix", "start", "bound", "prior", "own", "rest", "clock", "gain", "no_offsets",
+    "no_lags", "command_offsets",
+)  # fmt: skip
+"""Options of `add_statement`."""
+
+
+def statement_of(options: argparse.Namespace, graph: BondGraph) -> dict[str, Any]:
+    """Return what `add_statement` lets one say, as arguments of a study."""
+    from identification.study.specification import Nuisances
+
+    nuisances = Nuisances(
+        offsets=not options.no_offsets,
+        lags=not options.no_lags,
+        commands=options.command_offsets,
+        clock=1e-6 * options.clock,
+        gains={n: _gain(n, text) for n, text in _pairs("--gain", options.gain)},
+    )
+    return {
+        "free": _free(options, graph),
+        "fixed": {n: _number("--fix", n, v) for n, v in _pairs("--fix", options.fix)},
+        "initial": "rest" if options.rest else "free",
+        "nuisances": nuisances,
+    }
 
 
 def _free(options: argparse.Namespace, graph: BondGraph) -> list[Vary] | None:

@@ -181,3 +181,28 @@ def test_a_misspelled_option_names_the_one_meant(
     with pytest.raises(SystemExit):
         main(words)
     assert capsys.readouterr().err.startswith(f"bondsight: {said}")
+
+
+def test_a_diagnosis_is_told_what_is_known(
+    carriage: list[str], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    asked: list[Any] = []
+
+    def stopped(*given: Any, **__: object) -> None:
+        asked.append(given)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(whole, "diagnose", stopped)
+    words = "--no-lags --no-offsets --start d=3 --fix m=0.6 --gain x=2% --rest"
+    assert main([*carriage, *words.split()]) == 130
+    ((study,),) = asked
+    assert [(v.name, v.start) for v in study.free] == [("d", 3.0), ("k", None)]
+    assert study.fixed == {"m": 0.6}
+    assert (study.nuisances.offsets, study.nuisances.lags, study.initial) == (False, False, "rest")
+    assert study.nuisances.gains["x"].within == 0.02
+    assert main([*carriage, "--start", "dd=3"]) == 2
+    assert "no parameter of --start 'dd'" in capsys.readouterr().err
+    asked.clear()
+    assert main(carriage) == 130
+    ((graph, _, _),) = asked
+    assert graph.name == "carriage"
