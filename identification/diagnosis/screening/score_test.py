@@ -182,7 +182,7 @@ _Look: TypeAlias = tuple[float, Array, Signature, Array]
 def _best(
     onto: Projection, probes: Probes, element: Element, signatures: Sequence[Signature]
 ) -> list[_Look]:
-    """Return the best signature along each course, the best of all first."""
+    """Return the best signature along each course: that of the fit comes first, and ranks."""
     best: dict[str, _Look] = {}
     for some in _batches(signatures):
         sized = [_sized(s) for s in some]
@@ -204,7 +204,7 @@ def _best(
             known = best.get(signature.course)
             if known is None or gain > known[0]:
                 best[signature.course] = gain, x, signature, weights * factors
-    return sorted(best.values(), key=lambda look: -look[0])
+    return sorted(best.values(), key=lambda look: (look[2].course, -look[0]))
 
 
 def _batches(signatures: Sequence[Signature]) -> Iterator[Sequence[Signature]]:

@@ -145,7 +145,7 @@ def test_what_acts_on_a_store_from_outside_is_told_as_a_flow(
         Sf("P", unit="W") >> body >> C("C_1", 50.0, unit="J/K", law=law)
     made = trial(g, "C_1", "external_disturbance")
     made.insertion.strengths = (height,)
-    made.fit.values = {"C_1": 50.0, height: 0.02, "freq_C_1": 0.5 / np.pi}
+    made.fit.values = {"C_1": 50.0, "b_C_1": 0.0, height: 0.02, "freq_C_1": 0.5 / np.pi}
     assert meaning_of(height, made).endswith(", 1 W of heat flow into C_1")
     assert "into" not in meaning_of("t_0_C_1", made)
     assert in_symbols(made).startswith(words)

@@ -36,7 +36,9 @@ class PositionPeriodicForce(Effect):
         "ripple whose frequency follows the speed; plotted over position it is the same wave at "
         "every speed and in both directions"
     )
-    confused_with = ("periodic_error", "external_disturbance", "nonlinear_ratio")
+    confused_with = (
+        "periodic_error", "external_disturbance", "nonlinear_ratio", "nonlinear_stiffness",
+    )  # fmt: skip
     separated_by = (
         "two slow passes over the same way at different constant speeds: this force keeps its "
         "place, a disturbance keeps its frequency; an error of the sensor leaves the current alone"
@@ -59,9 +61,10 @@ class PositionPeriodicForce(Effect):
         return Site(scene, element, PortHistory(way_of(past), past.output, past.dt))
 
     def signatures(self, scene: FittedModel, element: Element) -> tuple[Signature, ...]:
-        """Return columns along the fitted way and along the recorded one, if there is one.
+        """Return columns along the fitted way, and along the recorded one, if there is one.
 
         A free run soon loses a short period; along its own way a bent model says more of long ones.
+        How often a period fits into what was recorded is sure.
         """
         own, past = super().signatures(scene, element), scene.of(element)
         if past.recorded is None:
@@ -69,8 +72,13 @@ class PositionPeriodicForce(Effect):
         there = replace(
             scene, past={**scene.past, element.name: replace(past, moved=past.recorded)}
         )
-        recorded = super().signatures(there, element)
-        return (*own, *(replace(s, course="recorded") for s in recorded))
+        most = float(np.ptp(past.recorded)) / SEEN
+        recorded = (
+            replace(s, course="recorded")
+            for s in super().signatures(there, element)
+            if s.shape and s.shape["period"] <= most
+        )
+        return (*own, *recorded)
 
     def grid(self, at: Site) -> Sequence[Values]:
         """Return the periods of a scan."""
