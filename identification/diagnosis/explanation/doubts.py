@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 
 from bondgraph.graph.bond_graph import BondGraph
 from identification.diagnosis.explanation.notes import taken_over
+from identification.diagnosis.screening.carried import far_off
 from identification.diagnosis.screening.forgotten_unit import suspects
 from identification.diagnosis.screening.mixups import (
-    far_off,
     forgotten,
     gross,
     in_doubt,

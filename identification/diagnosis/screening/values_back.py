@@ -16,11 +16,11 @@ import numpy as np
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.parameter import Parameter
 from bondgraph.support.errors import BondsightError
+from identification.diagnosis.screening.carried import MOVED
 from identification.diagnosis.screening.forgotten_unit import LEAST, STAY, Suspect, suspects
 from identification.diagnosis.screening.mixups import (
     ALIKE,
     ENOUGH,
-    MOVED,
     away,
     brief,
     fit_undone,

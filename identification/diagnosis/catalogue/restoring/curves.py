@@ -174,12 +174,12 @@ def kneeless_at(
 ) -> tuple[Insertion, ...]:
     """Insert a current that bends as a series of the flux, where iron with a knee `ended`."""
     name, past = element.name, scene.of(element)
-    known = [ended.get(f"{n}_{name}", 0.0) for n in ("c_s", "p_s")]
+    steep, knee = (ended.get(f"{n}_{name}", 0.0) for n in ("c_s", "p_s"))
     flux = inertia(past) * past.argument
     largest = float(np.abs(flux).max())
-    if not all(known) or not largest:
+    if not (steep and knee and largest):
         return ()
-    bend = SaturatingInductance(*known).deviation(NUMPY, flux, (), known)
+    bend = SaturatingInductance().deviation(NUMPY, flux, (), (steep, knee))
     z = flux / largest
     line, *curve = np.linalg.lstsq(np.stack([z, z**2, z**3], axis=1), bend, rcond=None)[0]
     series = Polynomial(0.0, largest, 0.1 * past.half, unit="A")
