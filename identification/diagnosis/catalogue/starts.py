@@ -35,6 +35,22 @@ def law_units(element: Element) -> tuple[str, str]:
     return v.effort_unit or "1", argument or "1"
 
 
+def reciprocal_unit(unit: str) -> str:
+    """Return the unit of one over a quantity, as short as it can be written.
+
+    Examples
+    --------
+    >>> [reciprocal_unit(u) for u in ("F", "m/N", "rad/(N*m)", "N*s/m", "N*m", "")]
+    ['1/F', 'N/m', 'N*m/rad', 'm/(N*s)', '1/(N*m)', '1']
+    """
+    top, _, bottom = unit.partition("/")
+    if unit in ("", "1") or "/" in bottom or "(" in top:
+        return f"1/({unit})" if unit not in ("", "1") else "1"
+    over = f"({top})" if "*" in top else top
+    bottom = bottom.removeprefix("(").removesuffix(")") or "1"
+    return bottom if top == "1" else f"{bottom}/{over}"
+
+
 def shared_slope(element: Element, past: PortHistory, unit: str = "") -> dict[str, Any]:
     """Return the fields of a `SharedSlope` law: the coefficient of a linear storage or resistor.
 

@@ -21,7 +21,7 @@ from identification.diagnosis.catalogue.places import (
     storages,
 )
 from identification.diagnosis.catalogue.site import Site, Values, numbers, of_element
-from identification.diagnosis.catalogue.starts import at_least, law_units
+from identification.diagnosis.catalogue.starts import at_least, law_units, reciprocal_unit
 from identification.diagnosis.screening.port_history import FittedModel, PortHistory
 
 SHARES = np.array([0.03, 0.09, 0.18, 0.3, 0.45, 0.65, 0.9])
@@ -156,7 +156,6 @@ def _sign(element: Element) -> float:
 
 def _slope_unit(element: Element) -> str:
     if isinstance(element, C):
-        if element.stiffness is not None:
-            return element.unit or "1"
-        return f"1/({element.unit})" if element.unit else "1"
+        own = element.unit or "1"
+        return own if element.stiffness is not None else reciprocal_unit(own)
     return "1" if isinstance(element, Source | Sensor) else ""

@@ -12,6 +12,7 @@ from bondgraph.laws import Ageing, Law, Onset, TimedSlope, Tone
 from identification.diagnosis.catalogue.effect import Effect
 from identification.diagnosis.catalogue.places import storages
 from identification.diagnosis.catalogue.site import Site, Values
+from identification.diagnosis.catalogue.starts import reciprocal_unit
 
 MOMENTS = 12
 """Times tried for a jump, evenly over the record."""
@@ -59,7 +60,7 @@ class TimeVaryingParameter(Effect):
         """Return a slope that drifts, jumps at a moment, or swings."""
         whole, size, unit = at.past.duration, 0.1 * at.past.slope, at.unit or "1"
         if isinstance(at.element, C) and at.element.stiffness is None:
-            unit = f"1/({unit})"
+            unit = reciprocal_unit(unit)
         if moment is not None:
             spacing = whole / MOMENTS
             return TimedSlope(
