@@ -367,9 +367,9 @@ class Problem:
     @property
     def _at_will(self) -> tuple[int, ...]:
         """Positions of states that stay where they begin: nothing tells where that is."""
-        in_one = self.window is None and not self.data.breaks
-        lure = self.engine.lure
-        return own_origins(lure) if in_one and self.offsets and lure is not None else ()
+        in_one, lure = self.window is None and not self.data.breaks, self.engine.lure
+        follow = self.offsets and all(s.offset is None for s in self.graph.of_type(Sensor))
+        return own_origins(lure) if in_one and follow and lure is not None else ()
 
     @cached_property
     def with_chain(self) -> BondGraph:
