@@ -18,6 +18,7 @@ from identification.diagnosis.evidence.hypotheses import Evidence, Scored, Thres
 from identification.diagnosis.evidence.kind_pairs import MANY, in_every_pair
 from identification.diagnosis.evidence.kind_score import KindScore
 from identification.diagnosis.evidence.kinds_told import CURVES, RICHER, alike_kinds
+from identification.diagnosis.evidence.nearest import nearest
 from identification.diagnosis.evidence.remaining import remaining
 from identification.diagnosis.evidence.shares import explained
 from identification.diagnosis.localisation.blind_relations import BlindRelation
@@ -169,7 +170,20 @@ def decided(found: Searched, task: SearchTask) -> Decision:
         decision = replace(decision, reasons=(*decision.reasons, why_there(done.blind, where)))
     elif found.number == 0 and in_doubt(decision, limits):
         decision = _decided_in_pairs(found, task, evidence, decision)
+    if found.number == 0 and not where and astray(found.base.fit):
+        decision = without_place(decision, evidence)
     return decision
+
+
+def without_place(decision: Decision, evidence: Evidence) -> Decision:
+    """Return a decision that tells no place unless it tells what sits there, but what is nearest.
+
+    Of a fit that follows nothing, forms of a reading follow the recording wherever the fault is.
+    """
+    untold = decision.kind == "unknown_physics" and decision.answer == "unknown"
+    if not untold or not decision.places:
+        return decision
+    return replace(decision, places=(), nearest=nearest(evidence))
 
 
 def in_doubt(decision: Decision, limits: Thresholds) -> bool:

@@ -10,9 +10,11 @@ import pytest
 from bondgraph import BondGraph, Df, I, One, R, Se
 from bondgraph.signals.recording import Recording
 from identification.diagnosis.diagnose import diagnose
+from identification.diagnosis.evidence.answer import Decision
 from identification.diagnosis.screening.carried import astray
+from identification.diagnosis.search import one_step
 from identification.diagnosis.search.candidates import DiagnosisOptions
-from identification.diagnosis.search.one_step import in_turn
+from identification.diagnosis.search.one_step import in_turn, without_place
 
 pytestmark = pytest.mark.slow
 
@@ -72,3 +74,14 @@ class _Named:
 class _Screened:
     def __init__(self, effect: str, element: str) -> None:
         self.effect, self.element = _Named(effect), _Named(element)
+
+
+def test_where_it_is_takes_a_fit_that_follows_something(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(one_step, "nearest", lambda e: ("what is nearest",))
+    at: Any = {"places": ("travel",), "answer": "unknown"}
+    untold = Decision("unknown_physics", None, (), (), 0.0, 0.0, (), **at)
+    evidence: Any = None
+    said = without_place(untold, evidence)
+    assert (said.places, said.nearest) == ((), ("what is nearest",))
+    told = Decision("unknown_physics", None, (), (), 0.0, 0.0, (), **{**at, "answer": "kind"})
+    assert without_place(told, evidence) is told
