@@ -123,11 +123,11 @@ def default_split(
     """Hold out the last part of a record, by one stated rule.
 
     The last `fraction` of the samples is held out. If a drive is given: leading samples in which
-    it stays within 1 % of its range for at least 2 % of the record are rest and not scored; if it
-    is periodic afterwards (autocorrelation of at least 0.98 at some lag up to half the record),
-    train and test are whole periods counted back from the end, at least one each, and what is
-    left before the first whole period is run-in, before `score_from`. A rest that leaves a single
-    sample is none.
+    it stays within 1 % of its range for at least 2 % of the record, and in which no other channel
+    moves, are rest and not scored (a drive that is constant drives all the same); if it is periodic
+    afterwards (autocorrelation of at least 0.98 at some lag up to half the record), train and test
+    are whole periods counted back from the end, at least one each, and what is left before the
+    first whole period is run-in, before `score_from`. A rest that leaves a single sample is none.
 
     Parameters
     ----------
@@ -165,6 +165,8 @@ def default_split(
         rest = _rest(u)
         if rest and n - rest.stop < 2:
             rest = None  # nothing would be left to fit and to judge
+        if rest and any(_moves(np.asarray(recording[c]), rest) for c in recording.channels):
+            rest = None
         period = _period(u[rest.stop if rest else 0 :])
     start = rest.stop if rest else 0
     left = n - start
@@ -189,6 +191,27 @@ def _rest(u: FloatArray) -> slice | None:
     moving = np.maximum.accumulate(u) - np.minimum.accumulate(u) > 0.01 * span
     stop = int(np.argmax(moving))
     return slice(0, stop) if stop >= max(2, 0.02 * u.size) else None
+
+
+def _moves(y: FloatArray, rest: slice) -> bool:
+    """Whether a channel goes somewhere in a stretch: more than its own roughness, and clearly."""
+    inside = y[rest]
+    if inside.size < LEAST:
+        return False
+    parts = np.array_split(inside, min(PARTS, inside.size // 4))
+    went = float(np.ptp([p.mean() for p in parts]))
+    rough = float(np.mean([p.std() for p in parts])) / np.sqrt(parts[-1].size)
+    return went > max(MOVES * float(np.ptp(y)), ROUGH * rough)
+
+
+LEAST = 8
+"""Samples of a rest in which anything can be seen to move."""
+PARTS = 16
+"""Parts of a rest whose means are compared."""
+MOVES = 0.05
+"""Part of the range of a channel by which these differ in one that moves."""
+ROUGH = 6.0
+"""Standard errors of such a mean by which they differ by chance."""
 
 
 def _period(u: FloatArray) -> float | None:

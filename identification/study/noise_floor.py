@@ -37,7 +37,8 @@ def read_noise(
     """Return standard deviation of the noise of each sensor, SI, and whether it was measured.
 
     Where all commands repeat themselves exactly, the noise is what two neighbouring periods differ
-    by, white or not. A rest of at least 200 samples gives it directly (less its slow trend).
+    by, white or not. A rest of at least 200 samples gives it directly (less its slow trend), where
+    it is no more than the colour of noise may add to a white level.
     Otherwise it is not measured, but taken as white at the level of the highest fifth of the
     spectrum, where plants answer least; so also where periods differ by far more than that
     (something acts that does not repeat, or slow noise), and then by an eighth of what they differ
@@ -66,16 +67,18 @@ def read_noise(
         y = np.asarray(recording[n])
         level = _repeat_level(y, *again) if again is not None else np.inf
         repeated = again is not None and _is_noise(level, y)
+        resting = _rest_level(y[rest]) if rests else np.inf
+        still = rests and _is_noise(resting, y[rest])
         if repeated:
             sigma = level
-        elif rests:
-            sigma = _rest_level(y[rest])
+        elif still:
+            sigma = resting
         else:
             sigma = _white_level(y)
             if np.isfinite(level):  # as far as its colour could go, it may be noise after all
                 sigma = max(sigma, level / NEARLY)
         least = max(_rounding(y), RELATIVE_LEAST * float(y.std()), 1e-300)
-        found[n] = max(sigma, least), repeated or rests
+        found[n] = max(sigma, least), repeated or still
     return found
 
 
