@@ -210,6 +210,8 @@ def _fits(law: Scored, kinds: Sequence[KindScore], e: Evidence, t: Thresholds) -
     if e.located and law.left.most > max(MUCH, PART * e.before.most):
         # an input at its place leaves nothing: what is missing there is no law that leaves so much
         return False
+    if _spoils(law, e, t):
+        return False
     best = best_of([law, *e.kinds])
     assert best is not None
     own = law.trial.insertion.kind
@@ -234,6 +236,14 @@ def _fits(law: Scored, kinds: Sequence[KindScore], e: Evidence, t: Thresholds) -
     return explained(law, e.plain, best.score) >= least * max(map(part, rivals), default=0.0)
 
 
+def _spoils(law: Scored, e: Evidence, t: Thresholds) -> bool:
+    """Whether held-out samples of another reading are clearly worse with a law than without it."""
+    before, after = e.before.over_noise, law.left.over_noise
+    return any(after[n] > WORSE * max(before[n], t.noise) for n in after if n in before)
+
+
+WORSE = 1.5
+"""Times the misfit of a reading without a law that one which is true does not leave with it."""
 MUCH = 5.0
 """Times the noise that a law may leave where an input at its place alone explains everything."""
 

@@ -61,7 +61,10 @@ def colour_notes(last: Fit, given: Collection[str] = ()) -> tuple[str, ...]:
         )
     if open_ones:
         more = [n for n in open_ones if n not in given and level[n] > LOUDER]
-        state = f". If {listed(more)} is known to be as noisy, say so with noise={{SENSOR: VALUE}}"
+        are = "are" if len(more) > 1 else "is"
+        state = (
+            f". If {listed(more)} {are} known to be as noisy, say so with noise={{SENSOR: VALUE}}"
+        )
         notes.append(
             f"{COLOURED}, not white: its own past foretells {_shares(open_ones)}. It is noise with "
             "a memory, or something small is still missing. The 95 % intervals allow for such "
@@ -71,7 +74,19 @@ def colour_notes(last: Fit, given: Collection[str] = ()) -> tuple[str, ...]:
     return tuple(notes)
 
 
-WITHIN = 1.2
+def too_narrow(last: Fit) -> tuple[str, ...]:
+    """Say that intervals are too narrow where a law leaves more than noise with a memory."""
+    level = dict(zip(last.problem.data.names, level_of(last), strict=True))
+    loud = [f"{v:.3g} times the noise of {n}" for n, v in level.items() if v >= NOISE]
+    if not loud:
+        return ()
+    return (
+        f"what is left is {listed(loud)}, more than noise: the law is slightly wrong, or more "
+        "is missing. The 95 % intervals do not allow for that: they are too narrow",
+    )
+
+
+WITHIN = 1.1
 """Times a noise up to which what is left is within it: slow noise is louder now and then."""
 LOUDER = 1.1
 """Times a noise that was read off the recording, from which it is worth a word to state it."""

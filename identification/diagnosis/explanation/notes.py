@@ -10,7 +10,7 @@ from bondgraph.graph.elements import C, I, R
 from bondgraph.support.errors import BondsightError
 from identification.diagnosis.evidence.answer import Decision
 from identification.diagnosis.evidence.remaining import growing
-from identification.diagnosis.explanation.colour import colour_notes
+from identification.diagnosis.explanation.colour import colour_notes, too_narrow
 from identification.diagnosis.screening.mixups import in_doubt
 from identification.diagnosis.search.candidates import Candidate
 from identification.diagnosis.search.hold_choice import hold_margin
@@ -55,6 +55,7 @@ def notes_of(
     loose = taken_over(last, named) | {n for t in together for n in t.names}
     return (
         *in_doubt(last, declared, loose), *colour_notes(last, material.given),
+        *(too_narrow(last) if named else ()),
         *material.recording.notes, *notes_on_size(last, named),
         *_chosen(last, holds),
         *_noise_notes(
