@@ -147,8 +147,16 @@ def _raised(error: BaseException, where: str) -> UnusableInput:
     text = " ".join(str(error).split()) or "no message"
     return UnusableInput(
         f"model {where} raised {kind}{_place(error)}: {text}; mend the model"
-        f"{_constant_source(error)}"
+        f"{_constant_source(error)}{_elsewhere(text)}"
     )
+
+
+def _elsewhere(text: str) -> str:
+    """Return where a name is that the front door does not have; empty elsewhere."""
+    wanted = re.match(r"cannot import name '(\w+)' from 'bondsight'", text)
+    if wanted is None or not hasattr(importlib.import_module("bondgraph"), wanted[1]):
+        return ""
+    return f": from bondgraph import {wanted[1]}"
 
 
 def _constant_source(error: BaseException) -> str:

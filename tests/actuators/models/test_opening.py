@@ -150,6 +150,13 @@ def test_a_fault_beside_it_is_found_there_and_leaves_nothing(tmp_path: Path) -> 
     assert "my_parts" not in sys.modules
 
 
+def test_a_name_that_the_front_door_lacks_is_found(tmp_path: Path) -> None:
+    said = refused(written(tmp_path, "from bondsight import Da\n"))
+    assert said.endswith("; mend the model: from bondgraph import Da")
+    said = refused(written(tmp_path, "from bondsight import Nowhere\n"))
+    assert said.endswith("; mend the model")
+
+
 @pytest.mark.parametrize("name", ["statistics", "networkx", "sys"])
 def test_a_name_that_is_installed_too_is_refused(tmp_path: Path, name: str) -> None:
     written(tmp_path, PARTS, f"{name}.py")
