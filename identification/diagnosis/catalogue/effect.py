@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import product
 from typing import ClassVar
 
@@ -50,6 +50,8 @@ class Insertion:
         Parameters with the range in which the law is what its name says.
     form : bool
         A richer law of the effect, which others no longer contain.
+    courses : mapping of str to ndarray, shape (N,), SI
+        Where states of the law went along the record, from zero, as far as that is known.
     """
 
     effect: str
@@ -65,6 +67,7 @@ class Insertion:
     kind: str = ""
     within: tuple[tuple[str, float, float], ...] = ()
     form: bool = False
+    courses: Mapping[str, Array] = field(default_factory=dict, compare=False, repr=False)
 
     @property
     def label(self) -> str:

@@ -69,14 +69,18 @@ def scene_of(
 
 
 def _recorded(problem: Problem, element: Element) -> Array | None:
-    """Return the displacement that a sensor at the junction of an element recorded, shape (N,)."""
+    """Return the displacement that a sensor at the junction of an element recorded, shape (N,).
+
+    That of a displacement, or else of a flow, whose readings are added up.
+    """
     graph, data = problem.graph, problem.data
     if not isinstance(element, I | R) or not isinstance(at := _junction(graph, element), One):
         return None
-    for s in graph.of_type(Dq):
-        plain = s.gain is None and s.name in data.names
-        if plain and _junction(graph, s) is at:
-            return data.readings[:, data.names.index(s.name)]
+    for kind in (Dq, Df):
+        for s in graph.of_type(kind):
+            if s.gain is None and s.name in data.names and _junction(graph, s) is at:
+                y = data.readings[:, data.names.index(s.name)]
+                return y if kind is Dq else moved_by(y, data.dt)
     return None
 
 

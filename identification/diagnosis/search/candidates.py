@@ -351,7 +351,8 @@ def attempt(
     except BondsightError:
         return insertion.label, None
     starts = promising(problem, insertion, far, plain)
-    quick = early and not problem.source_offsets
+    loses_way = problem.source_offsets or bool(insertion.courses)
+    quick = early and not loses_way
     begun = best_first(starts) if quick else [(p, None) for p in starts]
     for number, (candidate, point) in enumerate(begun):
         try:
@@ -359,8 +360,8 @@ def attempt(
             if point is not None and sound(short[-1]):
                 break  # the others only where it runs away on the rest of the record
             # windows forgive a start: of each kind of values one way through them is enough
-            if lost or (problem.source_offsets and number in (0, len(begun) - 1)):
-                again = through_windows(candidate, 3 * FIRST, insertion.strengths)
+            if lost or (loses_way and number in (0, len(begun) - 1)):
+                again = through_windows(candidate, 3 * FIRST, insertion)
                 short.append(fit(again, max_iterations=FIRST, judged=False))
         except (BondsightError, np.linalg.LinAlgError, ValueError):
             continue

@@ -2,20 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
 from dataclasses import replace
 
+import numpy as np
+
+from identification.diagnosis.catalogue.effect import Insertion
 from identification.estimation.levenberg_marquardt import FitStatus
 from identification.estimation.single_record import fit
 from identification.study.problem import Problem
+from identification.study.residual import windows
 
 
-def through_windows(problem: Problem, iterations: int, strengths: Collection[str] = ()) -> Problem:
+def through_windows(
+    problem: Problem, iterations: int, insertion: Insertion | None = None
+) -> Problem:
     """Return the problem with start values fitted on windows; itself where that leads nowhere.
 
-    On windows an error of the start does not add up; judged is the whole record. Where the windows
-    begin is asked of the model without a law first, whose `strengths` are zero: a law along the way
-    has to know which part of the way.
+    On windows an error of the start does not add up; judged is the whole record. Where they begin
+    is asked of the model without the law of an `insertion` first: a law along the way has to know
+    which part of the way.
     """
     if problem.data.breaks:
         return problem
@@ -25,26 +30,36 @@ def through_windows(problem: Problem, iterations: int, strengths: Collection[str
         clock=0.0, fixed=(*problem.fixed, *problem.skews),  # clocks reach over the edges
     )  # fmt: skip
     first = bool(problem.data.mask("train")[0])  # then nobody asks where held-out windows begin
-    if strengths:
-        short = _placed(short, strengths)
+    if insertion is not None:
+        short = _placed(short, insertion)
     begun = fit(short, max_iterations=iterations, judged=not first)
     if begun.status is FitStatus.BROKEN:
         return problem
     names = problem.engine.state_names
     known = {n: begun.point.states[:1, i] for i, n in enumerate(names)}
+    for n, course in (insertion.courses if insertion is not None else {}).items():
+        known[n] = known[n] - (course[windows(short)[0].start] - course[problem.data.begin])
     values = {k: v for k, v in begun.values.items() if k in problem.engine.parameters}
     return replace(problem, starts={**problem.starts, **values}, known_states=known)
 
 
-def _placed(short: Problem, strengths: Collection[str]) -> Problem:
-    """Return the problem with windows that begin where the readings are."""
-    weak = {**short.starts, **dict.fromkeys(strengths, 0.0)}
+def _placed(short: Problem, insertion: Insertion) -> Problem:
+    """Return the problem with windows that begin where the readings are.
+
+    Of a state that no reading tells, where its course was.
+    """
+    weak = {**short.starts, **dict.fromkeys(insertion.strengths, 0.0)}
     plain = replace(short, starts=weak, fixed=tuple(short.graph.parameters))
     found = fit(plain, max_iterations=FEW, judged=False)
     if found.status is FitStatus.BROKEN:
         return short
     names = plain.engine.state_names
-    return replace(short, known_states={n: found.point.states[:, i] for i, n in enumerate(names)})
+    known = {n: found.point.states[:, i] for i, n in enumerate(names)}
+    begin = [w.start for w in windows(short)]
+    for n, course in insertion.courses.items():
+        if n in known and not np.ptp(known[n]):
+            known[n] = course[begin]
+    return replace(short, known_states=known)
 
 
 FEW = 6

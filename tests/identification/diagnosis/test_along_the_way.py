@@ -4,13 +4,17 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
 from bondgraph import BondGraph, C, Dq, I, One, R, Se
 from bondgraph.laws import Coulomb, Periodic
 from bondgraph.signals.recording import Recording
 from bondgraph.signals.split import interleaved
 from bondgraph.support.arrays import FloatArray
-from identification.diagnosis.catalogue.transduction.position_periodic_force import periods
+from identification.diagnosis.catalogue.transduction.position_periodic_force import (
+    periods,
+    seen_to_repeat,
+)
 from identification.diagnosis.diagnose import diagnose
 from identification.diagnosis.explanation.law_formula import meaning_of
 from identification.diagnosis.screening.carried import astray, carried_away
@@ -96,6 +100,20 @@ def test_a_scan_resolves_what_the_samples_do() -> None:
     assert np.abs(np.diff(1 / tried)).max() * np.ptp(way) < 0.34  # of a turn, over the range
     slow = periods(np.linspace(0.0, 1.0, 50))
     assert slow.min() > 2 / 49
+
+
+def test_short_periods_are_seen_to_repeat() -> None:
+    """340 waves over a way that is gone at changing speeds, behind a lag."""
+    rng = np.random.default_rng(4)
+    speed = np.repeat(rng.uniform(20.0, 90.0, 16), 500)
+    way = np.cumsum(speed) * 5e-4
+    wave = np.sin(6.0 * way + 0.4)
+    lagged = lfilter([0.05], [1.0, -0.95], wave) + 0.05 * rng.standard_normal(way.size)
+    found = seen_to_repeat(way, lagged[:, None], float(periods(way).min()))
+    assert np.abs(2 * np.pi / found - 6.0).min() < 0.01
+    assert found.max() < periods(way).min()
+    nothing = seen_to_repeat(np.zeros(100), np.ones((100, 1)), 1.0)
+    assert nothing.size == 0
 
 
 @pytest.mark.parametrize("spring", [0.0, 0.1])

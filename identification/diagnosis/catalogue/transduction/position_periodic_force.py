@@ -11,7 +11,7 @@ from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import C, Element, I, One
 from bondgraph.laws import Law, Periodic
 from bondgraph.support.arrays import Array
-from identification.diagnosis.catalogue.effect import Effect, Signature
+from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
 from identification.diagnosis.catalogue.site import Site, Values
 from identification.diagnosis.screening.port_history import FittedModel, PortHistory, moved_by
 
@@ -81,8 +81,11 @@ class PositionPeriodicForce(Effect):
         return (*own, *recorded)
 
     def grid(self, at: Site) -> Sequence[Values]:
-        """Return the periods of a scan."""
-        return [{"period": float(p)} for p in periods(at.past.argument)]
+        """Return the periods of a scan, and shorter ones at which what is left repeats."""
+        way = at.past.argument
+        scan = periods(way)
+        short = seen_to_repeat(way, at.scene.residual, float(scan.min()))
+        return [{"period": float(p)} for p in (*scan, *short)]
 
     def made(self, at: Site, period: float | None = None) -> Law:
         """Return a periodic force without stiffness."""
@@ -90,6 +93,13 @@ class PositionPeriodicForce(Effect):
         unit, way_unit = ("N*m", "rad") if "m2" in at.unit else ("N", "m")
         period = float(np.ptp(past.argument) or 1) / 2 if period is None else period
         return Periodic(period, 0.1 * past.swing, past.half, unit, way_unit)
+
+    def insert(self, scene: FittedModel, element: Element, hint: Hint | None = None) -> Insertion:
+        """Hang a storage with the law at the junction; it is known which part of the way it saw."""
+        past = scene.of(element)
+        way = way_of(past) if past.recorded is None else past.recorded
+        made = super().insert(scene, element, hint)
+        return replace(made, courses={f"q_ripple_{element.name}": way - way[0]})
 
     def with_law(
         self, scene: FittedModel, element: Element, law: Law
@@ -119,6 +129,49 @@ def periods(way: Array, fewest: int = PERIODS[0], most: int = PERIODS[1]) -> Arr
     """
     reach = float(np.ptp(way)) or 1.0
     step = float(np.quantile(np.abs(np.diff(way)), 0.95)) if way.size > 1 else reach
-    least = max(2.5 * step, reach / (most / 3), 1e-9 * reach)
+    least = max(RESOLVED * step, reach / (most / 3), 1e-9 * reach)
     count = int(np.clip(np.ceil(3 * reach / least), fewest, most))
     return np.asarray(1.0 / np.linspace(1 / (2 * reach), max(1 / least, 1 / reach), count))
+
+
+def seen_to_repeat(way: Array, residual: Array, most: float) -> Array:
+    """Return periods shorter than `most` at which a residual repeats along the way, or its rates.
+
+    What acts along the way shows there through the plant, which changes slowly from period to
+    period: lines over what lies around them, at periods that the samples resolve.
+
+    Parameters
+    ----------
+    way : ndarray, shape (N,)
+    residual : ndarray, shape (N, n_y)
+    """
+    from scipy.ndimage import median_filter
+
+    reach = float(np.ptp(way))
+    step = float(np.quantile(np.abs(np.diff(way)), 0.95)) if way.size > 1 else 0.0
+    least = max(RESOLVED * step, reach / FINEST)
+    if not reach or least >= most:
+        return np.zeros(0)
+    cells = 1 << int(np.ceil(np.log2(4.0 * reach / least)))
+    at = np.minimum((way - way.min()) / reach * cells, cells - 1).astype(int)
+    waves = np.fft.rfftfreq(3 * cells, 1.0 / cells)  # over the range
+    inside = np.flatnonzero((waves > reach / most) & (waves < reach / least))
+    found: list[float] = []
+    for r in residual.T:
+        for signal in (r, np.gradient(r), np.gradient(np.gradient(r))):
+            line = np.abs(np.fft.rfft(np.bincount(at, signal, cells), 3 * cells))
+            over = line[inside] / np.maximum(median_filter(line[inside], AROUND), 1e-300)
+            peaks = np.flatnonzero((over > np.roll(over, 1)) & (over >= np.roll(over, -1)))
+            best = peaks[np.argsort(-over[peaks])][:LINES]
+            found += [reach / float(w) for w in waves[inside[best]]]
+    return np.asarray(sorted(set(found)))
+
+
+RESOLVED = 2.5
+"""Steps of the way that a period takes at least."""
+FINEST = 4096
+"""Periods in a way that are looked for at most."""
+AROUND = 61
+"""Neighbours of a line, thirds of a wave over the range, that it is held against."""
+LINES = 3
+"""Lines of a signal that are tried."""
