@@ -201,7 +201,7 @@ def _moves(y: FloatArray, rest: slice) -> bool:
     parts = np.array_split(inside, min(PARTS, inside.size // 4))
     went = float(np.ptp([p.mean() for p in parts]))
     rough = float(np.mean([p.std() for p in parts])) / np.sqrt(parts[-1].size)
-    return went > max(MOVES * float(np.ptp(y)), ROUGH * rough)
+    return bool(went > max(MOVES * float(np.ptp(y)), ROUGH * rough))
 
 
 LEAST = 8
