@@ -38,6 +38,10 @@ class StoredScore:
         Standard deviation of each reading's prediction error, over the floor.
     aparts, pairs, excesses : ndarray, shape (n, n)
         What the methods say of row and column.
+    foretold : float
+        Share of what is left that its own past foretells; zero of answers that do not hold it.
+    besides : tuple of float
+        Of the first: standard errors by which it lags beside noise with a memory.
     out : namespace
         What is left of each of several recordings, one row each; nothing of a single one.
     """
@@ -49,6 +53,8 @@ class StoredScore:
     pairs: Array
     excesses: Array
     out: Any = None
+    foretold: float = 0.0
+    besides: tuple[float, ...] = ()
 
     @property
     def square(self) -> float:
@@ -64,6 +70,10 @@ class StoredScore:
     def paired(self, better: StoredScore) -> float:
         """Return the stored standard errors by which stretches agree."""
         return float(self.pairs[self.place, better.place])
+
+    def beside_colour(self, better: StoredScore) -> float:
+        """Return the stored lag beside noise with a memory; without bounds where none is stored."""
+        return self.besides[better.place] if self.besides else np.inf
 
     def excess(self, best: StoredScore) -> float:
         """Return the stored mean square beyond that of `best`."""
@@ -120,6 +130,7 @@ def stored(e: Evidence) -> dict[str, Any]:
                 both = worse.sound and better.sound
                 apart[i, j] = worse.apart(better) if both else worse.behind(better)
                 paired[i, j] = worse.paired(better) if both else apart[i, j]
+    quiet = scores if e.before.is_noise(Thresholds().noise) else ()
     classes = e.classes
     elements = sorted({s.element for s in e.laws} | {k.element for k in e.kinds})
     return {
@@ -127,6 +138,8 @@ def stored(e: Evidence) -> dict[str, Any]:
         "paired": [[_number(v) for v in row] for row in paired],
         "noise": [[_number(v) for v in s.noise] for s in scores],
         "loss": [_number(s.loss) for s in scores],
+        "foretold": [_number(s.foretold) for s in quiet],
+        "beside": [_number(e.plain.beside_colour(s)) for s in quiet],
         "stretches": [_stretches(s) for s in scores[: 1 + len(e.laws)]],
         "laws": [_law(s) for s in e.laws],
         "kinds": [[k.element, k.kind] for k in e.kinds],
@@ -203,6 +216,10 @@ def evidence_of(content: Mapping[str, Any]) -> Evidence:
         StoredScore(i, loss, noise[i], apart, paired, excesses)
         for i, loss in enumerate(content["loss"])
     ]
+    beside = tuple(content.get("beside", ()))
+    scores[0] = replace(scores[0], besides=beside)
+    for i, share in enumerate(content.get("foretold", ())):
+        scores[i] = replace(scores[i], foretold=share)
     count, each = len(content["laws"]), content.get("recordings") or []
     for i, sums in enumerate(each):
         scores[i] = replace(scores[i], out=_out_of(sums))
