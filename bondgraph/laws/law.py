@@ -57,9 +57,9 @@ class Law(ABC):
     lives_in_time: ClassVar[bool] = False
     """What `timed` says of every law of this kind."""
 
-    own_origin: ClassVar[bool] = False
-    """Its own numbers say where its argument is zero: moved along the argument, it is one of its
-    kind again."""
+    own_origin: ClassVar[tuple[str, ...]] = ()
+    """Parameters, named without the element, that say where its argument is zero: with others of
+    them it is one of its kind again, moved along the argument."""
 
     flows: ClassVar[bool] = False
     """The memory obeys a differential equation in time, see `bondgraph.simulation.flowing`."""

@@ -49,7 +49,7 @@ class Periodic(Law):
         "period": "way after which it repeats",
     }
     energy: ClassVar[str] = "stores"
-    own_origin: ClassVar[bool] = True
+    own_origin: ClassVar[tuple[str, ...]] = ("a", "b")
 
     def parameters(self, element: str) -> tuple[Parameter, ...]:
         """Sine and cosine amplitude, period."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import TYPE_CHECKING
@@ -118,12 +119,15 @@ def interleaved(start: int, stop: int, blocks: int = 30, every: int = 3) -> Spli
 
 
 def default_split(
-    recording: Recording, fraction: float = 1.0 / 3.0, drive: str | ArrayLike | None = None
+    recording: Recording,
+    fraction: float = 1.0 / 3.0,
+    drive: str | ArrayLike | None = None,
+    watched: Collection[str] | None = None,
 ) -> Split:
     """Hold out the last part of a record, by one stated rule.
 
     The last `fraction` of the samples is held out. If a drive is given: leading samples in which
-    it stays within 1 % of its range for at least 2 % of the record, and in which no other channel
+    it stays within 1 % of its range for at least 2 % of the record, and in which nothing `watched`
     moves, are rest and not scored (a drive that is constant drives all the same); if it is periodic
     afterwards (autocorrelation of at least 0.98 at some lag up to half the record), train and test
     are whole periods counted back from the end, at least one each, and what is left before the
@@ -137,6 +141,8 @@ def default_split(
         Held-out part, between 0 and 1 (exclusive).
     drive : str or array_like, optional
         The input: a channel name or (N,) values.
+    watched : collection of str, optional
+        Channels that rest with it; all when not given.
 
     Returns
     -------
@@ -165,7 +171,8 @@ def default_split(
         rest = _rest(u)
         if rest and n - rest.stop < 2:
             rest = None  # nothing would be left to fit and to judge
-        if rest and any(_moves(np.asarray(recording[c]), rest) for c in recording.channels):
+        known = recording.channels if watched is None else watched
+        if rest and any(_moves(np.asarray(recording[c]), rest) for c in known):
             rest = None
         period = _period(u[rest.stop if rest else 0 :])
     start = rest.stop if rest else 0
@@ -194,21 +201,21 @@ def _rest(u: FloatArray) -> slice | None:
 
 
 def _moves(y: FloatArray, rest: slice) -> bool:
-    """Whether a channel goes somewhere in a stretch: more than its own roughness, and clearly."""
+    """Whether a channel goes far in a stretch: more than its own roughness, and than slow noise."""
     inside = y[rest]
     if inside.size < LEAST:
         return False
-    parts = np.array_split(inside, min(PARTS, inside.size // 4))
+    parts = np.array_split(inside, min(PARTS, inside.size // 16))
     went = float(np.ptp([p.mean() for p in parts]))
     rough = float(np.mean([p.std() for p in parts])) / np.sqrt(parts[-1].size)
     return bool(went > max(MOVES * float(np.ptp(y)), ROUGH * rough))
 
 
-LEAST = 8
+LEAST = 32
 """Samples of a rest in which anything can be seen to move."""
 PARTS = 16
 """Parts of a rest whose means are compared."""
-MOVES = 0.05
+MOVES = 0.2
 """Part of the range of a channel by which these differ in one that moves."""
 ROUGH = 6.0
 """Standard errors of such a mean by which they differ by chance."""

@@ -23,6 +23,7 @@ def add_study_options(p: argparse.ArgumentParser) -> None:
     p.add_argument("--model", required=True, help=MODEL)
     add_reading(p)
     add_statement(p)
+    add_several(p, "--own", "NAME", [], "parameters with a value in every recording")
     p.add_argument("--hold", choices=("hold", "linear", "band-limited", "estimate"), default=None,
                    help="commands between samples: hold as of a converter, linear, band-limited, "
                    "or what fits best (the default)")  # fmt: skip
@@ -55,7 +56,6 @@ def add_statement(p: argparse.ArgumentParser) -> None:
         metavar="NAME=MEDIAN:FACTOR",
         help="two thirds of the weight within FACTOR of MEDIAN",
     )
-    add_several(p, "--own", "NAME", [], "parameters with a value in every recording")
     p.add_argument("--rest", action="store_true", help="every recording begins at rest")
     p.add_argument("--clock", type=ppm, default=0.0, metavar="PPM", help="largest clock error")
     p.add_argument(
@@ -123,7 +123,7 @@ def states(options: argparse.Namespace) -> bool:
 
 
 STATED = (
-    "free", "fix", "start", "bound", "prior", "own", "rest", "clock", "gain", "no_offsets",
+    "free", "fix", "start", "bound", "prior", "rest", "clock", "gain", "no_offsets",
     "no_lags", "command_offsets",
 )  # fmt: skip
 """Options of `add_statement`."""
@@ -157,20 +157,22 @@ def _free(options: argparse.Namespace, graph: BondGraph) -> list[Vary] | None:
     bounds = dict(_pairs("--bound", options.bound))
     priors = dict(_pairs("--prior", options.prior))
     fixed = {n for n, _ in _pairs("--fix", options.fix)}
-    names = options.free
+    names, apart = options.free, getattr(options, "own", [])
     if names is None:
         names = [n for n, p in known.items() if not p.fixed and n not in fixed]
     for option, given in (
-        ("--start", starts), ("--bound", bounds), ("--prior", priors), ("--own", options.own)
+        ("--start", starts), ("--bound", bounds), ("--prior", priors), ("--own", apart)
     ):  # fmt: skip
         for n in given:
             if n not in known:
                 raise unknown_name(f"parameter of {option}", n, graph.name, known)
+            if n in fixed:
+                raise UnusableInput(f"{option} {n}: {n} is held by --fix; leave one of them out")
             if n not in names:
                 raise UnusableInput(f"{option} {n}: {n} is not free; add it to --free")
     found = []
     for n in names:
-        v = Vary(n, own=n in options.own)
+        v = Vary(n, own=n in apart)
         if n in bounds:
             low, high = _span("--bound", n, bounds[n])
             v = replace(v, lower=low, upper=high)
@@ -183,11 +185,13 @@ def _free(options: argparse.Namespace, graph: BondGraph) -> list[Vary] | None:
 
 
 def _pairs(option: str, entries: Sequence[str]) -> list[tuple[str, str]]:
-    found = []
+    found: list[tuple[str, str]] = []
     for e in entries:
         name, sign, value = (part.strip() for part in e.partition("="))
         if not (name and sign and value):
             raise UnusableInput(f"{option} {e} is not NAME=VALUE; write {option} m=0.5")
+        if name in (known for known, _ in found):
+            raise UnusableInput(f"{option} {e}: {name} was given before; give it once")
         found.append((name, value))
     return found
 

@@ -168,6 +168,18 @@ PIECES = 12
 
 
 def _rest_level(y: Array) -> float:
+    """Level of a rest, or of its last half where the first still dies away."""
+    last = y[y.size // 2 :]
+    whole = _still_level(y)
+    later = _still_level(last) if last.size >= REST else whole
+    return later if later < QUIETER * whole else whole
+
+
+QUIETER = 0.7
+"""Part of the level of a whole rest that its last half has if the first half is none."""
+
+
+def _still_level(y: Array) -> float:
     t = np.linspace(-1, 1, y.size)
     left = y - np.polyval(np.polyfit(t, y, 2), t)
     # the drive may begin to move within the rest: a robust level does not see its last samples

@@ -369,7 +369,10 @@ class Problem:
         """Positions of states that stay where they begin: nothing tells where that is."""
         in_one, lure = self.window is None and not self.data.breaks, self.engine.lure
         follow = self.offsets and all(s.offset is None for s in self.graph.of_type(Sensor))
-        return own_origins(lure) if in_one and follow and lure is not None else ()
+        if not (in_one and follow) or lure is None:
+            return ()
+        loose = (f.parameter for f in self.free if f.parameter.name not in self.priors)
+        return own_origins(lure, {p.name for p in loose if p.lower is None and p.upper is None})
 
     @cached_property
     def with_chain(self) -> BondGraph:

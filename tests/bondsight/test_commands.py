@@ -200,8 +200,13 @@ def test_a_diagnosis_is_told_what_is_known(
     assert study.fixed == {"m": 0.6}
     assert (study.nuisances.offsets, study.nuisances.lags, study.initial) == (False, False, "rest")
     assert study.nuisances.gains["x"].within == 0.02
-    assert main([*carriage, "--start", "dd=3"]) == 2
-    assert "no parameter of --start 'dd'" in capsys.readouterr().err
+    for words, said in (
+        ("--start dd=3", "no parameter of --start 'dd'"),
+        ("--fix m=0.5 --fix m=0.6", "--fix m=0.6: m was given before; give it once"),
+        ("--fix m=0.5 --start m=0.6", "--start m: m is held by --fix"),
+    ):
+        assert main([*carriage, *words.split()]) == 2
+        assert said in capsys.readouterr().err
     asked.clear()
     assert main(carriage) == 130
     ((graph, _, _),) = asked

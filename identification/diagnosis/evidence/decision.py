@@ -210,7 +210,7 @@ def _fits(law: Scored, kinds: Sequence[KindScore], e: Evidence, t: Thresholds) -
     if e.located and law.left.most > max(MUCH, PART * e.before.most):
         # an input at its place leaves nothing: what is missing there is no law that leaves so much
         return False
-    if _spoils(law, e, t):
+    if _spoils(law, e):
         return False
     best = best_of([law, *e.kinds])
     assert best is not None
@@ -236,10 +236,14 @@ def _fits(law: Scored, kinds: Sequence[KindScore], e: Evidence, t: Thresholds) -
     return explained(law, e.plain, best.score) >= least * max(map(part, rivals), default=0.0)
 
 
-def _spoils(law: Scored, e: Evidence, t: Thresholds) -> bool:
-    """Whether held-out samples of another reading are clearly worse with a law than without it."""
+def _spoils(law: Scored, e: Evidence) -> bool:
+    """Whether held-out samples of a reading are clearly worse with a law than without it.
+
+    Near the noise they may be: what is taken for noise varies, and another effect may be missing.
+    """
     before, after = e.before.over_noise, law.left.over_noise
-    return any(after[n] > WORSE * max(before[n], t.noise) for n in after if n in before)
+    told = (n for n in after if n in before and n not in {*e.before.grows, *law.left.grows})
+    return any(after[n] > WORSE * max(before[n], MUCH) for n in told)
 
 
 WORSE = 1.5

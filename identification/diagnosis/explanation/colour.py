@@ -81,8 +81,9 @@ def too_narrow(last: Fit) -> tuple[str, ...]:
     if not loud:
         return ()
     return (
-        f"what is left is {listed(loud)}, more than noise: the law is slightly wrong, or more "
-        "is missing. The 95 % intervals do not allow for that: they are too narrow",
+        f"what is left is {listed(loud)}, more than noise as a rule: what was named is "
+        "slightly wrong, or more is missing. The 95 % intervals do not allow for that, and are too "
+        "narrow then",
     )
 
 

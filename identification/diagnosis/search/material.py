@@ -58,7 +58,11 @@ def material_of(asked: Asked) -> Material:
     recording, breaks = joined(asked.recordings)
     sensors = tuple(s.name for s in graph.of_type(Sensor))
     commands = tuple(s.name for s in drives(graph))
-    usual = split_of(asked.recordings) if breaks else _split(recording, commands, _latest(graph))
+    usual = (
+        split_of(asked.recordings)
+        if breaks
+        else _split(recording, commands, sensors, _latest(graph))
+    )
     split = asked.split or usual
     data = data_for(graph, recording, split, dict.fromkeys(sensors, 1.0))
     coarse = recording.meta.get("resolution") or {}
@@ -114,7 +118,9 @@ def _latest(graph: BondGraph) -> float:
     return max((graph.parameters[name].value for name in declared), default=0.0)
 
 
-def _split(recording: Recording, commands: Sequence[str], late: float) -> Split:
+def _split(
+    recording: Recording, commands: Sequence[str], sensors: Sequence[str], late: float
+) -> Split:
     """Leading rest aside, every third of thirty stretches is held out.
 
     Levels, bands and slow changes then show in both parts, whatever the excitation. What a command
@@ -122,7 +128,8 @@ def _split(recording: Recording, commands: Sequence[str], late: float) -> Split:
     judged.
     """
     moving = [c for c in commands if c in recording.channels and np.ptp(recording[c]) > 0]
-    plain = default_split(recording, drive=moving[0] if moving else None)
+    watched = [c for c in (*commands, *sensors) if c in recording.channels]
+    plain = default_split(recording, drive=moving[0] if moving else None, watched=watched)
     begin = plain.rest.stop if plain.rest is not None else _unknown(recording, late)
     if recording.n - begin < LEAST_TO_INTERLEAVE:
         return plain

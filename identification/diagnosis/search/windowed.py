@@ -37,8 +37,10 @@ def through_windows(
         return problem
     names = problem.engine.state_names
     known = {n: begun.point.states[:1, i] for i, n in enumerate(names)}
+    begin, whole = windows(short)[0].start, windows(problem)[0].start
     for n, course in (insertion.courses if insertion is not None else {}).items():
-        known[n] = known[n] - (course[windows(short)[0].start] - course[problem.data.begin])
+        if n in known:
+            known[n] = known[n] - (course[begin] - course[whole])
     values = {k: v for k, v in begun.values.items() if k in problem.engine.parameters}
     return replace(problem, starts={**problem.starts, **values}, known_states=known)
 
@@ -49,7 +51,7 @@ def _placed(short: Problem, insertion: Insertion) -> Problem:
     Of a state that no reading tells, where its course was.
     """
     weak = {**short.starts, **dict.fromkeys(insertion.strengths, 0.0)}
-    plain = replace(short, starts=weak, fixed=tuple(short.graph.parameters))
+    plain = replace(short, starts=weak, fixed=(*short.fixed, *short.graph.parameters))
     found = fit(plain, max_iterations=FEW, judged=False)
     if found.status is FitStatus.BROKEN:
         return short

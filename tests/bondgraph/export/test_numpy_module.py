@@ -284,7 +284,7 @@ def test_names_of_the_model_cannot_break_the_module() -> None:
     assert not found
     imports = [a.name for n in ast.walk(ast.parse(text)) if isinstance(n, ast.Import)
                for a in n.names]  # fmt: skip
-    assert sorted(imports) == ["math", "numpy"]
+    assert sorted(imports) == ["math", "numpy", "warnings"]
     printed = module(model)
     assert printed.PARAMETERS == ("lambda",)
     assert printed.rates(0.0, [0.5], [0.0], [3.0]) == pytest.approx([5.5])

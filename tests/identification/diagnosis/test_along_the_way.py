@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
+
 import numpy as np
 import pytest
 from scipy.signal import lfilter
@@ -24,6 +28,7 @@ from identification.diagnosis.search.nominal import nominal_fit
 from identification.report.numbers import quantity
 from identification.study.engine import engine_of
 from identification.study.origins import own_origins
+from identification.study.priors import Normal
 from identification.study.problem import Problem, data_for
 from tests.settled import simulate
 
@@ -138,6 +143,8 @@ def test_windows_and_known_positions_leave_it_free(recorded: Recording) -> None:
         "windows": Problem(g, data, window=200),
         "a reading without offset": Problem(g, data, offsets=False),
         "a known offset": Problem(g.with_element("phi", offset=0.0), data),
+        "a known wave": Problem(g, data, fixed=("a_cogs",)),
+        "a wave known before": Problem(g, data, priors={"b_cogs": Normal(0.01, 0.001)}),
     }
     held = {k: "q_cogs" not in [names[i] for i in p.free_states] for k, p in free.items()}
     assert [k for k, stays in held.items() if stays] == ["one run"]
@@ -151,6 +158,23 @@ def test_a_plant_that_ran_away_is_looked_at_from_declared_values(recorded: Recor
     assert not astray(fit)
 
 
+def test_values_that_nothing_can_have_tell_no_place(recorded: Recording) -> None:
+    g = motor(spring=1e-9).with_values({"J": 5e-4, "b": 2e-3})
+    fit = nominal_fit(motor(), _problem(recorded).data)[1]
+    moved = [replace(e, value=40.0 * e.value) for e in fit.estimates[:1]] * 3
+    named = [replace(e, name=n) for e, n in zip(moved, ("J", "b", "k"), strict=True)]
+    declared = {n: p.value for n, p in g.parameters.items()}
+    lost: Any = SimpleNamespace(
+        problem=SimpleNamespace(source_offsets=True, graph=g), chi2=lambda part: 1e4,
+        estimates=[replace(e, value=40.0 * declared[e.name]) for e in named],
+    )  # fmt: skip
+    assert carried_away(lost)
+    lost.estimates = lost.estimates[:2]
+    assert not carried_away(lost)
+    lost.estimates, lost.problem.source_offsets = lost.estimates * 2, False
+    assert not carried_away(lost)
+
+
 def _problem(recorded: Recording) -> Problem:
     g = motor()
     return Problem(g, data_for(g, recorded, interleaved(0, recorded.n), {"phi": 2e-4}))
@@ -159,4 +183,4 @@ def _problem(recorded: Recording) -> Problem:
 def _origins(g: BondGraph) -> tuple[int, ...]:
     compiled = engine_of(g).lure
     assert compiled is not None
-    return own_origins(compiled)
+    return own_origins(compiled, {"a_cogs", "b_cogs"})

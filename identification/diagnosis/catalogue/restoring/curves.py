@@ -193,6 +193,6 @@ def kneeless_at(
     return (
         replace(
             inserted, law=series.name, form=True,
-            sentence="its current grows faster than its flux, smoothly and without a knee",
+            sentence="its current bends away from the line with its flux, without a knee",
         ),
     )  # fmt: skip

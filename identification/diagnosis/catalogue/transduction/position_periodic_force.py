@@ -70,7 +70,7 @@ class PositionPeriodicForce(Effect):
         if past.recorded is None:
             return own
         there = replace(
-            scene, past={**scene.past, element.name: replace(past, moved=past.recorded)}
+            scene, past={**scene.past, element.name: replace(past, moved=_from_zero(past.recorded))}
         )
         most = float(np.ptp(past.recorded)) / SEEN
         recorded = (
@@ -97,9 +97,9 @@ class PositionPeriodicForce(Effect):
     def insert(self, scene: FittedModel, element: Element, hint: Hint | None = None) -> Insertion:
         """Hang a storage with the law at the junction; it is known which part of the way it saw."""
         past = scene.of(element)
-        way = way_of(past) if past.recorded is None else past.recorded
+        way = way_of(past) if past.recorded is None else _from_zero(past.recorded)
         made = super().insert(scene, element, hint)
-        return replace(made, courses={f"q_ripple_{element.name}": way - way[0]})
+        return replace(made, courses={f"q_ripple_{element.name}": way})
 
     def with_law(
         self, scene: FittedModel, element: Element, law: Law
@@ -117,8 +117,12 @@ class PositionPeriodicForce(Effect):
 def way_of(past: PortHistory) -> Array:
     """Displacement of an inertia from its start, shape (N,)."""
     if past.moved is not None:
-        return np.asarray(past.moved - past.moved[0])
+        return _from_zero(past.moved)
     return moved_by(past.argument, past.dt)
+
+
+def _from_zero(way: Array) -> Array:
+    return np.asarray(way - way[0])
 
 
 def periods(way: Array, fewest: int = PERIODS[0], most: int = PERIODS[1]) -> Array:
@@ -127,8 +131,11 @@ def periods(way: Array, fewest: int = PERIODS[0], most: int = PERIODS[1]) -> Arr
     Neighbours differ by no more than a third of a turn over the range, as far as `most` reach:
     evenly spaced in one over the period.
     """
-    reach = float(np.ptp(way)) or 1.0
-    step = float(np.quantile(np.abs(np.diff(way)), 0.95)) if way.size > 1 else reach
+    reach = float(np.ptp(way))
+    if not reach:
+        return np.asarray(1.0 / np.linspace(0.5, 1.0, fewest))
+    steps = np.abs(np.diff(way))
+    step = float(np.quantile(steps[steps > 0], 0.95))
     least = max(RESOLVED * step, reach / (most / 3), 1e-9 * reach)
     count = int(np.clip(np.ceil(3 * reach / least), fewest, most))
     return np.asarray(1.0 / np.linspace(1 / (2 * reach), max(1 / least, 1 / reach), count))
