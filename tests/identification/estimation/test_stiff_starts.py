@@ -7,6 +7,7 @@ import pytest
 
 from bondgraph import BondGraph, Df, I, One, R, Se, use
 from bondgraph.graph.composing.components import COMPONENTS
+from bondgraph.laws import Polynomial
 from bondgraph.signals.recording import Recording
 from identification.estimation import FitStatus, Study, estimate
 from tests.settled import simulate
@@ -15,7 +16,10 @@ FREE = ("p_ratio", "b")
 
 
 def boat() -> BondGraph:
-    """A propeller on a hull: the shaft follows its torque within a fifth of a sample."""
+    """A propeller on a hull: the shaft follows its torque within a fifth of a sample.
+
+    Its water resists with the cube of the speed: a square one is solved by its formula.
+    """
     with BondGraph("boat") as g:
         shaft, hull = One("shaft"), One("hull")
         Se("M", unit="N*m") >> shaft
@@ -27,7 +31,8 @@ def boat() -> BondGraph:
         hull >> Df("v", unit="m/s")
         shaft >> R("rubs", 1e-4, unit="N*m*s/rad")
         shaft >> Df("w", unit="rad/s")
-    return g
+    cubic = Polynomial(0.0, 100.0, 10.0, (3,), "N*m")
+    return g.with_element("p_load", law=cubic).with_values({"a_3_p_load": 10.0})
 
 
 SPUN = {"p_p_J": 0.1, "q_p_memory": 0.0, "p_m": 0.0}
