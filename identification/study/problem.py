@@ -368,8 +368,9 @@ class Problem:
     def _at_will(self) -> tuple[int, ...]:
         """Positions of states that stay where they begin: nothing tells where that is."""
         in_one, lure = self.window is None and not self.data.breaks, self.engine.lure
-        follow = self.offsets and all(s.offset is None for s in self.graph.of_type(Sensor))
-        if not (in_one and follow) or lure is None:
+        if lure is None or not (in_one and any(use.law.own_origin for use in lure.laws)):
+            return ()
+        if not self.offsets or any(s.offset is not None for s in self.graph.of_type(Sensor)):
             return ()
         loose = (f.parameter for f in self.free if f.parameter.name not in self.priors)
         return own_origins(lure, {p.name for p in loose if p.lower is None and p.upper is None})
