@@ -359,7 +359,8 @@ def attempt(
             short.append(begun_from(candidate, point or start_point(candidate), FIRST))
             if point is not None and sound(short[-1]):
                 break  # the others only where it runs away on the rest of the record
-            # windows forgive a start: of each kind of values one way through them is enough
+            # windows forgive a start: one way through them is enough of the fitted values, one of
+            # the declared ones; where the fit follows nothing no start is known to be any good
             if lost or (loses_way and number in (0, len(begun) - 1)):
                 again = through_windows(candidate, 3 * FIRST, insertion)
                 short.append(fit(again, max_iterations=FIRST, judged=False))

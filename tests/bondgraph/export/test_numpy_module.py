@@ -6,6 +6,7 @@ import ast
 import json
 import subprocess
 import sys
+import warnings
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -162,6 +163,17 @@ def test_steps_are_as_fine_as_the_model_asks() -> None:
     single = printed.simulate(time, {"F": drive}, substeps=1, hold=True)["x"]
     assert np.abs(own - fine).max() < 2e-4 * np.ptp(fine)
     assert np.abs(single - fine).max() > 2e-2 * np.ptp(fine)
+
+
+def test_too_few_steps_are_warned_of() -> None:
+    printed = module(by_hand(-4e6 * X + 4e6 * U * U))
+    time = np.arange(0.0, 1.0, 0.05)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        printed.simulate(time, {"u": np.ones(time.size)})
+    printed.simulate.__globals__["_close"] = lambda finer, rougher: False
+    with pytest.warns(UserWarning, match="64 steps between samples"):
+        printed.simulate(time, {"u": np.ones(time.size)})
 
 
 def test_inputs_are_held_where_a_converter_holds_them() -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
 from bondgraph.signals.recording import Recording
 from bondgraph.signals.split import default_split
@@ -42,6 +43,30 @@ def test_a_rest_under_any_command_is_one_and_tells_the_noise(first: float) -> No
     assert split.rest is not None
     assert split.rest.stop >= 1000
     ((level, measured),) = read_noise(rest, split, ("w",), ("U",)).values()
+    assert measured
+    assert level == pytest.approx(0.2, rel=0.1)
+
+
+def test_what_the_model_has_not_may_move_in_a_rest() -> None:
+    rest = recorded(moved(), 3.0)
+    warming = Recording.from_arrays(
+        "warming", {"U[V]": rest["U"], "w[rad/s]": rest["w"], "T[K]": 293.0 + T}, fs=FS
+    )
+    assert default_split(warming, drive="U").rest is None
+    assert default_split(warming, drive="U", watched=("U", "w")).rest is not None
+
+
+def test_slow_noise_in_a_rest_is_no_motion() -> None:
+    slow = lfilter([1.0], [1.0, -0.97], np.random.default_rng(1).standard_normal(N))
+    rest = recorded(moved() + 0.4 * slow, 3.0)
+    assert default_split(rest, drive="U").rest is not None
+
+
+def test_what_dies_away_in_the_first_half_of_a_rest_is_no_noise() -> None:
+    dying = recorded(moved() + 8.0 * np.exp(-T / 0.2) * np.sin(2 * np.pi * 9.0 * T), 3.0)
+    split = default_split(dying, drive="U")
+    assert split.rest is not None
+    ((level, measured),) = read_noise(dying, split, ("w",), ("U",)).values()
     assert measured
     assert level == pytest.approx(0.2, rel=0.1)
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from identification.diagnosis.evidence.answer import Decision
-from identification.diagnosis.evidence.decision import decide
+from identification.diagnosis.evidence.decision import _spoils, decide
 from identification.diagnosis.evidence.hypotheses import Scored, Thresholds
 from identification.diagnosis.evidence.kind_score import KindScore
 from identification.diagnosis.evidence.remaining import Remaining
@@ -192,3 +192,14 @@ def test_what_followed_a_choice_that_was_not_sure_may_be_the_rest_of_that_law(
     if named == 1:
         assert told[0].kind == "unknown_physics"
         assert told[0].reasons[-1].startswith("external_disturbance at m beside coulomb_friction")
+
+
+@pytest.mark.parametrize(("with_it", "spoils"), [(20.0, True), (6.0, False), (7.0, False)])
+def test_a_law_that_spoils_a_reading_far_above_the_noise_is_no_name(
+    with_it: float, spoils: bool
+) -> None:
+    """Twice as bad near the noise may be another effect, or a noise that grows."""
+    before = Remaining({"x": 50.0, "p": 10.0 if spoils else 3.0}, True, 0.0)
+    law: Any = SimpleNamespace(left=Remaining({"x": 1.0, "p": with_it}, True, 0.0))
+    seen: Any = SimpleNamespace(before=before)
+    assert _spoils(law, seen) is spoils

@@ -21,7 +21,12 @@ from identification.diagnosis.catalogue.words import briefly, described, formula
 from identification.diagnosis.diagnose import Diagnosis
 from identification.diagnosis.evidence.judged import judged_on
 from identification.diagnosis.evidence.kind_score import KindScore
-from identification.diagnosis.explanation.colour import COLOURED, colour_notes, coloured
+from identification.diagnosis.explanation.colour import (
+    COLOURED,
+    colour_notes,
+    coloured,
+    too_narrow,
+)
 from identification.diagnosis.explanation.law_formula import in_symbols, meaning_of
 from identification.diagnosis.report.sections import beside
 from identification.diagnosis.search.candidates import Candidate
@@ -172,6 +177,10 @@ def test_residuals_with_a_memory_are_told_beside_the_answer(found: Diagnosis) ->
     white = data.floor[0] * np.random.default_rng(2).standard_normal(data.n)
     slow = lfilter([0.8], [1.0, -0.6], white)
     assert colour_notes(with_residuals(found.repaired, 10.0 * slow)) == ()  # that is no noise
+    (narrow,) = too_narrow(with_residuals(found.repaired, 10.0 * slow))
+    assert "times the noise of x" in narrow
+    assert "are too narrow then" in narrow
+    assert too_narrow(with_residuals(found.repaired, slow)) == ()
     assert coloured(with_residuals(found.repaired, white)) == {}
     assert colour_notes(with_residuals(found.repaired, white)) == ()
     share = coloured(with_residuals(found.repaired, slow))["x"]
