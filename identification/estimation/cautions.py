@@ -18,8 +18,8 @@ from identification.estimation.estimates import Estimate
 from identification.estimation.levenberg_marquardt import FitStatus
 from identification.estimation.methods.method import MethodSolution
 from identification.estimation.moves import BIAS, moves_at
-from identification.estimation.settling import Refined, corrected_steps, sizes
-from identification.estimation.sub_steps import FINEST
+from identification.estimation.settling import corrected_steps, sizes
+from identification.estimation.sub_steps import FINEST, Refinement
 from identification.study.calibration import Known
 from identification.study.factors import drives, gain_name, stated_gains
 from identification.study.joint import JointPoint, JointProblem
@@ -130,8 +130,8 @@ def _unsettled(
     worst, name = 0.0, ""
     for r in late:
         p, local = stack.problems[r], stack.local(point, r)
-        refined = Refined(p, local)
-        half, whole = (refined.at(n).residual for n in (FINEST // 2, FINEST))
+        steps = Refinement(p, local)
+        half, whole = (steps.foretold(n).residual for n in (FINEST // 2, FINEST))
         moved = moves.by(whole - half, slice(edges[r], edges[r + 1]))
         at = int(np.argmax(moved))
         if moved[at] > worst:

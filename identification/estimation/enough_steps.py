@@ -13,11 +13,16 @@ import numpy as np
 
 from bondgraph.support.arrays import Array
 from identification.estimation.levenberg_marquardt import FitStatus
-from identification.estimation.moves import BIAS, moves_at, still_to_come
+from identification.estimation.moves import BIAS, moves_at
 from identification.estimation.single_record import Fit, alone
-from identification.estimation.sub_steps import IN_ALL, LEAST, fit_from
+from identification.estimation.sub_steps import (
+    IN_ALL,
+    LEAST,
+    Refinement,
+    fit_from,
+    still_to_come,
+)
 from identification.study.problem import Problem
-from identification.study.residual import evaluate
 
 MOST = 256
 """Sub-steps of a sample at the most."""
@@ -112,18 +117,18 @@ def _bias(made: Fit) -> Bias | None:
         at = int(np.argmax(by))
         return float(by[at]), stack.names[at]
 
+    steps = Refinement(problem, made.point, now[0])
     ahead = still_to_come(problem.engine.jumps)
-    n, before = problem.n_sub, now[0].residual
+    n = problem.n_sub
     most = max(n, _most(problem))
     while True:
-        twice = replace(problem, n_sub=2 * n, built=problem.engine)
-        after = evaluate(twice, made.point, derivatives=False).residual
+        after = steps.run(2 * n).residual
         if not np.isfinite(after).all():
             return None
-        change, name = moved(after - before)
+        change, name = moved(after - steps.run(n).residual)
         if (1.0 + ahead) * change < BIAS or n >= most:
             return Bias(n, (1.0 + ahead) * change, name, moves.error)
-        n, before = 2 * n, after
+        n *= 2
         if ahead * change < BIAS:
             return Bias(n, ahead * change, name, moves.error)
 

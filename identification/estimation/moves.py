@@ -56,13 +56,3 @@ def moves_at(
     level = max(1.0, float(np.sqrt(stack.cost(now, point))))
     error = level * np.linalg.norm(root, axis=1) + 1e-300
     return Moves(error, root, stack.projected(now, point))
-
-
-def still_to_come(jumps: bool) -> float:
-    """Return the share of the change by twice the sub-steps that all further ones bring.
-
-    The linear interpolation of inputs and deviations within a step makes an error of second order,
-    so that a third of the change from half as many is still to come (Richardson). Beside a law that
-    jumps the error is of first order and of either sign: as much may come.
-    """
-    return 1.0 if jumps else 1.0 / 3.0

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
 
@@ -12,12 +12,19 @@ from bondgraph.graph.sensors import Sensor
 from bondgraph.signals.recording import Recording
 from bondgraph.support.arrays import Array
 from identification.estimation.methods.method import MethodSolution
-from identification.estimation.moves import BIAS, moves_at, still_to_come
-from identification.estimation.sub_steps import FINEST, finest_of, small_correction
+from identification.estimation.moves import BIAS, moves_at
+from identification.estimation.sub_steps import (
+    FINEST,
+    Refinement,
+    corrected,
+    fewest,
+    finest_of,
+    small_correction,
+    still_to_come,
+)
 from identification.statistics.autoregression import innovations, whitening_filter
 from identification.study.joint import JointPoint, JointProblem
-from identification.study.problem import Problem
-from identification.study.residual import Point, ResidualEvaluation, evaluate
+from identification.study.residual import ResidualEvaluation
 from identification.study.study import ESTIMATED, SettledSetting, Study
 
 AGAIN = 10.0
@@ -131,33 +138,25 @@ def corrected_steps(
         at = rows.stop
         local = stack.local(point, r)
 
-        step = partial(moves.most, rows=rows)
-        refined = Refined(p, local)
+        step, steps = partial(moves.most, rows=rows), Refinement(p, local)
         n = max(fine[r], 4 * p.n_sub)
-        found = refined.at(n)
         # near the end the number of sub-steps is judged again: far off it was judged loosely
-        while (fine[r] == p.n_sub or moved_by < AGAIN) and n < FINEST:
-            left = still_to_come(p.engine.jumps)
-            if left * step(found.residual - refined.at(n // 2).residual) < BIAS:
-                break
-            finer = refined.at(2 * n)
-            if not np.isfinite(finer.residual).all():
-                break
-            found, n = finer, 2 * n
+        if fine[r] == p.n_sub or moved_by < AGAIN:
+            n = fewest(n, FINEST, partial(_enough, steps, step, still_to_come(p.engine.jumps)))
+        found = steps.foretold(n)
         if not np.isfinite(found.residual).all():
             continue
         if step(found.residual - e.residual) > BIAS:
-            old = corrections[r]
-            change = found.y - (e.y if old is None else e.y - old)
+            better = corrected(p, e.y, found.y)
             # where a law jumps, readings of few sub-steps are rough in the unknowns, by about as
             # much as their correction: it holds at one point and not beside it
-            rough = p.engine.jumps and step(found.residual - refined.run(p.n_sub).residual) > NEAR
-            if (rough and few[r] < finest_of(p.data.n)) or not small_correction(change, p):
+            rough = p.engine.jumps and step(found.residual - steps.run(p.n_sub).residual) > NEAR
+            if (rough and few[r] < finest_of(p.data.n)) or not small_correction(better):
                 few[r] = fine[r] = min(max(2 * few[r], WITHOUT_FREE_RUN), FINEST)
                 corrections[r] = None
                 moved = moved or few[r] > setting.n_sub[r]
             else:
-                corrections[r], fine[r], moved = change, n, True
+                corrections[r], fine[r], moved = better.correction, n, True
         else:
             fine[r] = max(fine[r], p.n_sub)
     finest = max(fine[: len(stack.problems)], default=1)
@@ -165,41 +164,18 @@ def corrected_steps(
     finest = min(4 * finest, FINEST) if finest > 1 else 1
     judged = [max(n, finest) for n in setting.n_fine[len(stack.problems) :]]
     fine = [*fine[: len(stack.problems)], *judged]
-    steps = (*few[: len(stack.problems)], *judged)
+    n_sub = (*few[: len(stack.problems)], *judged)
     chosen = replace(
-        setting, n_sub=steps, n_fine=tuple(fine), corrections=tuple(corrections),
+        setting, n_sub=n_sub, n_fine=tuple(fine), corrections=tuple(corrections),
         corrected_at=point.theta if moved else setting.corrected_at,
     )  # fmt: skip
     return chosen, moved
 
 
-class Refined:
-    """Readings at a point with many sub-steps, extrapolated from two numbers of them.
-
-    See `still_to_come`; beside a law that jumps nothing foretells the error, which has either sign.
-    """
-
-    def __init__(self, problem: Problem, point: Point) -> None:
-        self._problem, self._point = replace(problem, correction=None), point
-        self._runs: dict[int, ResidualEvaluation] = {}
-        jumps = problem.engine.jumps
-        self._ahead = 0.0 if jumps else still_to_come(jumps)
-
-    def at(self, n: int) -> ResidualEvaluation:
-        """Return what `n` sub-steps and half as many say of infinitely many."""
-        whole, half = self.run(n), self.run(n // 2)
-        return replace(
-            whole,
-            y=whole.y + self._ahead * (whole.y - half.y),
-            residual=whole.residual + self._ahead * (whole.residual - half.residual),
-        )
-
-    def run(self, n: int) -> ResidualEvaluation:
-        """Return the readings with `n` sub-steps."""
-        if n not in self._runs:
-            problem = replace(self._problem, n_sub=n)
-            self._runs[n] = evaluate(problem, self._point, derivatives=False)
-        return self._runs[n]
+def _enough(steps: Refinement, moved: Callable[[Array], float], ahead: float, n: int) -> bool:
+    """Whether more sub-steps move no unknown by much, or leave nothing that is a number."""
+    now, half = steps.foretold(n).residual, steps.foretold(n // 2).residual
+    return ahead * moved(now - half) < BIAS or not np.isfinite(steps.foretold(2 * n).residual).all()
 
 
 def _reweighted(

@@ -3,12 +3,15 @@
 Most of a fit's time goes into derivatives, and they need far fewer sub-steps than the readings do.
 So the descent runs with few, beside the readings' difference to many at a point passed before, and
 the difference is taken anew until the misfit with many agrees (Stetter, Numer. Math. 29 (1978)
-425).
+425). How many are enough, a search asks beside the noise of a sample, and an estimate beside the
+standard errors of the unknowns (`moves`).
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
+from typing import final
 
 import numpy as np
 
@@ -57,9 +60,7 @@ def fit_from(problem: Problem, start: Point, iterations: int) -> Fit:
         point, cost = made.point, new
         if abs(new - made.cost) <= AGREES * new:
             return replace(made, problem=problem, cost=cost, simulated=there.y)
-        assert few.correction is not None
-        change = there.y - (made.simulated - few.correction)
-        few = replace(few, correction=change, known_scale=few.state_scale)
+        few = corrected(few, made.simulated, there.y)
     return fit(problem, start=point, max_iterations=iterations)
 
 
@@ -99,24 +100,90 @@ def with_few(problem: Problem, point: Point, there: ResidualEvaluation) -> Probl
     n_sub = replace(problem, n_sub=1).steps
     while n_sub < problem.n_sub:
         few = replace(problem, n_sub=n_sub, correction=None)
-        change = there.y - evaluate(few, point, derivatives=False).y
-        if small_correction(change, problem):
-            return replace(few, correction=change)
+        few = corrected(few, evaluate(few, point, derivatives=False).y, there.y)
+        if small_correction(few):
+            return few
         n_sub *= 2
     return None
 
 
-def small_correction(change: Array, problem: Problem) -> bool:
-    """Whether readings change by little with more sub-steps: else derivatives are wrong, too.
+def corrected(few: Problem, simulated: Array, whole: Array) -> Problem:
+    """Return a problem whose readings are those of more sub-steps at one point.
 
     Parameters
     ----------
-    change : ndarray, shape (N, n_y), SI
+    simulated : ndarray, shape (N, n_y), SI
+        Readings of `few`, with the correction that it has.
+    whole : ndarray, shape (N, n_y), SI
+        Those of more sub-steps.
     """
+    bare = simulated if few.correction is None else simulated - few.correction
+    return replace(few, correction=whole - bare, known_scale=few.state_scale)
+
+
+def small_correction(problem: Problem) -> bool:
+    """Whether readings change by little with more sub-steps: else derivatives are wrong, too."""
+    assert problem.correction is not None
     train = problem.data.mask("train")
     most = np.maximum(LARGEST * np.ptp(problem.data.readings[train], axis=0), problem.data.floor)
-    moved = change[train]
+    moved = problem.correction[train]
     return bool(np.isfinite(moved).all() and (np.abs(moved).max(axis=0) <= most).all())
+
+
+@final
+class Refinement:
+    """Readings at a point by the number of sub-steps, without any correction; each is run once.
+
+    Parameters
+    ----------
+    simulated : ResidualEvaluation, optional
+        Of `problem`, if it is known and has no correction.
+    """
+
+    def __init__(
+        self, problem: Problem, point: Point, simulated: ResidualEvaluation | None = None
+    ) -> None:
+        self._problem = replace(problem, correction=None, built=problem.engine)
+        self._point = point
+        self._runs = {} if simulated is None else {problem.n_sub: simulated}
+
+    def run(self, n: int) -> ResidualEvaluation:
+        """Return the readings with `n` sub-steps."""
+        if n not in self._runs:
+            problem = replace(self._problem, n_sub=n)
+            self._runs[n] = evaluate(problem, self._point, derivatives=False)
+        return self._runs[n]
+
+    def foretold(self, n: int) -> ResidualEvaluation:
+        """Return what `n` sub-steps and half as many say of infinitely many.
+
+        Beside a law that jumps nothing foretells the error, which has either sign.
+        """
+        whole, half, jumps = self.run(n), self.run(n // 2), self._problem.engine.jumps
+        ahead = 0.0 if jumps else still_to_come(jumps)
+        return replace(
+            whole,
+            y=whole.y + ahead * (whole.y - half.y),
+            residual=whole.residual + ahead * (whole.residual - half.residual),
+        )
+
+
+def fewest(begin: int, most: int, enough: Callable[[int], bool]) -> int:
+    """Return the first of `begin`, twice, four times as many that is enough, or else the last."""
+    n = begin
+    while n < most and not enough(n):
+        n *= 2
+    return n
+
+
+def still_to_come(jumps: bool) -> float:
+    """Return the share of the change by twice the sub-steps that all further ones bring.
+
+    The linear interpolation of inputs and deviations within a step makes an error of second order,
+    so that a third of the change from half as many is still to come (Richardson). Beside a law that
+    jumps the error is of first order and of either sign: as much may come.
+    """
+    return 1.0 if jumps else 1.0 / 3.0
 
 
 LEAST, FINEST = 16, 64
@@ -159,14 +226,15 @@ def refined(result: Fit, iterations: int, finest: int | None = None) -> Fit:
 
 def _enough(result: Fit, finest: int) -> int:
     """Return the sub-steps of which twice as many change next to nothing where a fit ended."""
-    problem, before = result.problem, result.simulated
+    problem, begin = result.problem, result.problem.steps
+    steps = Refinement(problem, result.point)
     m = problem.data.mask("train") | problem.data.mask("test")
-    count = begin = problem.steps
-    while count < finest:
-        finer = replace(problem, n_sub=2 * count, built=problem.engine)
-        after = evaluate(finer, result.point, derivatives=False).y
-        change = float(np.mean(((after - before)[m] / problem.data.floor) ** 2))
-        if not np.isfinite(change) or change < 0.02 * max(1.0, result.cost):
-            break
-        count, before = 2 * count, after
+
+    def enough(n: int) -> bool:
+        before = result.simulated if n == begin else steps.run(n).y
+        change = (steps.run(2 * n).y - before)[m] / problem.data.floor
+        moved = float(np.mean(change**2))
+        return not np.isfinite(moved) or moved < 0.02 * max(1.0, result.cost)
+
+    count = fewest(begin, finest, enough)
     return problem.n_sub if count == begin else count
