@@ -6,6 +6,7 @@ import argparse
 import sys
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 from bondgraph.support.errors import BondsightError
 from bondsight.cli.arguments import jobs, nonnegative
@@ -26,6 +27,7 @@ def parser() -> argparse.ArgumentParser:
         ("run", _run, "diagnose every recording that has no answer yet"),
         ("score", _score, "print the numbers that must be watched together"),
         ("certify", _certify, "walk the knobs on stored evidence, and count what was right"),
+        ("withhold", _withhold, "decide stored evidence without the true law, for every knob"),
     ):
         s = steps.add_parser(name, help=text)
         s.add_argument("--folder", type=Path, default=FOLDER, help=f"the exam (default {FOLDER})")
@@ -126,14 +128,28 @@ def _score(options: argparse.Namespace) -> int:
 
 
 def _certify(options: argparse.Namespace) -> int:
-    from tests.proof.exam.certifying import certify_lines, read_contents
+    from tests.proof.exam.certifying import certify_lines
+
+    truths, contents = _stored(options)
+    print("\n".join(certify_lines(truths, contents)))
+    return 0
+
+
+def _withhold(options: argparse.Namespace) -> int:
+    from tests.proof.exam.withholding import withheld_lines
+
+    print("\n".join(withheld_lines(*_stored(options))))
+    return 0
+
+
+def _stored(options: argparse.Namespace) -> tuple[dict[str, ExamTruth], list[dict[str, Any]]]:
+    from tests.proof.exam.certifying import read_contents
     from tests.proof.trial.running import require_own
 
     layout, truths = _asked(options)
     require_own(layout, options.answers or layout.answers)
     contents = read_contents(options.answers or layout.answers)
-    print("\n".join(certify_lines(truths, [c for c in contents if str(c["id"]) in truths])))
-    return 0
+    return truths, [c for c in contents if str(c["id"]) in truths]
 
 
 def main(words: Sequence[str] | None = None) -> int:
