@@ -48,7 +48,8 @@ from identification.diagnosis.search.candidates import DiagnosisOptions
 from identification.diagnosis.studio import page, write_report
 from identification.diagnosis.verdict.document import verdict
 from identification.diagnosis.verdict.reading import parse_verdict
-from identification.diagnosis.verdict.text import in_words, retold
+from identification.diagnosis.verdict.said_again import retold
+from identification.diagnosis.verdict.text import in_words
 from identification.report.numbers import (
     axis_scale,
     interval,
