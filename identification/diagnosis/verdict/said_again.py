@@ -340,14 +340,13 @@ def _basis(v: Data) -> list[str]:
         f"{v['seconds']:.1f} s, seed {v['seed']}."
     ]
     for f in v["findings"]:
-        known = [_value(p) for p in f["parameters"]]
-        if known:
-            more = f"; {len(known) - MOST} more in the file" if len(known) > MOST else ""
-            lines.append(f"Fitted for {_effect(f)}: {'; '.join(known[:MOST])}{more}.")
+        if known := [_value(p) for p in f["parameters"]]:
+            lines.append(f"Fitted for {_effect(f)}: {_few(known)}.")
         chosen = [_value({"ci95": (None, None), **p}) for p in f.get("constants", ())]
         if chosen:
-            more = f"; {len(chosen) - MOST} more in the file" if len(chosen) > MOST else ""
-            lines.append(f"Of its law, not fitted: {'; '.join(chosen[:MOST])}{more}.")
+            lines.append(f"Of its law, not fitted: {_few(chosen)}.")
+    if v["verdict"] == "unknown_physics" and (bent := list(map(_value, v.get("parameters", ())))):
+        lines.append(f"Fitted to the model as it is, bent by what is missing: {_few(bent)}.")
     lines += [f"The recording tells {t['words']}." for t in v.get("together", ())]
     leaning = (leaning_words(n["words"]) for n in v["nuisances"] if n.get("words"))
     lines += [f"{said.replace('the fit', 'The fit', 1)}." for said in leaning]
@@ -358,6 +357,11 @@ def _basis(v: Data) -> list[str]:
             "Look at it."
         )
     return lines
+
+
+def _few(values: list[str]) -> str:
+    more = f"; {len(values) - MOST} more in the file" if len(values) > MOST else ""
+    return "; ".join(values[:MOST]) + more
 
 
 def _hashes(r: Data) -> str:
