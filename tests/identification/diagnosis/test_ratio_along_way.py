@@ -154,6 +154,16 @@ def test_the_plane_of_a_ratio_is_drawn_over_the_way(data: Data) -> None:
     np.testing.assert_allclose(y, 6.0 * (1 + 0.1 * z - 0.2 * z**2), rtol=1e-4)
     level = unpacked(plane["nominal"]["y"])
     np.testing.assert_allclose(level, looked.nominal.values["Bl"], rtol=1e-4)
+    # points tell the ratio that the plant has, not the one of the law that is drawn; their level
+    # is that of the law
+    way, ratio = 1e-3 * unpacked(plane["x"]), unpacked(plane["y"])
+    told = np.isfinite(ratio)
+    assert told.mean() > 0.5
+    true = 7.0 * (1 + 5 * way[told] - 200 * way[told] ** 2)
+    off = ratio[told] - true
+    assert np.std(off) < 0.2 * np.std(true)
+    z = (way[told] - centre) / span
+    assert np.mean(ratio[told] - 6.0 * (1 + 0.1 * z - 0.2 * z**2)) == pytest.approx(0, abs=0.01)
 
 
 def test_a_store_of_another_flow_does_not_hold_the_way() -> None:

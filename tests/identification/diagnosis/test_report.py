@@ -239,7 +239,8 @@ def test_the_terminal_gives_fitted_values_beside_the_declared_ones(
         assert row[3] == "200 N/m"
     monkeypatch.setattr("identification.diagnosis.verdict.lines.MOST_VALUES", 1)
     assert "2 more in verdict.json" in in_words(as_kind(found, "parameters_only"))
-    assert "declared" not in in_words(as_kind(found, "unknown_physics"))
+    unnamed = in_words(as_kind(found, "unknown_physics"))
+    assert "values of the model as it is, which leaves" in unnamed
 
 
 def test_without_a_name_each_recording_says_how_far_it_is_missed(found: Diagnosis) -> None:
