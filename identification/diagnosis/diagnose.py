@@ -35,6 +35,7 @@ from identification.diagnosis.evidence.judged import judged_on
 from identification.diagnosis.evidence.remaining import Remaining, remaining
 from identification.diagnosis.explanation import presentation
 from identification.diagnosis.explanation.characterisation import Character
+from identification.diagnosis.explanation.constant_load import ConstantLoad, constant_load
 from identification.diagnosis.explanation.doubts import at_once, file_first
 from identification.diagnosis.explanation.latent_signal import Latent
 from identification.diagnosis.explanation.next_experiment import Experiment, experiments_of
@@ -188,6 +189,12 @@ class Diagnosis:
         """Offsets, lags, gains and clocks that the last fit makes use of, where it explains all."""
         last = self.repaired or (None if self.kind == "unknown_physics" else self.nominal)
         return () if last is None or self.mistakes else leanings(last)
+
+    @cached_property
+    def load(self) -> ConstantLoad | None:
+        """What one constant effort may stand for where the last fit leans on several offsets."""
+        last = self.repaired or self.nominal
+        return constant_load(last, self.leanings) if last is not None and self.leanings else None
 
     @property
     def study(self) -> Study:

@@ -30,7 +30,8 @@ ANYTHING = (
 
 def advice(d: Diagnosis, frequencies: Array) -> tuple[str, ...]:
     """Return what to record next, computed from the structure, after what to mend."""
-    said = (*file_first(d), *_surroundings(d), *_to_record(d, frequencies))
+    load = (d.load.advice,) if d.load is not None else ()
+    said = (*file_first(d), *load, *_surroundings(d), *_to_record(d, frequencies))
     if said or d.kind != "unknown_physics":
         return said
     beyond = _beyond_training(d)

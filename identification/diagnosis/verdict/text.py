@@ -50,7 +50,8 @@ def sentence(d: Diagnosis) -> str:
     said = _answered(d)
     if d.mistakes or d.nominal is None:
         return said
-    return ended("; but ".join((said.removesuffix("."), *doubts(d))))
+    load = (d.load.claim,) if d.load is not None else ()
+    return ended("; but ".join((said.removesuffix("."), *doubts(d), *load)))
 
 
 def _answered(d: Diagnosis) -> str:
