@@ -201,7 +201,8 @@ class Diagnosis:
         """The same study with the repaired model (as it is, where nothing was named).
 
         It begins where the fit ended, with its noise, its bounds, its sub-steps and what it takes
-        the commands to do between samples: `estimate`, `profiles` and `judge` go on from there.
+        the commands to do between samples: `estimate`, `profiles` and `judge` go on from there. A
+        memory's thresholds stay as they were chosen: `estimate` notes which values rest on them.
 
         Raises
         ------
