@@ -272,7 +272,7 @@ def diagnose(
         Several ones of the same system (other levels, other commands) are used together; the last
         third of them is held out.
     split : Split, optional
-        Training and held-out samples; the stated default rule when not given.
+        Training and held-out samples; if not given, every third stretch (of few samples the end).
     limits : Thresholds, optional
         Limits of the decision.
     hold : {"hold", "linear", "band-limited"}, optional
