@@ -43,12 +43,12 @@ def responses(
     for i, y in enumerate(outputs):
         for k, u in enumerate(inputs):
             size_of, phase_of = axes[2 * i, k], axes[2 * i + 1, k]
-            size, phase = np.abs(h[:, i, k]), np.degrees(np.unwrap(np.angle(h[:, i, k])))
-            if not size.any():  # a phase of nothing is none
+            gain, phase = np.abs(h[:, i, k]), np.degrees(np.unwrap(np.angle(h[:, i, k])))
+            if not gain.any():  # a phase of nothing is none
                 size_of.text(0.5, 0.5, f"{u} does not reach {y}", ha="center", va="center",
                              transform=size_of.transAxes)  # fmt: skip
-                size, phase = np.full(f.size, np.nan), np.full(f.size, np.nan)
-            size_of.loglog(f, np.where(size > 0, size, np.nan))
+                gain, phase = np.full(f.size, np.nan), np.full(f.size, np.nan)
+            size_of.loglog(f, np.where(gain > 0, gain, np.nan))
             phase_of.semilogx(f, phase)
             below = f"({units[u]})" if "/" in units.get(u, "") else units.get(u, "")
             named = "/".join(n for n in (units.get(y, ""), below) if n)
