@@ -118,17 +118,21 @@ def value_lines(d: Diagnosis) -> list[str]:
     if not rows:
         return []
     more = f"{len(rows) - MOST_VALUES} more in verdict.json"
-    bent = [BENT.format(d.left.most)] if d.kind == "unknown_physics" and d.left else []
     shown = aligned(HEADS, rows[:MOST_VALUES])
-    return [*bent, *shown, *([more] if len(rows) > MOST_VALUES else [])]
+    return [*bent(d), *shown, *([more] if len(rows) > MOST_VALUES else [])]
+
+
+def bent(d: Diagnosis) -> tuple[str, ...]:
+    """Say what values are worth that were fitted without what is missing."""
+    if d.kind != "unknown_physics" or d.left is None:
+        return ()
+    return (
+        f"values of the model as it is, which leaves {d.left.most:.3g} times the noise: they bend "
+        "for what is missing, and their intervals do not say by how much",
+    )
 
 
 HEADS = ("fitted", "value", "95 % interval", "declared")
-BENT = (
-    "values of the model as it is, which leaves {:.3g} times the noise: they bend for what is "
-    "missing, and their intervals do not say by how much"
-)
-"""What stands above values that were fitted without what is missing."""
 MOST_VALUES = 12
 """Values of parameters that the terminal shows."""
 

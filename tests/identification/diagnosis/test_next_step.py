@@ -14,6 +14,7 @@ from identification.diagnosis.evidence.nearest import Nearest
 from identification.diagnosis.explanation.advice import ANYTHING, advice
 from identification.diagnosis.explanation.next_step import PROBES, junction_signal
 from identification.diagnosis.localisation.recording.region import Region
+from identification.diagnosis.report.evidence import parameters
 from identification.diagnosis.screening.flexible_forms import KINDS
 from identification.diagnosis.verdict import in_words, retold, verdict
 from tests.identification.diagnosis.rubbing_spring import diagnosed
@@ -39,6 +40,7 @@ def test_values_stand_with_their_intervals_and_with_what_they_are_worth() -> Non
     assert "their intervals do not say by how much" in said[at]
     assert said[at + 1].split() == ["fitted", "value", "95", "%", "interval", "declared"]
     assert said[at + 2].startswith(row)
+    assert head.capitalize() in parameters(d)
     again = " ".join(retold(verdict(d)).split())
     assert "Fitted to the model as it is, bent by what is missing: m = " in again
     assert head not in in_words(diagnosed())  # beside a repair they are those of the repair
