@@ -117,8 +117,9 @@ def junction_signal(graph: BondGraph, signal: str) -> str:
 
     Examples
     --------
-    >>> junction_signal(spring, "f_mass")
-    'the velocity v (the flow at mass)'
+    >>> from actuators.models.textbook import resonator
+    >>> junction_signal(resonator(), "f_body")
+    'the velocity v (the flow at body)'
     """
     what, _, junction = signal.partition("_")
     word, general = variables_beside(graph, junction), "flow" if what == "f" else "effort"
