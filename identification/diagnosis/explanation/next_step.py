@@ -117,8 +117,10 @@ def junction_signal(graph: BondGraph, signal: str) -> str:
 
     Examples
     --------
-    >>> from actuators.models.textbook import resonator
-    >>> junction_signal(resonator(), "f_body")
+    >>> from bondgraph import BondGraph, I, One
+    >>> with BondGraph("cart") as cart:
+    ...     mass = One("body") >> I("m", 2.0, unit="kg")
+    >>> junction_signal(cart, "f_body")
     'the velocity v (the flow at body)'
     """
     what, _, junction = signal.partition("_")
