@@ -122,6 +122,8 @@ def _change(
     itself; the mean is open. NaN where it is hardly known.
     """
     data, past = scene.data, scene.past[name]
+    if not probed.knows(name):
+        return np.full(z.size, np.nan)
     knots = np.linspace(z.min(), z.max(), PIECES + 1)
     hats = np.stack([np.interp(z, knots, one) for one in np.eye(knots.size)], axis=1)
     parts = np.array_split(np.flatnonzero(known), PARTS)
