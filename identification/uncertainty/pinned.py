@@ -9,6 +9,7 @@ from bondgraph.graph.elements import C, I, R
 from bondgraph.laws.law import Law
 from bondgraph.support.errors import BondsightError
 from identification.report.words import listed
+from identification.uncertainty.combinations import FlatBlock
 from identification.uncertainty.structural import identifiability
 
 
@@ -19,18 +20,8 @@ def pinned(graph: BondGraph, free: Collection[str]) -> tuple[str, ...]:
     its argument: where no reading does, what the model without the law tells only together then
     seems to be determined one by one.
     """
-    fixed = dict(_chosen(graph))
-    if not fixed:
-        return ()
-    try:
-        bare = graph
-        for name in fixed:
-            bare = bare.with_element(name, law=None)
-        own = [n for n in free if n in bare.parameters]
-        groups = identifiability(bare, own).groups if own else ()
-    except BondsightError:  # a law that is the whole of its element
-        return ()
-    names = [n for own_names in fixed.values() for n in own_names]
+    groups = pinned_groups(graph, free)
+    names = [n for own in dict(_chosen(graph)).values() for n in own] if groups else []
     more = f" and {len(names) - 1} more" if len(names) > 1 else ""
     return tuple(
         f"{names[0]}{more} are fixed and set a scale that no reading tells: without them only "
@@ -38,6 +29,18 @@ def pinned(graph: BondGraph, free: Collection[str]) -> tuple[str, ...]:
         "told; values and intervals of each of these alone are those of the chosen thresholds"
         for g in groups
     )
+
+
+def pinned_groups(graph: BondGraph, free: Collection[str]) -> tuple[FlatBlock, ...]:
+    """Return the groups themselves, with what is determined of them."""
+    bare = graph
+    try:
+        for name, _ in _chosen(graph):
+            bare = bare.with_element(name, law=None)
+        own = [n for n in free if n in bare.parameters]
+        return identifiability(bare, own).groups if own and bare is not graph else ()
+    except BondsightError:  # a law that is the whole of its element
+        return ()
 
 
 def _chosen(graph: BondGraph) -> Iterator[tuple[str, tuple[str, ...]]]:

@@ -8,7 +8,7 @@ import pytest
 from bondgraph import BondGraph, C, De, Df, One, R, Se, Zero
 from bondgraph.laws import Parametrised, StopSum
 from bondgraph.signals.recording import Recording
-from bondsight import Study, estimate, identifiability
+from bondsight import Study, estimate, identifiability, judge
 from identification.uncertainty.pinned import pinned
 from tests.settled import simulate
 
@@ -41,6 +41,10 @@ def test_values_that_rest_on_thresholds_are_told_by_fit_and_structure() -> None:
     y = simulate(g, T, {"V": V})["V_p"] + 0.02 * np.random.default_rng(0).standard_normal(T.size)
     made = estimate(Study(g, Recording("r", T, {"V": V, "V_p": y}, {"V": "V", "V_p": "V"})))
     assert SAYS in made.notes
+    (together,) = judge(made).material.tied
+    assert together.only == "R_s*C_p"
+    low, high = together.told[0].ci95
+    assert low < 150e-6 < high
     structure = identifiability(g)
     assert not structure.groups  # beside its thresholds the law tells each of them
     assert f"  but {SAYS}" in str(structure)
