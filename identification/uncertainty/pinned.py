@@ -24,9 +24,9 @@ def pinned(graph: BondGraph, free: Collection[str]) -> tuple[str, ...]:
     names = [n for own in dict(_chosen(graph)).values() for n in own] if groups else []
     more = f" and {len(names) - 1} more" if len(names) > 1 else ""
     return tuple(
-        f"{names[0]}{more} are fixed and set a scale that no reading tells: without them only "
-        f"{' and '.join(str(c) for c in g.determined) or 'a combination'} of {listed(g.names)} is "
-        "told; values and intervals of each of these alone are those of the chosen thresholds"
+        f"{names[0]}{more} are fixed and set a scale that no reading tells: without them "
+        f"{listed(g.names)} are told only as {listed(map(str, g.determined)) or 'combinations'}; "
+        "values and intervals of each of these alone are those of the chosen thresholds"
         for g in groups
     )
 

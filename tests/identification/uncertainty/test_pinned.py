@@ -15,8 +15,8 @@ from tests.settled import simulate
 T = np.asarray(2e-5 * np.arange(400))
 V = 50 * np.sin(2 * np.pi * 190 * T) + 20 * np.sin(2 * np.pi * 630 * T + 1)
 SAYS = (
-    "thresholds_1_C_p and 1 more are fixed and set a scale that no reading tells: without them "
-    "only R_s*C_p of R_s and C_p is told; values and intervals of each of these alone are those of "
+    "thresholds_1_C_p and 1 more are fixed and set a scale that no reading tells: without them R_s "
+    "and C_p are told only as R_s*C_p; values and intervals of each of these alone are those of "
     "the chosen thresholds"
 )
 
