@@ -67,8 +67,9 @@ class ConstantLoad:
     def advice(self) -> str:
         """What tells the two apart."""
         return (
-            f"{self.claim}, such as a load, a weight or a bias: read the sensors at standstill, with the "
-            "drive off and held where it is; an offset of a sensor is still there, a load is not. "
+            f"{self.claim}, such as a load, a weight or a bias: read the sensors at standstill, "
+            "with the drive off and held where it is; an offset of a sensor is still there, a load "
+            "is not. "
             f'If it is a load, put MSe("load", {self.value:.4g}, unit="{self.unit}") at '
             f"{self.junction}, and ask for no offsets (Nuisances(offsets=False))"
         )
