@@ -147,7 +147,7 @@ def _raised(error: BaseException, where: str) -> UnusableInput:
     text = " ".join(str(error).split()) or "no message"
     return UnusableInput(
         f"model {where} raised {kind}{_place(error)}: {text}; mend the model"
-        f"{_constant_source(error)}{_elsewhere(text)}"
+        f"{_constant_source(error)}{_elsewhere(text)}{_to_install(error)}"
     )
 
 
@@ -157,6 +157,13 @@ def _elsewhere(text: str) -> str:
     if wanted is None or not hasattr(importlib.import_module("bondgraph"), wanted[1]):
         return ""
     return f": from bondgraph import {wanted[1]}"
+
+
+def _to_install(error: BaseException) -> str:
+    """Return how a package that a model asks for is got; empty elsewhere."""
+    if not isinstance(error, ModuleNotFoundError) or not error.name:
+        return ""
+    return f", or pip install {error.name.partition('.')[0]}"
 
 
 def _constant_source(error: BaseException) -> str:

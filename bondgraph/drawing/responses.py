@@ -43,10 +43,15 @@ def responses(
     for i, y in enumerate(outputs):
         for k, u in enumerate(inputs):
             size_of, phase_of = axes[2 * i, k], axes[2 * i + 1, k]
-            with np.errstate(divide="ignore"):
-                size_of.loglog(f, np.where(np.abs(h[:, i, k]) > 0, np.abs(h[:, i, k]), np.nan))
-            phase_of.semilogx(f, np.degrees(np.unwrap(np.angle(h[:, i, k]))))
-            named = "/".join(units[n] for n in (y, u) if units.get(n))
+            gain, phase = np.abs(h[:, i, k]), np.degrees(np.unwrap(np.angle(h[:, i, k])))
+            if not gain.any():  # a phase of nothing is none
+                size_of.text(0.5, 0.5, f"{u} does not reach {y}", ha="center", va="center",
+                             transform=size_of.transAxes)  # fmt: skip
+                gain, phase = np.full(f.size, np.nan), np.full(f.size, np.nan)
+            size_of.loglog(f, np.where(gain > 0, gain, np.nan))
+            phase_of.semilogx(f, phase)
+            below = f"({units[u]})" if "/" in units.get(u, "") else units.get(u, "")
+            named = "/".join(n for n in (units.get(y, ""), below) if n)
             size_of.set_title(f"{y} to {u}" + (f", {named}" if named else ""), fontsize=10)
             if k == 0:
                 size_of.set_ylabel("magnitude")

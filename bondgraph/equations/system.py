@@ -26,7 +26,7 @@ from bondgraph.equations.refusals import AlgebraicLoop, NotLinearUpToLaws
 from bondgraph.equations.relation import LawUse, Relation, StoredState
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.parameter import Parameter, symbol
-from bondgraph.support.errors import require_known, unknown_name
+from bondgraph.support.errors import UnusableInput, require_known, unknown_name
 
 if TYPE_CHECKING:
     from bondgraph.analysis.linear import Linearised
@@ -310,11 +310,17 @@ class System:
         Raises
         ------
         UnusableInput
-            The equations have no derivative there.
+            The equations have no derivative there, or there is no input or no reading.
         """
         from bondgraph.drawing.responses import responses
 
         made = self.linearise()
+        if not made.inputs or not made.outputs:
+            lacks = "source (Se, Sf)" if made.outputs else "sensor (De, Df, Dq)"
+            raise UnusableInput(
+                f"{self.graph.name} has no {lacks}: there is no frequency response to draw; add "
+                "one, or draw a run: simulate(graph, time).plot()"
+            )
         numbers = made.numbers({n: p.value for n, p in self.parameters.items()})
         units = {n: getattr(e, "unit", "") for n, e in self.graph.elements.items()}
         return responses(numbers, made.inputs, made.outputs, units)

@@ -124,14 +124,15 @@ def default_split(
     drive: str | ArrayLike | None = None,
     watched: Collection[str] | None = None,
 ) -> Split:
-    """Hold out the last part of a record, by one stated rule.
+    """Hold out the last part of a record, by one stated rule: that of a fit.
 
-    The last `fraction` of the samples is held out. If a drive is given: leading samples in which
-    it stays within 1 % of its range for at least 2 % of the record, and in which nothing `watched`
-    moves, are rest and not scored (a drive that is constant drives all the same); if it is periodic
-    afterwards (autocorrelation of at least 0.98 at some lag up to half the record), train and test
-    are whole periods counted back from the end, at least one each, and what is left before the
-    first whole period is run-in, before `score_from`. A rest that leaves a single sample is none.
+    A diagnosis holds out stretches all over a long record (`interleaved`). Here the last `fraction`
+    of the samples is. If a drive is given: leading samples in which it stays within 1 % of its
+    range for at least 2 % of the record, and in which nothing `watched` moves, are rest and not
+    scored (a drive that is constant drives all the same); if it is periodic afterwards
+    (autocorrelation of at least 0.98 at some lag up to half the record), train and test are whole
+    periods counted back from the end, at least one each, and what is left before the first whole
+    period is run-in, before `score_from`. A rest that leaves a single sample is none.
 
     Parameters
     ----------

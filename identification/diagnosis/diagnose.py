@@ -35,6 +35,7 @@ from identification.diagnosis.evidence.judged import judged_on
 from identification.diagnosis.evidence.remaining import Remaining, remaining
 from identification.diagnosis.explanation import presentation
 from identification.diagnosis.explanation.characterisation import Character
+from identification.diagnosis.explanation.constant_load import ConstantLoad, constant_load
 from identification.diagnosis.explanation.doubts import at_once, file_first
 from identification.diagnosis.explanation.latent_signal import Latent
 from identification.diagnosis.explanation.next_experiment import Experiment, experiments_of
@@ -189,12 +190,19 @@ class Diagnosis:
         last = self.repaired or (None if self.kind == "unknown_physics" else self.nominal)
         return () if last is None or self.mistakes else leanings(last)
 
+    @cached_property
+    def load(self) -> ConstantLoad | None:
+        """What one constant effort may stand for where the last fit leans on several offsets."""
+        last = self.repaired or self.nominal
+        return constant_load(last, self.leanings) if last is not None and self.leanings else None
+
     @property
     def study(self) -> Study:
         """The same study with the repaired model (as it is, where nothing was named).
 
         It begins where the fit ended, with its noise, its bounds, its sub-steps and what it takes
-        the commands to do between samples: `estimate`, `profiles` and `judge` go on from there.
+        the commands to do between samples: `estimate`, `profiles` and `judge` go on from there. A
+        memory's thresholds stay as they were chosen: `estimate` notes which values rest on them.
 
         Raises
         ------
@@ -264,7 +272,7 @@ def diagnose(
         Several ones of the same system (other levels, other commands) are used together; the last
         third of them is held out.
     split : Split, optional
-        Training and held-out samples; the stated default rule when not given.
+        Training and held-out samples; if not given, every third stretch (of few samples the end).
     limits : Thresholds, optional
         Limits of the decision.
     hold : {"hold", "linear", "band-limited"}, optional

@@ -377,6 +377,8 @@ def _finished(
     solution: MethodSolution,
     notes: tuple[str, ...],
 ) -> Estimation:
+    from identification.uncertainty.pinned import pinned  # which knows estimations
+
     point = solution.point
     found = solution.evaluations or stack.evaluate(point)
     covariance, words = solution.covariance, ""
@@ -401,7 +403,7 @@ def _finished(
             *doubts(study, stack, found, solution), *cautions(study),
             *miscalibrated(study.graph, study.nuisances.gains, (*estimates, *nuisances)),
             *coarse_steps(study, setting, stack, point, found), *far_levels(stack, point),
-            *same_as_starts(stack, found),
+            *same_as_starts(stack, found), *pinned(study.graph, study.free_names),
         ),
         filtered=solution.filtered, run=solution.run,
     )  # fmt: skip

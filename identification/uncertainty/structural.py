@@ -10,7 +10,7 @@ determined may still have a finite number of values (Ljung and Glad, Automatica 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -48,6 +48,8 @@ class StructuralIdentifiability:
         Ratio of the smallest nonzero to the largest zero singular value; infinite if exact.
     blocks : tuple of FlatBlock
         Dead parameters and groups with what they do determine.
+    rests : tuple of str
+        On which fixed numbers of a memory this rests, in sentences (`uncertainty.pinned`).
 
     Examples
     --------
@@ -63,6 +65,7 @@ class StructuralIdentifiability:
     exact: bool
     gap: float
     blocks: tuple[FlatBlock, ...]
+    rests: tuple[str, ...] = ()
 
     @property
     def dead(self) -> tuple[str, ...]:
@@ -93,6 +96,7 @@ class StructuralIdentifiability:
         if self.determined:
             lines.append(f"  determined: {', '.join(self.determined)}")
         lines += [f"  {'dead' if b.dead else 'tied'}: {b}" for b in self.blocks]
+        lines += [f"  but {said}" for said in self.rests]
         if not self.exact and self.gap < 1e3:
             lines.append("  the gap is narrow: take this as a hint, not as a proof")
         return "\n".join(lines)
@@ -137,7 +141,9 @@ def identifiability(
     try:
         return _exact(graph, names, seed)
     except UnusableInput:
-        return _by_gap(graph, names, values, seed)
+        from identification.uncertainty.pinned import pinned
+
+        return replace(_by_gap(graph, names, values, seed), rests=pinned(graph, names))
 
 
 def _not_rounded(graph: BondGraph) -> BondGraph:

@@ -96,11 +96,14 @@ class Tied:
         return f"{listed(self.names)} only as {self.form}: {'; '.join(map(str, self.told))}{more}"
 
 
-def tied(view: FitView, before: FitView | None = None) -> tuple[Tied, ...]:
+def tied(
+    view: FitView, before: FitView | None = None, pinned: Sequence[FlatBlock] = ()
+) -> tuple[Tied, ...]:
     """Return the parameters of a fit that are told only together; empty where it cannot be said.
 
     What a fit without a law told only together stays so beside one whose constants nobody fitted,
-    such as thresholds: they set a scale that no sample tells. `before` is that fit.
+    such as thresholds: they set a scale that no sample tells. `before` is that fit; `pinned` are
+    such groups where the structure of the model tells them (`uncertainty.pinned`).
 
     Bounds count for nothing: where one stops a parameter, the others only seem to be determined.
     Nor does how little a part of a sum that ended small moves the readings: it is looked at where
@@ -111,7 +114,7 @@ def tied(view: FitView, before: FitView | None = None) -> tuple[Tied, ...]:
             seen = view.restored()
             known = _loose(seen)
             here = known if seen is view else _loose(view)
-            blocks = () if before is None else _loose(before.restored()).flat
+            blocks = pinned if before is None else _loose(before.restored()).flat
     except (BondsightError, np.linalg.LinAlgError):
         return ()
     open_here = [set(b.names) for b in here.flat if len(b.names) > 1]

@@ -16,6 +16,7 @@ from identification.estimation.settling import free_states, sizes
 from identification.estimation.single_record import Fit
 from identification.study.joint import stack_of
 from identification.uncertainty.fitted import from_estimation as fit_view
+from identification.uncertainty.pinned import pinned_groups
 from identification.uncertainty.tied import Tied, remark_on, tied
 from identification.validation.parameter_remarks import is_wide
 from identification.validation.validation_data import (
@@ -87,10 +88,11 @@ def _numbers(
 
 def _tied(found: Estimation, numbers: Sequence[Number]) -> tuple[Tied, ...]:
     """Return what is told only together; not looked for where every number is well known."""
-    if not any(n.at_bound or is_wide(n) for n in numbers):
+    rest = pinned_groups(found.study.graph, found.study.free_names)
+    if not rest and not any(n.at_bound or is_wide(n) for n in numbers):
         return ()
     try:
-        return tied(fit_view(found))
+        return tied(fit_view(found), pinned=rest)
     except BondsightError:  # its method minimises another misfit, or the fit broke
         return ()
 

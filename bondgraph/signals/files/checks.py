@@ -161,8 +161,8 @@ def optional(module: str, method: str, extra: str = "") -> Any:
     """Import a package that only some users have; an extra of this project may bring it."""
     try:
         return importlib.import_module(module)
-    except ImportError as error:
+    except ImportError:
         package = f"'bondsight[{extra}]'" if extra else module.split(".")[0]
         raise UnusableInput(
             f"{method} needs {module}, which is not installed; pip install {package}"
-        ) from error
+        ) from None  # the trace of the import says no more

@@ -104,7 +104,7 @@ def bench_of(base: Fit, better: Fit, plain: BondGraph | None = None) -> Bench:
         The declared model, which is linear where `base` has laws already: forms answer through it.
     """
     problem = base.problem
-    fit = base if base is better else replace(base, point=_carried(base, better))
+    fit = base if base is better else replace(base, point=at_values_of(base, better))
     e = evaluate(problem, fit.point, scored=True)
     columns = np.hstack([within_calibration(base, e), states_of(problem, e)])
     graph = problem.with_chain if plain is None else plain
@@ -128,7 +128,7 @@ def along(bench: Bench, scene: FittedModel, places: Iterable[str]) -> Bench:
     return replace(bench, columns=np.hstack(parts))
 
 
-def _carried(base: Fit, better: Fit) -> Point:
+def at_values_of(base: Fit, better: Fit) -> Point:
     """Return the point of `base`'s problem with the values of another fit."""
     problem, values = base.problem, better.values
     at, there = slots(problem), slots(better.problem)

@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from bondgraph.graph.bond_graph import BondGraph
-from bondgraph.graph.elements import Element, I, Se, Source
+from bondgraph.graph.elements import Element, Se, Source
 from bondgraph.support.arrays import Array
 from identification.diagnosis.catalogue.outside.external_disturbance import ExternalDisturbance
 from identification.diagnosis.catalogue.places import has_unit
 from identification.diagnosis.explanation.doubts import file_first
+from identification.diagnosis.explanation.next_step import junction_signal, next_step
 from identification.diagnosis.localisation.recording.variables import variables_of
 from identification.diagnosis.localisation.structural_classes import splitting_signals
 from identification.report.numbers import interval
@@ -22,9 +22,20 @@ if TYPE_CHECKING:
     from identification.diagnosis.diagnose import Diagnosis
 
 
+ANYTHING = (
+    "no effect of the catalogue fits: record a slow large sweep and a step with a rest after it",
+)
+"""What helps where nothing at all is known of what is missing."""
+
+
 def advice(d: Diagnosis, frequencies: Array) -> tuple[str, ...]:
     """Return what to record next, computed from the structure, after what to mend."""
-    return (*file_first(d), *_surroundings(d), *_to_record(d, frequencies))
+    load = (d.load.advice,) if d.load is not None else ()
+    said = (*file_first(d), *load, *_surroundings(d), *_to_record(d, frequencies))
+    if said or d.kind != "unknown_physics":
+        return said
+    beyond = _beyond_training(d)
+    return (beyond,) if beyond else next_step(d) or ANYTHING
 
 
 def _surroundings(d: Diagnosis) -> Iterator[str]:
@@ -50,23 +61,14 @@ def _warm(store: Element) -> bool:
 
 def _to_record(d: Diagnosis, frequencies: Array) -> tuple[str, ...]:
     if d.decision is None or d.decision.chosen is None or d.scene is None or d.structure is None:
-        if d.kind == "unknown_physics":
-            if beyond := _beyond_training(d):
-                return (beyond,)
-            return (
-                "no effect of the catalogue fits: record a slow large sweep and a step with a "
-                "rest after it",
-            )
         return ()
     chosen, lines = d.decision.chosen, list[str]()
     same = list(dict.fromkeys(t.element for t in d.decision.same_place))
-    for signal, junction, split in splitting_signals(
-        d.scene.fitted, chosen.element, same, frequencies
-    )[:1]:
+    apart = splitting_signals(d.scene.fitted, chosen.element, same, frequencies)
+    for signal, _, split in apart[:1]:
         lines.append(
-            f"record {_signal_name(d.scene.graph, signal, junction)} (the "
-            f"{'flow' if signal.startswith('f_') else 'effort'} at {junction}): it separates "
-            f"{chosen.element} from {', '.join(split)}"
+            f"record {junction_signal(d.scene.graph, signal)}: it separates {chosen.element} from "
+            f"{', '.join(split)}"
         )
     for name in same:
         source = d.graph[name]
@@ -100,23 +102,3 @@ def _beyond_training(d: Diagnosis) -> str:
                 "whole range in both"
             )
     return ""
-
-
-def _signal_name(graph: BondGraph, signal: str, junction: str) -> str:
-    """Usual word for a junction's variable, from the unit of a source at it."""
-    units = {
-        s.unit
-        for b in graph.bonds_of(junction)
-        for s in [graph[b.tail], graph[b.head]]
-        if isinstance(s, Source)
-    }
-    if "V" in units and signal.startswith("f_"):
-        return "the current i"
-    mechanical = any(
-        isinstance(graph[n], I) and getattr(graph[n], "unit", "") == "kg"
-        for b in graph.bonds_of(junction)
-        for n in (b.tail, b.head)
-    )
-    if mechanical and signal.startswith("f_"):
-        return "the velocity v"
-    return f"the signal {signal}"

@@ -50,7 +50,7 @@ def characterised(d: Diagnosis, ports: int = 2) -> Diagnosis:
 
 
 def recovered(
-    d: Diagnosis, probed: Probes, tangents: Array, scored: Array, name: str
+    d: Diagnosis, probed: Probes, tangents: Array | None, scored: Array, name: str
 ) -> Latent | None:
     """Return the addition at one element that explains what the model as it is leaves.
 
@@ -59,8 +59,8 @@ def recovered(
 
     Parameters
     ----------
-    tangents : ndarray, shape (N, n_y, p)
-        What the parameters of the fit do to the readings.
+    tangents : ndarray, shape (N, n_y, p), or None
+        What the parameters of the fit do to the readings; None where they are known.
     scored : ndarray of bool, shape (N,)
         Samples that are looked at.
     """

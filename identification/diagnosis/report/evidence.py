@@ -15,10 +15,11 @@ from identification.diagnosis.explanation.rivals import Standing, nominal_misfit
 from identification.diagnosis.explanation.undetermined import remark_of
 from identification.diagnosis.report.found import found_of
 from identification.diagnosis.verdict.document import law_constants
+from identification.diagnosis.verdict.lines import bent
 from identification.estimation.estimates import Estimate
 from identification.report import html
 from identification.report.numbers import interval, quantity, short, times_noise
-from identification.report.words import listed, ordinal
+from identification.report.words import listed, ordinal, stopped
 from identification.uncertainty.tied import remark_on
 
 INTERVALS = (
@@ -145,6 +146,7 @@ def parameters(d: Diagnosis) -> str:
             (1, 2),
         ),
         html.paragraph(INTERVALS),
+        html.bullets(map(stopped, bent(d))),
         html.bullets(n for n in d.notes if n.startswith(COLOURED)),
         html.paragraph(
             f"The fit {'' if f.status.value.startswith('stopped') else 'has '}{f.status.value}."

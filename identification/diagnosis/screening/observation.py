@@ -54,7 +54,7 @@ def scene_of(
             moved = moved_by(flow, data.dt)
         past[e] = PortHistory(
             first, second, data.dt, moved, _primary_moves(graph, graph[e]),
-            recorded=_recorded(problem, graph[e]),
+            recorded=_recorded(nominal, graph[e]),
         )  # fmt: skip
     for s in graph.of_type(Source):
         if s.name in data.commands:
@@ -68,18 +68,19 @@ def scene_of(
     return FittedModel(graph, data, nominal, residual * scored[:, None], past)
 
 
-def _recorded(problem: Problem, element: Element) -> Array | None:
+def _recorded(made: Fit, element: Element) -> Array | None:
     """Return the displacement that a sensor at the junction of an element recorded, shape (N,).
 
-    That of a displacement, or else of a flow, whose readings are added up.
+    That of a displacement, or else of a flow, whose readings are added up; before its gain.
     """
-    graph, data = problem.graph, problem.data
+    graph, data = made.problem.graph, made.problem.data
     if not isinstance(element, I | R) or not isinstance(at := _junction(graph, element), One):
         return None
     for kind in (Dq, Df):
         for s in graph.of_type(kind):
-            if s.gain is None and s.name in data.names and _junction(graph, s) is at:
-                y = data.readings[:, data.names.index(s.name)]
+            gain = channel_number(made, s, "gain") if s.gain is not None else 1.0
+            if gain and s.name in data.names and _junction(graph, s) is at:
+                y = data.readings[:, data.names.index(s.name)] / gain
                 return y if kind is Dq else moved_by(y, data.dt)
     return None
 
@@ -97,8 +98,8 @@ def behind_gain(made: Fit, s: Source) -> Array:
     return (1.0 if factor is None else factor) * command + (offset or 0.0)
 
 
-def channel_number(made: Fit, s: Source, field: str) -> float | None:
-    """Return gain or offset of a source as fitted; None where it has none."""
+def channel_number(made: Fit, s: Source | Sensor, field: str) -> float | None:
+    """Return gain or offset of a source or a sensor as fitted; None where it has none."""
     graph = made.problem.graph
     held = graph.channel_value(s, field)
     if held is None:

@@ -17,6 +17,7 @@ from bondgraph.signals.files.time_base import TIME
 from bondgraph.signals.recording import Recording
 from bondgraph.signals.units import read_unit
 from bondgraph.support.arrays import Array
+from identification.diagnosis.localisation.recording.region import multiple
 from identification.diagnosis.screening.forgotten_unit import plainly
 from identification.diagnosis.screening.usual_units import named
 from identification.report.numbers import times_noise
@@ -119,10 +120,11 @@ class Mixup:
         if self.values:
             return f"with that undone {self.values}"
         how = "without it" if self.kind == "dead" else "with that undone"
+        before, after = times_noise(self.before), times_noise(self.after)
+        rest = "; what then remains shows once the file is mended" if after > REMAINS else ""
         return (
-            f"{how} what is left of all readings together falls from "
-            f"{times_noise(self.before):.3g} to {times_noise(self.after):.3g} times the noise on "
-            "held-out samples"
+            f"{how} the model misses all readings together by {multiple(after)} the noise, not by "
+            f"{multiple(before)}, on held-out samples{rest}"
         )
 
     @property
@@ -152,6 +154,8 @@ class Mixup:
         )
 
 
+REMAINS = 2.0
+"""Times the noise beyond which more is wrong than the recording."""
 QUANTITIES = {"Dq": "a displacement", "Df": "a velocity or a flow", "Da": "an acceleration"}
 SENSORS: dict[str, type[Sensor]] = {"Dq": Dq, "Df": Df, "Da": Da}
 

@@ -29,6 +29,7 @@ from identification.diagnosis.screening.port_history import FittedModel, PortHis
 from identification.diagnosis.screening.port_response import Probes, probes
 from identification.diagnosis.screening.tangent_space import freedom
 from identification.diagnosis.search.candidates import Candidate
+from identification.diagnosis.studio.beside_repair import beside_repair
 from identification.diagnosis.studio.packing import packed
 from identification.diagnosis.studio.ratio_plane import changed_ratio, ratio_plane
 from identification.diagnosis.studio.turns_plane import repeating, turned_plane
@@ -51,6 +52,8 @@ OPEN: Mapping[tuple[int, ...], str] = MappingProxyType(
     }
 )
 """What is said of the powers of the argument that the parameters can stand for."""
+REPAIRED = " All other values are those of the repaired model, and so is the way."
+"""What is said of points beside a repair."""
 UNKNOWN = 0.01
 """Part of a power of the argument that the parameters may leave of it, to stand for it."""
 
@@ -61,7 +64,8 @@ def planes(d: Diagnosis, share: float = 1.0) -> dict[str, Any]:
     The missing addition is rebuilt at one element at a time, as if it sat there alone, from the
     residual of the fit of the model as it is (`explanation.recovered`). What the parameters of
     that fit imitate is not in it, such as a level beside a free offset of the reading: laws are
-    drawn without it, too. A plane whose law is not seen in what was rebuilt has no points.
+    drawn without it, too. Where one law was named, its repair knows the parameters
+    (`beside_repair`). A plane whose law is not seen in what was rebuilt has no points.
     """
     if d.scene is None:
         return {"time": packed([], "<f8"), "of": {}}
@@ -80,7 +84,13 @@ def planes(d: Diagnosis, share: float = 1.0) -> dict[str, Any]:
         if name not in d.graph.elements or not np.ptp(past.argument[known]) > 0:
             continue
         if (ratio := changed_ratio(d, name)) is not None:
-            found[name] = ratio_plane(d, ratio)
+            found[name] = ratio_plane(d, ratio, probed, basis, known, at)
+            continue
+        if (own := beside_repair(d, name, known)) is not None:
+            shown = replace(past, argument=own.argument, output=own.output - own.added)
+            points = (data.time[known], own.argument[known], own.output[known])
+            free = _imitated(scene, probed, basis, known, name)
+            found[name] = _plane(d, name, shown, own.added, at, points, free, line, past)
             continue
         signal = recovered(d, probed, tangents, known, name)
         if signal is None:
@@ -137,11 +147,17 @@ def _plane(
     points: tuple[Array, Array, Array],
     free: tuple[int, ...],
     most: int,
+    nominal: PortHistory | None = None,
 ) -> dict[str, Any]:
-    """Return one plane in readable units, its lines of `most` points."""
+    """Return one plane in readable units, its lines of `most` points.
+
+    `nominal` has the law of the model as it is where points are those of the repair.
+    """
     x, xu, yu, xw, yw = _axes(d.graph, name, past)
+    plain, straight = (x, past.output) if nominal is None else (nominal.argument, nominal.output)
     y = past.output + added
-    laws = [] if isinstance(d.graph[name], I) else _laws(d, name, points, free, most)
+    known = nominal is not None
+    laws = [] if isinstance(d.graph[name], I) else _laws(d, name, points, free, most, known)
     fx, ux = axis_scale(xu, float(np.nanmax(np.abs(x))))
     fy, uy = axis_scale(yu, float(np.nanmax(np.abs(y))))
     line = _stretch(at.size, most)
@@ -154,8 +170,8 @@ def _plane(
         "power": packed((added * _flow(d.graph, name, past))[shown]),
         "xLabel": f"{xw} ({ux})" if ux else xw,
         "yLabel": f"{yw} ({uy})" if uy else yw,
-        "open": NO_POINTS if no_points else OPEN[free],
-        "nominal": {"x": packed(fx * x[at][line]), "y": packed(fy * past.output[at][line])},
+        "open": NO_POINTS if no_points else REPAIRED if known else OPEN[free],
+        "nominal": {"x": packed(fx * plain[at][line]), "y": packed(fy * straight[at][line])},
         "laws": [
             {"label": label, "on": on, "x": packed(fx * s), "y": packed(fy * w)}
             for label, on, s, w in laws
@@ -237,15 +253,22 @@ def _flow(graph: BondGraph, name: str, past: PortHistory) -> Array:
 
 
 def _laws(
-    d: Diagnosis, name: str, points: tuple[Array, Array, Array], free: tuple[int, ...], most: int
+    d: Diagnosis,
+    name: str,
+    points: tuple[Array, Array, Array],
+    free: tuple[int, ...],
+    most: int,
+    known: bool = False,
 ) -> list[tuple[str, bool, Array, Array]]:
     """Laws fitted at an element, those that are still in the set switched on.
 
     Less the part by the `free` powers of the argument that the `points` (time, argument, output)
     leave open; where both are, the argument has the level and the scale of the points: the fit of
-    the law has its own, and neither is known.
+    the law has its own, and neither is known. Where the points are `known`, the named law is as
+    it is.
     """
     found: list[tuple[str, bool, Array, Array]] = []
+    named = {s.chosen.label for s in d.findings if s.chosen is not None} if known else set()
     inside = {t.label for s in d.steps for t in (*s.possible, *s.same_place)}
     best: dict[str, Candidate] = {}
     for t in (*(t for s in d.steps for t in (*s.possible, *s.same_place)), *d.trials):
@@ -258,12 +281,13 @@ def _laws(
         argument, output = run.argument, run.slope * run.argument + run.deviation
         if isinstance(d.graph[name], I):  # told as the momentum over the flow
             argument, output = output, argument
-        if free == (0, 1):
+        apart = () if t.label in named else free
+        if apart == (0, 1):
             there = np.interp(run.time, *points[:2])
             line = np.column_stack([np.ones(argument.size), argument / np.abs(argument).max()])
             argument = line @ np.linalg.lstsq(line, there, rcond=None)[0]
-        if free:
-            powers = argument[:, None] ** np.array(free)
+        if apart:
+            powers = argument[:, None] ** np.array(apart)
             powers = powers / (np.abs(powers).max(axis=0) + 1e-300)
             missing = np.interp(run.time, points[0], points[2]) - output
             output = output + powers @ np.linalg.lstsq(powers, missing, rcond=None)[0]

@@ -8,6 +8,6 @@ from identification.diagnosis.verdict.document import verdict as verdict
 from identification.diagnosis.verdict.document import write_verdict as write_verdict
 from identification.diagnosis.verdict.reading import parse_verdict as parse_verdict
 from identification.diagnosis.verdict.reading import read_verdict as read_verdict
+from identification.diagnosis.verdict.said_again import retold as retold
 from identification.diagnosis.verdict.text import in_words as in_words
-from identification.diagnosis.verdict.text import retold as retold
 from identification.diagnosis.verdict.text import sentence as sentence

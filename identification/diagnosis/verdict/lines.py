@@ -106,11 +106,11 @@ def parameter_lines(d: Diagnosis) -> list[str]:
 
 
 def value_lines(d: Diagnosis) -> list[str]:
-    """Fitted values of the model's own parameters beside the declared ones, where they mean much.
+    """Fitted values of the model's own parameters beside the declared ones.
 
-    That is where nothing is missing, or beside a repair.
+    Where something is missing that has no name, they bend for it: that is said first.
     """
-    last = d.repaired or (d.nominal if d.kind in ("explained", "parameters_only") else None)
+    last = d.repaired or (None if d.kind == "insufficient_data" else d.nominal)
     if last is None or d.mistakes:
         return []
     own = {e.name for s in d.findings if s.chosen for e in effect_parameters(s.chosen, d)}
@@ -118,7 +118,18 @@ def value_lines(d: Diagnosis) -> list[str]:
     if not rows:
         return []
     more = f"{len(rows) - MOST_VALUES} more in verdict.json"
-    return [*aligned(HEADS, rows[:MOST_VALUES]), *([more] if len(rows) > MOST_VALUES else [])]
+    shown = aligned(HEADS, rows[:MOST_VALUES])
+    return [*bent(d), *shown, *([more] if len(rows) > MOST_VALUES else [])]
+
+
+def bent(d: Diagnosis) -> tuple[str, ...]:
+    """Say what values are worth that were fitted without what is missing."""
+    if d.kind != "unknown_physics" or d.left is None:
+        return ()
+    return (
+        f"values of the model as it is, which leaves {d.left.most:.3g} times the noise: they bend "
+        "for what is missing, and their intervals do not say by how much",
+    )
 
 
 HEADS = ("fitted", "value", "95 % interval", "declared")

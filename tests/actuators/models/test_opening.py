@@ -157,6 +157,11 @@ def test_a_name_that_the_front_door_lacks_is_found(tmp_path: Path) -> None:
     assert said.endswith("; mend the model")
 
 
+def test_a_package_that_is_missing_is_named(tmp_path: Path) -> None:
+    said = refused(written(tmp_path, "import not_there.at_all\n"))
+    assert said.endswith("No module named 'not_there'; mend the model, or pip install not_there")
+
+
 @pytest.mark.parametrize("name", ["statistics", "networkx", "sys"])
 def test_a_name_that_is_installed_too_is_refused(tmp_path: Path, name: str) -> None:
     written(tmp_path, PARTS, f"{name}.py")

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import re
 from xml.etree import ElementTree
 
 import numpy as np
 import pytest
 
 from actuators.models.textbook import resonator
-from bondgraph import BondGraph, C, Dq, I, One, R, Se
+from bondgraph import BondGraph, C, Df, Dq, I, One, R, Se, Sf, Zero
 from bondgraph.drawing.svg import svg
 from bondgraph.equations.derivation import equations
+from bondgraph.support.errors import UnusableInput
 
 
 def mass(gain: float = 1.0) -> BondGraph:
@@ -52,6 +54,43 @@ def test_equations_are_plotted_as_frequency_responses() -> None:
     assert phase.lines[0].get_ydata() == pytest.approx(np.degrees(np.unwrap(np.angle(exact))))
     assert f[0] < 10.07 < f[-1]  # its mode, Hz
     assert size.get_title() == "x to F, m/N"
+
+
+def pulled(load: bool = True, read: bool = True) -> BondGraph:
+    """A mass on a spring between its load and a base whose velocity is given."""
+    with BondGraph("pulled") as g:
+        body, between, base = One("body"), Zero("between"), One("base")
+        if load:
+            Se("F", unit="N") >> body
+            Sf("v_0", unit="m/s") >> base
+        body >> I("m", 0.5, unit="kg")
+        body >> R("d", 5.0, unit="N*s/m")
+        body >> between >> C("k", stiffness=2000.0, unit="N/m")
+        between >> base
+        if read:
+            body >> Df("v", unit="m/s")
+            base >> Df("w", unit="m/s")
+    return g
+
+
+def test_an_input_that_does_not_reach_a_reading_has_no_phase() -> None:
+    axes = equations(pulled()).plot()
+    assert axes.shape == (4, 2)
+    size, phase = axes[2:, 0]
+    assert [t.get_text() for t in size.texts] == ["F does not reach w"]
+    for ax in (size, phase):
+        assert not np.isfinite(ax.lines[0].get_ydata()).any()
+    assert not axes[2, 1].texts
+    assert axes[0, 1].get_title() == "v to v_0, m/s/(m/s)"
+
+
+@pytest.mark.parametrize(
+    ("graph", "lacks"),
+    [(pulled(load=False), "no source (Se, Sf)"), (pulled(read=False), "no sensor (De, Df, Dq)")],
+)
+def test_responses_of_nothing_are_refused(graph: BondGraph, lacks: str) -> None:
+    with pytest.raises(UnusableInput, match=re.escape(f"pulled has {lacks}")):
+        equations(graph).plot()
 
 
 def test_the_table_of_equations_says_what_each_signal_is() -> None:

@@ -25,6 +25,7 @@ from identification.diagnosis.screening.carried import astray, carried_away
 from identification.diagnosis.screening.observation import scene
 from identification.diagnosis.search.candidates import DiagnosisOptions
 from identification.diagnosis.search.nominal import nominal_fit
+from identification.estimation.single_record import fit
 from identification.report.numbers import quantity
 from identification.study.engine import engine_of
 from identification.study.origins import own_origins
@@ -131,6 +132,16 @@ def test_nothing_else_may_begin_anywhere() -> None:
     law = Coulomb(0.01)
     rubbing = motor(spring=0.1).with_branch("shaft", [R("dry", 1e-9, law=law, unit="N*m*s/rad")])
     assert _origins(rubbing) == ()
+
+
+def test_a_reading_with_a_gain_tells_the_way_before_it(recorded: Recording) -> None:
+    """Of an encoder that counts twice a turn the way is half of what it reads."""
+    geared = motor().with_element("phi", gain=2.0)
+    double = replace(recorded, channels={**recorded.channels, "phi": 2.0 * recorded["phi"]})
+    data = data_for(geared, double, interleaved(0, N), {"phi": 4e-4})
+    way = scene(fit(Problem(geared, data), max_iterations=1)).past["J"].recorded
+    assert way is not None
+    np.testing.assert_allclose(way, recorded["phi"])
 
 
 def test_windows_and_known_positions_leave_it_free(recorded: Recording) -> None:

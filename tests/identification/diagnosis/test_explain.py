@@ -12,7 +12,7 @@ import pytest
 from bondgraph.support.errors import UnusableInput
 from bondsight.cli.main import main
 from identification.diagnosis.verdict import KINDS, parse_verdict, read_verdict
-from identification.diagnosis.verdict.text import WIDTH, _much, retold
+from identification.diagnosis.verdict.said_again import WIDTH, much, retold
 
 
 def finding(effect: str = "hysteresis", element: str = "C_nl", **more: Any) -> dict[str, Any]:
@@ -101,8 +101,8 @@ def test_all_of_a_misfit_is_explained_where_noise_is_left(
 
 
 def test_a_headline_rounds_no_share_up_to_all() -> None:
-    assert [_much(s, 0, False) for s in (0.5, 0.994, 0.9951, 1.0)] == ["50 %", *3 * ["99 %"]]
-    assert [_much(s, 0, True) for s in (0.994, 0.9951, 1.0)] == ["99 %", "all", "all"]
+    assert [much(s, 0, False) for s in (0.5, 0.994, 0.9951, 1.0)] == ["50 %", *3 * ["99 %"]]
+    assert [much(s, 0, True) for s in (0.994, 0.9951, 1.0)] == ["99 %", "all", "all"]
 
 
 def test_several_findings_and_ports_that_cannot_be_told_apart() -> None:

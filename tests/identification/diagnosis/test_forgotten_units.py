@@ -17,7 +17,8 @@ from identification.diagnosis.screening.mixups import _conversions, forgotten
 from identification.diagnosis.search.candidates import DiagnosisOptions
 from identification.diagnosis.verdict.document import verdict
 from identification.diagnosis.verdict.reading import parse_verdict
-from identification.diagnosis.verdict.text import in_words, retold
+from identification.diagnosis.verdict.said_again import retold
+from identification.diagnosis.verdict.text import in_words
 from tests.settled import simulate
 from tests.spring import spring
 

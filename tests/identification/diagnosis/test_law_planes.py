@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bondgraph import MTF, BondGraph, C, Df, Dq, I, One, R, Se
+from bondgraph import MTF, BondGraph, C, De, Df, Dq, I, One, R, Se, Zero
 from bondgraph.graph.modulation import displacement
 from bondgraph.laws import Law, Polynomial, SaturatingInductance
 from bondgraph.signals.recording import Recording, Split
@@ -102,6 +102,42 @@ def test_iron_that_saturates_bends_current_over_flux_linkage() -> None:
     at = np.interp(current, i, flux)
     straight = np.polyval(np.polyfit(current, at, 1), current)
     assert np.std(psi - at) < 0.2 * np.std(at - straight)
+
+
+def charged(law: Law | None = None) -> BondGraph:
+    """A capacitor behind a resistor: its voltage is read, its charge is not."""
+    with BondGraph("charged") as g:
+        loop, node = One("loop"), Zero("node")
+        Se("F", unit="V") >> loop >> R("r", 1.0, unit="ohm")
+        loop >> node >> C("c", 0.2, unit="F", law=law)
+        node >> R("load", 5.0, unit="ohm")
+        node >> De("x", unit="V")
+    return g
+
+
+def test_where_a_reading_tells_the_effort_of_a_store_points_draw_no_loops() -> None:
+    """Beside its own bent resistances the model as it is has another charge than the plant."""
+    truth = charged(Polynomial(0.0, 0.4, orders=(3,), unit="V")).with_values({"a_3_c": 1.0})
+    (nominal, _), (made, _) = fitted(charged(), truth, 20), fitted(truth, truth, 20)
+    one = tried(made, "c")
+    step: Any = SimpleNamespace(possible=(one,), same_place=(), kind="missing_physics", chosen=one)
+    run = Recording(
+        "run", T, {"F": U, "x": nominal.problem.data.readings[:, 0]}, {"F": "V", "x": "V"}
+    )
+    d = Diagnosis(
+        "missing_physics", "charged", run, charged(), nominal.problem.data, nominal=nominal,
+        scene=scene(nominal), steps=(step,), trials=(one,),
+    )  # fmt: skip
+    plane = planes(d)["of"]["c"]
+    assert plane["open"] == law_plane.REPAIRED
+    (law,) = plane["laws"]
+    x, y, q, v = (
+        np.frombuffer(base64.b64decode(p[k]), "<f4").astype(float)
+        for p, k in ((plane, "x"), (plane, "y"), (law, "x"), (law, "y"))
+    )
+    at = np.interp(x, q, v)
+    bend = np.std(at - np.polyval(np.polyfit(x, at, 1), x))
+    assert np.std(y - at) < 0.1 * bend
 
 
 def test_a_law_lies_on_points_whose_level_and_scale_nobody_knows(monkeypatch: Any) -> None:

@@ -29,6 +29,7 @@ from identification.diagnosis.explanation.colour import (
 )
 from identification.diagnosis.explanation.law_formula import in_symbols, meaning_of
 from identification.diagnosis.report.sections import beside
+from identification.diagnosis.screening.undoing import Mixup
 from identification.diagnosis.search.candidates import Candidate
 from identification.diagnosis.studio import page
 from identification.diagnosis.verdict import normalised_error, parse_verdict, retold, verdict
@@ -231,3 +232,14 @@ def test_a_verdict_of_before_is_explained_too(found: Diagnosis) -> None:
     text = retold(parse_verdict(json.dumps(old)))
     assert "What was found" in text
     assert "What was tried" not in text
+
+
+@pytest.mark.parametrize(("after", "more"), [(57.0**2, True), (1.1, False)])
+def test_what_an_undone_mistake_gains_is_a_plain_sentence(after: float, more: bool) -> None:
+    said = replace(Mixup("sign", ("x",)), before=16800.0**2, after=after).undoing
+    left = "57" if more else "1"
+    assert said.startswith(
+        f"with that undone the model misses all readings together by {left} times the noise, not "
+        "by 17 thousand times, on held-out samples"
+    )
+    assert said.endswith("once the file is mended") == more

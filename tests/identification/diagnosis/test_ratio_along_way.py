@@ -154,6 +154,43 @@ def test_the_plane_of_a_ratio_is_drawn_over_the_way(data: Data) -> None:
     np.testing.assert_allclose(y, 6.0 * (1 + 0.1 * z - 0.2 * z**2), rtol=1e-4)
     level = unpacked(plane["nominal"]["y"])
     np.testing.assert_allclose(level, looked.nominal.values["Bl"], rtol=1e-4)
+    # points tell the ratio that the plant has, not the one of the law that is drawn; their level
+    # is that of the law
+    way, ratio = 1e-3 * unpacked(plane["x"]), unpacked(plane["y"])
+    told = np.isfinite(ratio)
+    assert told.mean() > 0.5
+    true = 7.0 * (1 + 5 * way[told] - 200 * way[told] ** 2)
+    off = ratio[told] - true
+    assert np.std(off) < 0.2 * np.std(true)
+    z = (way[told] - centre) / span
+    assert np.mean(ratio[told] - 6.0 * (1 + 0.1 * z - 0.2 * z**2)) == pytest.approx(0, abs=0.01)
+
+
+@pytest.mark.parametrize(
+    ("spring", "by", "over"),
+    [("nowhere", BY_WAY, "position counted"), ("at the stage", BY_FLOW, "current at current_Bl")],
+)
+def test_points_of_a_ratio_lie_over_what_it_changes_with(
+    spring: str, by: float, over: str, data: Data
+) -> None:
+    looked = seen(stage(spring), data)
+    hint = Hint({"by": by}, np.array([0.1, -0.1]))
+    made = NonlinearRatio().insert(looked, looked.graph["Bl"], hint)
+    values = {"Bl": 6.0, "a_1_Bl": 0.1, "a_2_Bl": -0.2}
+    held: Any = SimpleNamespace(problem=SimpleNamespace(graph=made.graph), values=values)
+    t = Candidate(made, True, held, 1.0, 1.0, np.ones(1))
+    found: Any = [SimpleNamespace(chosen=t, possible=(), same_place=())]
+    d: Any = SimpleNamespace(
+        repaired=None, scene=looked, findings=found, data=data, graph=looked.graph, steps=[],
+        trials=[],
+    )  # fmt: skip
+    plane = planes(d)["of"]["Bl"]
+    assert plane["xLabel"].startswith(over)
+    x, (low, *_, high) = unpacked(plane["x"]), unpacked(plane["laws"][0]["x"])
+    x = x[np.isfinite(x)]
+    assert x.size > 50
+    reach = high - low
+    assert low - 0.05 * reach < x.min() < x.max() < high + 0.05 * reach
 
 
 def test_a_store_of_another_flow_does_not_hold_the_way() -> None:

@@ -48,7 +48,8 @@ from identification.diagnosis.search.candidates import DiagnosisOptions
 from identification.diagnosis.studio import page, write_report
 from identification.diagnosis.verdict.document import verdict
 from identification.diagnosis.verdict.reading import parse_verdict
-from identification.diagnosis.verdict.text import in_words, retold
+from identification.diagnosis.verdict.said_again import retold
+from identification.diagnosis.verdict.text import in_words
 from identification.report.numbers import (
     axis_scale,
     interval,
@@ -238,7 +239,8 @@ def test_the_terminal_gives_fitted_values_beside_the_declared_ones(
         assert row[3] == "200 N/m"
     monkeypatch.setattr("identification.diagnosis.verdict.lines.MOST_VALUES", 1)
     assert "2 more in verdict.json" in in_words(as_kind(found, "parameters_only"))
-    assert "declared" not in in_words(as_kind(found, "unknown_physics"))
+    unnamed = in_words(as_kind(found, "unknown_physics"))
+    assert "values of the model as it is, which leaves" in unnamed
 
 
 def test_without_a_name_each_recording_says_how_far_it_is_missed(found: Diagnosis) -> None:

@@ -37,7 +37,7 @@ from identification.diagnosis.screening.mixups import moved
 from identification.diagnosis.search.asked import asked_of
 from identification.diagnosis.verdict.document import law_constants
 from identification.diagnosis.verdict.reading import parse_verdict
-from identification.diagnosis.verdict.text import retold
+from identification.diagnosis.verdict.said_again import retold
 from identification.estimation.single_record import fit
 from identification.study.problem import Data, Problem
 from tests.identification.diagnosis.effect_plants import scene

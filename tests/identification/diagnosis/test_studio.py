@@ -72,7 +72,7 @@ def test_the_recovered_law_is_the_one_that_is_missing(shown: dict[str, Any]) -> 
     on = {law["label"]: law["on"] for law in plane["laws"]}
     assert on["coulomb friction"]
     assert not on["quadratic drag"]
-    assert "mean slope" in plane["open"]
+    assert "those of the repaired model" in plane["open"]
     (line,) = (law for law in plane["laws"] if law["label"] == "coulomb friction")
     there, order = numbers(line["x"]) / 1e3, np.argsort(v)
     mean = np.ones(21) / 21

@@ -24,7 +24,8 @@ from identification.diagnosis.screening.values_back import gives_way
 from identification.diagnosis.search.candidates import DiagnosisOptions
 from identification.diagnosis.verdict.document import verdict
 from identification.diagnosis.verdict.reading import parse_verdict
-from identification.diagnosis.verdict.text import retold, sentence
+from identification.diagnosis.verdict.said_again import retold
+from identification.diagnosis.verdict.text import sentence
 from tests.settled import simulate
 
 OPTIONS = DiagnosisOptions(jobs=1, keep=2, more=0, effects=1)

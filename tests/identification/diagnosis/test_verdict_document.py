@@ -16,7 +16,8 @@ from identification.diagnosis.localisation.recording.region import Region
 from identification.diagnosis.screening.flexible_forms import KINDS
 from identification.diagnosis.verdict.document import verdict, write_verdict
 from identification.diagnosis.verdict.reading import parse_verdict
-from identification.diagnosis.verdict.text import retold, sentence
+from identification.diagnosis.verdict.said_again import retold
+from identification.diagnosis.verdict.text import sentence
 from tests.identification.diagnosis.rubbing_spring import diagnosed
 
 

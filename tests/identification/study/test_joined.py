@@ -21,7 +21,7 @@ from identification.diagnosis.report.sections import answer, before_after
 from identification.diagnosis.search.candidates import DiagnosisOptions
 from identification.diagnosis.verdict.document import verdict
 from identification.diagnosis.verdict.reading import parse_verdict
-from identification.diagnosis.verdict.text import retold
+from identification.diagnosis.verdict.said_again import retold
 from identification.estimation.single_record import fit
 from identification.study.joined import at_one_rate, joined, split_of
 from identification.study.noise_floor import noise_floor

@@ -1,0 +1,73 @@
+"""What a named law does, recovered beside the values of the repair, along the way of the repair.
+
+The model as it is has bent its values to what is missing, and where a reading tells the effort of
+a store, its charge is a sum over all that is read: points by these would draw loops.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from bondgraph.graph.elements import C, R
+from bondgraph.support.arrays import Array
+from bondgraph.support.errors import BondsightError
+from identification.diagnosis.diagnose import Diagnosis
+from identification.diagnosis.evidence.kind_score import at_values_of
+from identification.diagnosis.explanation.recovered import recovered
+from identification.diagnosis.screening.observation import traced, watched_signals
+from identification.diagnosis.screening.port_response import probes
+from identification.study.residual import evaluate
+
+
+@dataclass(frozen=True, eq=False)
+class Recovered:
+    """Points of a law plane, shape (N,) each, SI.
+
+    Attributes
+    ----------
+    argument : ndarray
+        Along the repaired model.
+    output : ndarray
+        Of the element as it is with what was added there.
+    added : ndarray
+    """
+
+    argument: Array
+    output: Array
+    added: Array
+
+
+def beside_repair(d: Diagnosis, name: str, known: Array) -> Recovered | None:
+    """Return what a store or resistor does whose law alone was named; None where that is not known.
+
+    Parameters
+    ----------
+    known : ndarray of bool, shape (N,)
+        Samples that are looked at.
+    """
+    alone = [s.chosen.element for s in d.findings if s.chosen is not None] == [name]
+    if d.scene is None or d.repaired is None or not alone or not isinstance(d.graph[name], C | R):
+        return None
+    base = d.scene.nominal
+    if base.problem.data.n != d.repaired.problem.data.n:
+        return None
+    point = at_values_of(base, d.repaired)
+    simulated = evaluate(base.problem, point, derivatives=False).y
+    if not np.isfinite(simulated[known]).all():
+        return None
+    moved = replace(base, point=point, simulated=simulated)
+    probed, own = probes(moved), traced(d.repaired, name)
+    signal = recovered(replace(d, scene=replace(d.scene, nominal=moved)), probed, None, known, name)
+    names = watched_signals(probed.graph).get(name)
+    if signal is None or own is None or names is None:
+        return None
+    source, factor = probed.ports[name]
+    try:
+        _, traces = probed.observed(names, {source: factor * signal.signal})
+    except BondsightError:  # no exact model
+        return None
+    if names[1] not in traces:
+        return None
+    return Recovered(own[0], traces[names[1]] + signal.signal, signal.signal)
