@@ -166,9 +166,9 @@ def decided(found: Searched, task: SearchTask) -> Decision:
         decision = decide(evidence, limits)
     if where and decision.kind == "unknown_physics":
         decision = _decided_there(found, task, evidence, decision)
-    named = decision.chosen.element if decision.kind == "missing_physics" and decision.chosen else ""
+    chosen = decision.chosen if decision.kind == "missing_physics" else None
     if where:
-        if not named or named in where:
+        if chosen is None or not chosen.insertion.joined:
             decision = replace(decision, reasons=(*decision.reasons, why_there(done.blind, where)))
     elif found.number == 0 and in_doubt(decision, limits):
         decision = _decided_in_pairs(found, task, evidence, decision)

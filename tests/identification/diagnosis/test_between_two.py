@@ -9,11 +9,17 @@ import numpy as np
 import pytest
 
 from bondgraph import TF, BondGraph, C, De, Df, I, One, R, Se, Sf, Zero, simulate
+from bondgraph.graph.elements import Source
+from bondgraph.graph.sensors import Sensor
 from bondgraph.laws import Orifice
-from bondgraph.signals.recording import Recording
+from bondgraph.signals.recording import Recording, Split
 from identification.diagnosis.catalogue import by_name
+from identification.diagnosis.catalogue.effect import Hint
 from identification.diagnosis.diagnose import Diagnosis, diagnose
+from identification.diagnosis.screening.observation import scene
 from identification.diagnosis.search.candidates import DiagnosisOptions
+from identification.estimation.single_record import fit
+from identification.study.problem import Data, Problem
 
 N, DT, NOISE = 1500, 0.02, 2e-3
 
@@ -67,17 +73,18 @@ def recorded(graph: BondGraph, size: float) -> Recording:
     t = np.asarray(DT * np.arange(N), np.float64)
     rng = np.random.default_rng(3)
     u = np.repeat(rng.uniform(-size, size, N // 25), 25)
-    source = next(e.name for e in graph.of_type(Se, Sf))
+    (drive,) = graph.of_type(Source)
+    source = drive.name
     run: Any = simulate(graph, t, {source: u}, hold="hold")
-    units = {source: graph[source].unit, **{s.name: s.unit for s in graph.of_type(De, Df)}}
-    seen = {s.name: np.asarray(run[s.name]) for s in graph.of_type(De, Df)}
+    units = {e.name: e.unit for e in (drive, *graph.of_type(Sensor))}
+    seen = {s.name: np.asarray(run[s.name]) for s in graph.of_type(Sensor)}
     noisy = {n: v + NOISE * v.std() * rng.standard_normal(N) for n, v in seen.items()}
     return Recording("run", t, {source: u, **noisy}, units)
 
 
-def found(model: Callable[[str], BondGraph], missing: str, size: float = 1.0) -> Diagnosis:
+def found(model: Callable[[str], BondGraph], missing: str) -> Diagnosis:
     options = DiagnosisOptions(jobs=1, effects=1, keep=3, more=2)
-    return diagnose(model(), recorded(model(missing), size), options=options, hold="hold")
+    return diagnose(model(""), recorded(model(missing), 1.0), options=options, hold="hold")
 
 
 @pytest.mark.parametrize(
@@ -133,3 +140,38 @@ def test_only_two_that_nothing_joins_are_paired() -> None:
     assert [e.name for e in by_name("internal_leakage").places(cylinder())] == ["C_A"]
     assert [e.name for e in by_name("cross_coupling").places(chain())] == ["m_1"]
     assert by_name("cross_coupling").places(cylinder()) == ()
+
+
+@pytest.mark.parametrize(
+    ("store", "resistor"), [("F", "ohm"), ("J/K", "K/W"), ("m3/Pa", "Pa*s/m3")]
+)
+def test_what_seeps_has_the_units_of_its_domain(store: str, resistor: str) -> None:
+    with BondGraph("two") as g:
+        left, right = Zero("left"), Zero("right")
+        ways = [One(f"way_{n}") for n in (1, 2)]
+        middle = Zero("middle")
+        Sf("in") >> left >> C("C_1", 2.0, unit=store)
+        left >> ways[0] >> middle >> ways[1] >> right >> C("C_2", 3.0, unit=store)
+        for number, way in enumerate(ways, start=1):
+            way >> R(f"R_{number}", 1.0, unit=resistor)
+        left >> De("e_1")
+        right >> De("e_2")
+    assert check_insertions(g, "internal_leakage", "C_1") == {"resistor_between", "orifice"}
+
+
+def check_insertions(graph: BondGraph, effect: str, place: str) -> set[str]:
+    """Insert every course of an effect, see that the graphs are sound, and return their laws."""
+    t = np.asarray(DT * np.arange(300), np.float64)
+    (source,) = graph.of_type(Sf)
+    run: Any = simulate(graph, t, {source.name: np.sin(t)})
+    read = {s.name: np.asarray(run[s.name]) for s in graph.of_type(De)}
+    y = np.stack(list(read.values()), axis=1)
+    split = Split(slice(0, 200), slice(200, 300), "first part")
+    data = Data("run", t, {source.name: np.sin(t)}, y, tuple(read), 1e-3 * y.std(axis=0), split)
+    seen, laws = scene(fit(Problem(graph, data), max_iterations=1)), set()
+    own = by_name(effect)
+    for s in own.signatures(seen, graph[place]):
+        made = own.insert(seen, graph[place], Hint(s.shape or {}, np.ones(1)))
+        assert made.graph.check() == ()
+        laws.add(made.law)
+    return laws

@@ -38,7 +38,7 @@ class CrossCoupling(Effect):
         "hold one of both masses and push the other one: the force on the held one tells the "
         "spring when slow and the damper when fast"
     )
-    source = "coupled oscillators; Den Hartog, Mechanical Vibrations, 1934"
+    source = "coupled oscillators; Den Hartog, Mechanical Vibrations, 1956"
     richer = ("damper_between",)
     meanings: ClassVar[Mapping[str, str]] = {
         "k_x": "stiffness between both masses",
