@@ -19,6 +19,7 @@ from bondgraph.laws import (
     Coulomb,
     CurrentLimit,
     DahlFriction,
+    DigressiveDamping,
     Diode,
     EndStop,
     GrowingDamping,
@@ -55,6 +56,7 @@ SPRINGS: dict[str, Law] = {
 }
 RESISTORS: dict[str, Law] = {
     "asymmetric": AsymmetricDamping(0.2, 0.4),
+    "digressive": DigressiveDamping(stiffness=0.4, difference=0.1, flow=0.5),
     "bristle": DahlFriction(0.3, 0.05),
     "short bristle": DahlFriction(0.3, 1e-4),
     "heating": SelfHeating(0.3, 0.4, 0.5),
