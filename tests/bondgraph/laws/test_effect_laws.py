@@ -52,6 +52,7 @@ SPRINGS: dict[str, Law] = {
     "growing damping": GrowingDamping(0.2, 0.05),
     "magnet": Magnet(0.1, 2.5),
     "magnet beside a spring": Magnet(-0.1, -2.5, free_standing=False),
+    "series from rest": Polynomial(0.2, 1.5, 1.0, from_rest=True),
     "saturating": SaturatingInductance(1.5, 0.4),  # a curve of its own state, wherever it stands
 }
 RESISTORS: dict[str, Law] = {
