@@ -22,8 +22,9 @@ from identification.study.problem import Data, Problem
 from tests.identification.diagnosis.effect_plants import coil, electrical, hydraulic
 
 IN_TIME = frozenset({
-    "added_mode", "clock_skew", "creep", "eddy_current_loss", "external_disturbance", "leakage",
-    "self_heating", "sensor_drift", "sensor_offset", "time_varying_parameter",
+    "added_mode", "clock_skew", "creep", "eddy_current_loss", "external_disturbance",
+    "internal_leakage", "leakage", "self_heating", "sensor_drift", "sensor_offset",
+    "time_varying_parameter",
 })  # fmt: skip
 """Effects that are drawn over time; the others over what their element moves by."""
 SHAPE = {"external_disturbance": 0, "overflow": 1, "time_varying_parameter": 0}

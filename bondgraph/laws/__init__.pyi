@@ -7,6 +7,7 @@ from bondgraph.laws.bouc_wen import BoucWenMemory as BoucWenMemory
 from bondgraph.laws.contact_loss import ContactLoss as ContactLoss
 from bondgraph.laws.current_limit import CurrentLimit as CurrentLimit
 from bondgraph.laws.dahl import DahlFriction as DahlFriction
+from bondgraph.laws.digressive import DigressiveDamping as DigressiveDamping
 from bondgraph.laws.diode import Diode as Diode
 from bondgraph.laws.end_stop import EndStop as EndStop
 from bondgraph.laws.friction import Coulomb as Coulomb

@@ -19,6 +19,11 @@ class Polynomial(Law):
     The scaled argument keeps the coefficients comparable: ``a_j`` is what the term adds at the
     edge of the range. As a storage law it derives from the energy ``integral e dq`` and so stores.
 
+    Parameters
+    ----------
+    from_rest : bool
+        Nothing is added where the argument is zero, however far the centre is: no constant effort.
+
     Examples
     --------
     >>> law = Polynomial(half=2e-3, orders=(3,))
@@ -31,6 +36,7 @@ class Polynomial(Law):
     size: float = 1.0
     orders: tuple[Annotated[int, whole(0, 64)], ...] = (2, 3)
     unit: str = "1"
+    from_rest: bool = False
     starts: ClassVar[tuple[str, ...]] = ("size", "unit")
     name: ClassVar[str] = "polynomial"
     meanings: ClassVar[Mapping[str, str]] = {
@@ -50,7 +56,8 @@ class Polynomial(Law):
     def deviation(self, ops: Ops, s: Any, memory: Sequence[Any], p: Sequence[Any]) -> Any:
         """Sum of the powers."""
         z = (s - self.centre) / self.half
+        rest = -self.centre / self.half
         total: Any = 0.0
         for j, a in zip(self.orders, p, strict=True):
-            total = total + a * z**j
+            total = total + a * (z**j - rest**j if self.from_rest else z**j)
         return total

@@ -31,10 +31,14 @@ EFFECTS = {
     },
     "restoring": {
         "nonlinear_stiffness", "bilinear_stiffness", "end_stop", "backlash", "contact_loss",
+        "cross_coupling",
     },
     "transduction": {"nonlinear_ratio", "position_periodic_force"},
     "drive": {"saturation", "slew_limit", "low_pass", "dead_zone"},
-    "storage": {"leakage", "overflow", "added_mode", "eddy_current_loss", "self_heating"},
+    "storage": {
+        "leakage", "internal_leakage", "overflow", "added_mode", "eddy_current_loss",
+        "self_heating",
+    },
     "flow": {"square_root_flow", "nonlinear_resistance", "diode", "current_limit"},
     "measurement": {
         "sensor_lag", "sensor_offset", "sensor_gain", "sensor_drift", "sensor_nonlinearity",

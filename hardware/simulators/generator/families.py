@@ -20,11 +20,13 @@ FAMILIES: MappingProxyType[str, tuple[str, ...]] = MappingProxyType(
             "end_stop",
             "backlash",
             "contact_loss",
+            "cross_coupling",
         ),
         "transduction": ("nonlinear_ratio", "position_periodic_force"),
         "drive": ("saturation", "slew_limit", "low_pass", "dead_zone"),
         "storage": (
             "leakage",
+            "internal_leakage",
             "overflow",
             "added_mode",
             "eddy_current_loss",

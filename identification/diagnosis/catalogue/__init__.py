@@ -34,10 +34,12 @@ from identification.diagnosis.catalogue.outside.unnamed_curve import UnnamedCurv
 from identification.diagnosis.catalogue.restoring.backlash import BacklashEffect
 from identification.diagnosis.catalogue.restoring.bilinear_stiffness import BilinearStiffness
 from identification.diagnosis.catalogue.restoring.contact_loss import ContactLossEffect
+from identification.diagnosis.catalogue.restoring.cross_coupling import CrossCoupling
 from identification.diagnosis.catalogue.restoring.end_stop import EndStopEffect
 from identification.diagnosis.catalogue.restoring.nonlinear_stiffness import NonlinearStiffness
 from identification.diagnosis.catalogue.storage.added_mode import AddedMode
 from identification.diagnosis.catalogue.storage.eddy_current_loss import EddyCurrentLoss
+from identification.diagnosis.catalogue.storage.internal_leakage import InternalLeakage
 from identification.diagnosis.catalogue.storage.leakage import Leakage
 from identification.diagnosis.catalogue.storage.overflow import OverflowEffect
 from identification.diagnosis.catalogue.storage.self_heating import SelfHeatingEffect
@@ -64,6 +66,7 @@ CATALOGUE: tuple[Effect, ...] = (
     EndStopEffect(),
     BacklashEffect(),
     ContactLossEffect(),
+    CrossCoupling(),
     # transduction
     NonlinearRatio(),
     PositionPeriodicForce(),
@@ -74,6 +77,7 @@ CATALOGUE: tuple[Effect, ...] = (
     DeadZoneEffect(),
     # storage
     Leakage(),
+    InternalLeakage(),
     OverflowEffect(),
     AddedMode(),
     EddyCurrentLoss(),

@@ -52,6 +52,8 @@ class Insertion:
         A richer law of the effect, which others no longer contain.
     courses : mapping of str to ndarray, shape (N,), SI
         Where states of the law went along the record, from zero, as far as that is known.
+    joined : str
+        The other element of a law that acts between two.
     """
 
     effect: str
@@ -68,6 +70,7 @@ class Insertion:
     within: tuple[tuple[str, float, float], ...] = ()
     form: bool = False
     courses: Mapping[str, Array] = field(default_factory=dict, compare=False, repr=False)
+    joined: str = ""
 
     @property
     def label(self) -> str:
@@ -98,14 +101,17 @@ class Signature:
         The shape parameters these columns were made with (a width, a time constant); given back
         to `Effect.insert` as part of the hint.
     course : str
-        The course that the columns follow where there are several: the best signature along each
-        is fitted.
+        The course that the columns follow, or the law they stand for, where there are several: the
+        best signature of each is fitted.
+    beside : tuple of (str, ndarray of shape (N, k))
+        What each column adds at other elements at the same time, by their names.
     """
 
     columns: Array
     flow: Array | None = None
     shape: Mapping[str, float] | None = None
     course: str = ""
+    beside: tuple[tuple[str, Array], ...] = ()
 
     @classmethod
     def of(cls, columns: Sequence[Array], **shape: float) -> Signature:
@@ -173,6 +179,9 @@ class Effect:
     """What the parameters are that belong to no law, as in `Law.meanings`."""
     costly: ClassVar[bool] = False
     """Leaves the exact engine: fitted only where the screening puts it among the first."""
+
+    joins: ClassVar[bool] = False
+    """Acts at two places at once: what is known of laws at one place says nothing of it."""
 
     where: Callable[[BondGraph], tuple[Element, ...]]
     """Finds its places, one of `places.py`; effects with a rule of their own override `places`."""

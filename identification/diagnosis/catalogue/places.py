@@ -5,11 +5,12 @@ from __future__ import annotations
 import sympy as sp
 
 from bondgraph.graph.bond_graph import BondGraph
-from bondgraph.graph.elements import MGY, MTF, C, Element, I, One, R, Source
+from bondgraph.graph.elements import MGY, MTF, C, Element, I, One, R, Source, Zero
 from bondgraph.graph.sensors import Sensor
 from bondgraph.laws.law import Law
 from bondgraph.signals.units import Unit, parse_unit
 from bondgraph.support.errors import BondsightError
+from identification.diagnosis.localisation.recording.variables import variables_of
 
 SPRINGS = ("N/m", "m/N", "N*m/rad", "rad/(N*m)", "N*m", "1/(N*m)")
 FLUID = ("Pa*s/m3", "m3/(Pa*s)")
@@ -154,3 +155,32 @@ def warming_resistors(graph: BondGraph) -> tuple[Element, ...]:
 def hydraulic_resistors(graph: BondGraph) -> tuple[Element, ...]:
     """Resistors of a fluid's flow without a law."""
     return tuple(e for e in other_resistors(graph) if has_unit(e, ("Pa*s/m3",)))
+
+
+def apart(
+    graph: BondGraph, element: Element, among: tuple[Element, ...], kind: type[One | Zero]
+) -> tuple[Element, ...]:
+    """Return what of `among`, after `element`, a law between both may join; the nearest first.
+
+    Both hang at junctions of that kind, in one domain, and nothing joins these already: a law
+    beside a spring or a pipe is one of the spring or the pipe.
+    """
+    import networkx as nx  # the catalogue is listed without it
+
+    node, later = graph.neighbour(element.name), among[among.index(element) + 1 :]
+    if not isinstance(graph[node], kind) or not later:
+        return ()
+    away = nx.single_source_shortest_path_length(graph.network.to_undirected(as_view=True), node)
+    found = []
+    for e in later:
+        there = graph.neighbour(e.name)
+        alike = isinstance(graph[there], kind) and variables_of(e) == variables_of(element)
+        if alike and away.get(there, 0) > JOINED:
+            found.append((away[there], e))
+    return tuple(e for _, e in sorted(found, key=lambda pair: pair[0])[:NEAREST])
+
+
+JOINED = 2
+"""Bonds between two junctions that share an element, or are one."""
+NEAREST = 2
+"""Partners that are tried of each element, so that a large model stays quick."""

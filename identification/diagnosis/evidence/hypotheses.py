@@ -105,11 +105,16 @@ class Evidence:
 
     @property
     def here(self) -> Evidence:
-        """Only what sits at one of the places where the mismatch may sit."""
+        """Only what sits at one of the places where the mismatch may sit.
+
+        They are told of laws at one place: one that joins two is never excluded.
+        """
         if not self.located:
             return self
         return replace(
             self,
-            laws=tuple(s for s in self.laws if s.element in self.located),
+            laws=tuple(
+                s for s in self.laws if s.element in self.located or s.trial.insertion.joined
+            ),
             kinds=tuple(k for k in self.kinds if k.element in self.located),
         )

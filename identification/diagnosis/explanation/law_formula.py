@@ -52,11 +52,12 @@ def in_symbols(trial: Candidate) -> str:
     slope = sp.sympify(graph.slope(e)) if isinstance(e, C | I | R) else sp.Integer(1)
     left = output if e.name in output.split() else f"{output} of {e.name}"
     beside = f", {law.watched} is read beside it" if law.watched else ""
-    added = slope * sp.Symbol(s) + found
+    # a law that takes the straight line away is written without it
+    own = slope.xreplace({n: symbol(str(n)) for n in slope.free_symbols})
+    added = own * sp.Symbol(s) + found
     if found.has(Clip):
         beside = f"{beside}; {CLIPPED}"
         # what is taken away of a line is read beside it
-        own = slope.xreplace({n: symbol(str(n)) for n in slope.free_symbols})
         added = sp.Mul(own, sp.Symbol(s) + sp.expand(found / own), evaluate=False)
     whole = _Text().doprint(added).replace("**", "^")
     return f"{left} = {whole}, where {s} is the {argument}{beside}"

@@ -182,7 +182,10 @@ _Look: TypeAlias = tuple[float, Array, Signature, Array]
 def _best(
     onto: Projection, probes: Probes, element: Element, signatures: Sequence[Signature]
 ) -> list[_Look]:
-    """Return the best signature along each course: that of the fit comes first, and ranks."""
+    """Return the best signature along each course; the first one ranks.
+
+    It is that of the fit, which has no name, or of several named ones the best.
+    """
     best: dict[str, _Look] = {}
     for some in _batches(signatures):
         sized = [_sized(s) for s in some]
@@ -194,6 +197,10 @@ def _best(
             np.hstack([s.columns for s, _ in sized]),
             np.hstack(flows) if flows else None,
         )
+        for other, *added in zip(*(s.beside for s, _ in sized), strict=True):
+            response = response + probes.respond(
+                other[0], np.hstack([c for _, c in (other, *added)])
+            )
         edges = np.cumsum([factors.size for _, factors in sized])[:-1]
         parts = np.split(onto.rows(response), edges, axis=1)
         for signature, (_, factors), x in zip(some, sized, parts, strict=True):
@@ -204,7 +211,7 @@ def _best(
             known = best.get(signature.course)
             if known is None or gain > known[0]:
                 best[signature.course] = gain, x, signature, weights * factors
-    return sorted(best.values(), key=lambda look: (look[2].course, -look[0]))
+    return sorted(best.values(), key=lambda look: (look[2].course != "", -look[0]))
 
 
 def _batches(signatures: Sequence[Signature]) -> Iterator[Sequence[Signature]]:
@@ -212,12 +219,17 @@ def _batches(signatures: Sequence[Signature]) -> Iterator[Sequence[Signature]]:
     some: list[Signature] = []
     for s in signatures:
         full = sum(t.columns.shape[1] for t in some) + s.columns.shape[1] > TOGETHER
-        if some and (full or (s.flow is None) != (some[0].flow is None)):
+        if some and (full or _ports(s) != _ports(some[0])):
             yield some
             some = []
         some.append(s)
     if some:
         yield some
+
+
+def _ports(s: Signature) -> tuple[bool, tuple[str, ...]]:
+    """Return where a signature adds something, beside its element."""
+    return s.flow is not None, tuple(name for name, _ in s.beside)
 
 
 def _sized(s: Signature) -> tuple[Signature, Array]:
@@ -226,13 +238,16 @@ def _sized(s: Signature) -> tuple[Signature, Array]:
     usable = np.isfinite(size) & (size > 0)
     if s.flow is not None:
         usable &= np.isfinite(s.flow).all(axis=0)
+    for _, added in s.beside:
+        usable &= np.isfinite(added).all(axis=0)
     factors = np.where(usable, 1.0 / np.where(usable, size, 1.0), 0.0)
 
     def scaled(columns: Array) -> Array:
         return np.where(usable, np.where(usable, columns, 0.0) * factors, 0.0)
 
     flow = None if s.flow is None else scaled(s.flow)
-    return replace(s, columns=scaled(s.columns), flow=flow), factors
+    beside = tuple((name, scaled(added)) for name, added in s.beside)
+    return replace(s, columns=scaled(s.columns), flow=flow, beside=beside), factors
 
 
 def _gain(x: Array, r: Array, weights: Array) -> float:

@@ -112,7 +112,7 @@ def searched(base: Base, task: SearchTask, number: int, named: tuple[str, ...] =
     asked = number == 0 and not carried_away(base.fit)
     where = done.where(base.fit, task.classes) if asked else ()
     if where:
-        ranked = [s for s in ranked if s.element.name in where]
+        ranked = [s for s in ranked if s.element.name in where or s.effect.joins]
         kinds = [k for k in kinds if k.element in where]
     evidence = replace(evidence, kinds=tuple(kinds), located=where)
     tell = _told_within(task, number)
@@ -166,8 +166,10 @@ def decided(found: Searched, task: SearchTask) -> Decision:
         decision = decide(evidence, limits)
     if where and decision.kind == "unknown_physics":
         decision = _decided_there(found, task, evidence, decision)
+    chosen = decision.chosen if decision.kind == "missing_physics" else None
     if where:
-        decision = replace(decision, reasons=(*decision.reasons, why_there(done.blind, where)))
+        if chosen is None or not chosen.insertion.joined:
+            decision = replace(decision, reasons=(*decision.reasons, why_there(done.blind, where)))
     elif found.number == 0 and in_doubt(decision, limits):
         decision = _decided_in_pairs(found, task, evidence, decision)
     if found.number == 0 and not where and astray(found.base.fit):

@@ -19,6 +19,7 @@ from bondgraph.laws import (
     Coulomb,
     CurrentLimit,
     DahlFriction,
+    DigressiveDamping,
     Diode,
     EndStop,
     GrowingDamping,
@@ -51,10 +52,12 @@ SPRINGS: dict[str, Law] = {
     "growing damping": GrowingDamping(0.2, 0.05),
     "magnet": Magnet(0.1, 2.5),
     "magnet beside a spring": Magnet(-0.1, -2.5, free_standing=False),
+    "series from rest": Polynomial(0.2, 1.5, 1.0, from_rest=True),
     "saturating": SaturatingInductance(1.5, 0.4),  # a curve of its own state, wherever it stands
 }
 RESISTORS: dict[str, Law] = {
     "asymmetric": AsymmetricDamping(0.2, 0.4),
+    "digressive": DigressiveDamping(stiffness=0.4, difference=0.1, flow=0.5),
     "bristle": DahlFriction(0.3, 0.05),
     "short bristle": DahlFriction(0.3, 1e-4),
     "heating": SelfHeating(0.3, 0.4, 0.5),

@@ -32,11 +32,13 @@ VOCABULARY = {
     ),
     "restoring": (
         "nonlinear_stiffness", "bilinear_stiffness", "end_stop", "backlash", "contact_loss",
+        "cross_coupling",
     ),
     "transduction": ("nonlinear_ratio", "position_periodic_force"),
     "drive": ("saturation", "slew_limit", "low_pass", "dead_zone"),
     "storage": (
-        "leakage", "overflow", "added_mode", "eddy_current_loss", "self_heating",
+        "leakage", "internal_leakage", "overflow", "added_mode", "eddy_current_loss",
+        "self_heating",
     ),
     "flow": ("square_root_flow", "nonlinear_resistance", "diode", "current_limit"),
     "measurement": (

@@ -337,3 +337,20 @@ def test_a_leak_says_whether_it_goes_through_a_hole(way: float, law: str) -> Non
     s = scene("hydraulic")
     made = Leakage().insert(s, s.graph["T_1"], Hint({"way": way}, np.array([1e-4])))
     assert made.law == law
+
+
+def test_a_bend_about_the_middle_of_the_motion_asks_for_no_constant() -> None:
+    """A cubic spring about its rest is one about any centre, less what that adds at rest."""
+    s = scene("mechanical")
+    k, effect = s.graph["k"], NonlinearStiffness()
+    past = s.of(k)
+    aside = PortHistory(past.argument + 0.4 * past.half - past.centre, past.output, past.dt)
+    (bend,) = effect.signatures(replace(s, past={"k": aside}), k)
+    made = np.column_stack([aside.argument, bend.columns])
+    cube = (aside.argument / aside.half) ** 3
+    left = cube - made @ np.linalg.lstsq(made, cube, rcond=None)[0]
+    assert np.abs(left).max() < 1e-9
+    # far from rest the rest says nothing, and its powers would be large
+    far = PortHistory(past.argument + 30 * past.half, past.output, past.dt)
+    (bend,) = effect.signatures(replace(s, past={"k": far}), k)
+    assert np.abs(bend.columns).max() < 1.1

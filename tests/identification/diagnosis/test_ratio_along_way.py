@@ -36,14 +36,18 @@ LAW = (
 )
 
 
-def stage(spring: str = "at the stage", flawed: bool = False) -> BondGraph:
+WIDTH, TOP = 0.03, 0.006
+BELL = 7.0 / (1 + ((displacement("k") - TOP) / WIDTH) ** 2)
+
+
+def stage(spring: str = "at the stage", flawed: object = None) -> BondGraph:
     """A voice coil moves a stage; its spring may hang the other way round, farther or nowhere."""
     with BondGraph("stage") as g:
         coil, body = One("coil"), One("body")
         Se("u", unit="V") >> coil >> R("R_c", 2.0, unit="ohm")
         coil >> I("L_c", 2e-3, unit="H")
         coil >> Df("i", unit="A")
-        two_port = MGY("Bl", WITH_FLAW, unit="N/A") if flawed else GY("Bl", 7.0, unit="N/A")
+        two_port = MGY("Bl", flawed, unit="N/A") if flawed else GY("Bl", 7.0, unit="N/A")
         coil >> two_port >> body >> I("m", 0.3, unit="kg")
         body >> R("d", 4.0, unit="N*s/m")
         if spring == "at the stage":
@@ -58,9 +62,13 @@ def stage(spring: str = "at the stage", flawed: bool = False) -> BondGraph:
 
 @pytest.fixture(scope="module")
 def data() -> Data:
+    return recorded(WITH_FLAW)
+
+
+def recorded(ratio: object) -> Data:
     t = np.asarray(DT * np.arange(N))
     u = 5 * np.sin(2 * np.pi * 3 * t) + 4 * np.sin(2 * np.pi * 8.3 * t)
-    run = simulate(stage(flawed=True), t, {"u": u})
+    run = simulate(stage(flawed=ratio), t, {"u": u})
     floor = np.array([1e-3, 1e-5])
     noise = floor * np.random.default_rng(0).standard_normal((N, 2))
     y = np.stack([run["i"], run["x"]], axis=1) + noise
@@ -197,3 +205,34 @@ def test_a_store_of_another_flow_does_not_hold_the_way() -> None:
     assert store_of_way(stage("farther"), "body") == "k"
     assert store_of_way(stage("farther"), "coil") == ""
     assert store_of_way(stage("farther"), "m") == ""
+
+
+def test_a_bell_is_followed_where_a_series_is_not_enough() -> None:
+    """As of the force factor of a loudspeaker whose coil leaves the gap."""
+    data = recorded(BELL)
+    looked, effect = seen(stage(), data), NonlinearRatio()
+    made = effect.insert(looked, looked.graph["Bl"], Hint({"by": BY_WAY}, np.array([0.0, -0.3])))
+    known = {n: v for n, v in looked.nominal.values.items() if n in made.graph.parameters}
+    series = fit(Problem(made.graph, data, starts={**known, **made.starts[0]}))
+    assert series.chi2("test") > 10
+    bell, freer = effect.forms(looked, looked.graph["Bl"], {effect.name: series.values})
+    assert (bell.law, bell.form, bell.graph.check()) == ("bell_shaped_ratio", True, ())
+    assert set(freer.graph.parameters) - set(bell.graph.parameters) == {"fall_Bl"}
+    found = fit(Problem(bell.graph, data, starts=bell.starts[0], n_sub=4))
+    assert found.chi2("test") < 1.3
+    own = {e.name: e for e in found.estimates}
+    centre, span = (bell.graph.parameters[f"{n}_Bl"].value for n in ("centre", "span"))
+    for name, truth in {"Bl": 7.0, "bend_Bl": (span / WIDTH) ** 2, "top_Bl": TOP - centre}.items():
+        low, high = own[name].ci95
+        assert low < truth < high, name
+    assert in_symbols(said_of(bell)).endswith("where q_k is the position of k")
+
+
+@pytest.mark.parametrize("ended", [{}, {"a_1_Bl": 0.1, "a_2_Bl": 0.3, "span_Bl": 0.02}])
+def test_what_does_not_fall_to_both_sides_is_no_bell(ended: dict[str, float], data: Data) -> None:
+    looked, effect = seen(stage(), data), NonlinearRatio()
+    assert effect.forms(looked, looked.graph["Bl"], {effect.name: ended}) == ()
+    by_current = Hint({"by": BY_FLOW}, np.array([0.0, -0.1]))
+    made = effect.insert(looked, looked.graph["Bl"], by_current)
+    held = {n: p.value for n, p in made.graph.parameters.items()} | dict(made.starts[0])
+    assert effect.forms(looked, looked.graph["Bl"], {effect.name: held}) == ()

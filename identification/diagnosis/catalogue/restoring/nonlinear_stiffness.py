@@ -55,9 +55,13 @@ class NonlinearStiffness(Effect):
     weights = ("a_2", "a_3")
 
     def made(self, at: Site) -> Law:
-        """Quadratic and cubic term about the centre of the record."""
-        effort, way = law_units(at.element)
-        series = Polynomial(at.past.centre, at.past.half, 0.1 * at.past.swing, unit=effort)
+        """Quadratic and cubic term about the centre of the record.
+
+        Where the motion passes the rest they add nothing there: a constant would be an offset.
+        """
+        (effort, way), past = law_units(at.element), at.past
+        passes = abs(past.centre) < past.half
+        series = Polynomial(past.centre, past.half, 0.1 * past.swing, unit=effort, from_rest=passes)
         return Parametrised(series, ("centre", "half"), (way, way))
 
     def tried(self, at: Site, law: Law, hint: Hint | None) -> Sequence[Values]:

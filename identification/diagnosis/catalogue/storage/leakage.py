@@ -12,6 +12,7 @@ from sympy import Expr
 from bondgraph.graph.elements import Element, R, Zero
 from bondgraph.graph.parameter import Parameter, symbol
 from bondgraph.laws import Orifice
+from bondgraph.support.arrays import Array
 from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
 from identification.diagnosis.catalogue.places import CAPACITORS, HEAT_STORES, has_unit, vessels
 from identification.diagnosis.catalogue.starts import at_least
@@ -32,7 +33,7 @@ class Leakage(Effect):
     law = "parallel_resistor"
     sentence = "it leaks: what it holds seeps away the faster the higher its effort"
     looks = "the level sinks while nothing is drawn, and slow changes come out too small"
-    confused_with = ("creep", "sensor_drift", "overflow")
+    confused_with = ("internal_leakage", "creep", "sensor_drift", "overflow")
     separated_by = (
         "fill it, close everything and wait at two levels: a leak empties it towards zero at a "
         "rate that grows with the level; creep ends, drift does not care about the level"
@@ -46,7 +47,7 @@ class Leakage(Effect):
     def signatures(self, scene: FittedModel, element: Element) -> tuple[Signature, ...]:
         """Effort lost with what has seeped away, and with what has left through a hole."""
         past = scene.of(element)
-        flows = {SEEPS: past.argument, HOLE: np.sign(past.output) * np.sqrt(np.abs(past.output))}
+        flows = {SEEPS: past.argument, HOLE: through_hole(past.output)}
         return tuple(
             Signature((-past.slope * moved_by(f, past.dt))[:, None], shape={"way": way})
             for way, f in flows.items()
@@ -66,10 +67,10 @@ class Leakage(Effect):
             level = float(np.abs(past.output).max()) or 1.0
             least = 0.1 * typical * past.largest
             full = at_least(hint.weights[0] * np.sqrt(level), least)
-            leak, rate = _hole(element, full, level)
+            leak, rate = hole(element, full, level)
             tried = [full, 3 * full]
         else:
-            leak, rate = _seep(name, typical, duration, past.dt, g.coefficient(element))
+            leak, rate = seep(name, typical, duration, past.dt, g.coefficient(element))
             g = g.with_parameters([rate])
             tried = [typical, 30 * typical]
             if hint is not None:
@@ -79,22 +80,27 @@ class Leakage(Effect):
         return replace(made, law=leak.law.name) if isinstance(leak.law, Orifice) else made
 
 
-def _seep(
-    name: str, typical: float, duration: float, dt: float, slope: Expr
+def through_hole(effort: Array) -> Array:
+    """Return the flow through a hole that lets one unit of flow pass at one of effort."""
+    return np.asarray(np.sign(effort) * np.sqrt(np.abs(effort)))
+
+
+def seep(
+    name: str, typical: float, duration: float, dt: float, slope: Expr, word: str = "leak"
 ) -> tuple[R, Parameter]:
-    """Return a resistor across the store and its parameter: the rate, slope over resistance."""
+    """Return the resistor of a leak and its parameter: the rate, slope over resistance."""
     rate = Parameter(
-        f"leak_{name}", typical, "1/s", lower=1e-5 / duration, upper=1.0 / dt, scale=typical
+        f"{word}_{name}", typical, "1/s", lower=1e-5 / duration, upper=1.0 / dt, scale=typical
     )
-    return R(f"R_leak_{name}", slope / symbol(rate.name, positive=True)), rate
+    return R(f"R_{word}_{name}", slope / symbol(rate.name, positive=True)), rate
 
 
-def _hole(element: Element, full: float, level: float) -> tuple[R, Parameter]:
-    """Return a hole across the store, and its parameter: the flow at the highest effort."""
+def hole(element: Element, full: float, level: float, word: str = "leak") -> tuple[R, Parameter]:
+    """Return the hole of a leak, and its parameter: the flow at the highest effort."""
     flow, effort = "m3/s", "Pa"
     if has_unit(element, CAPACITORS):
         flow, effort = "A", "V"
     elif has_unit(element, HEAT_STORES):
         flow, effort = "W", "K"
-    law, name = Orifice(full, level, flow, effort), f"R_leak_{element.name}"
+    law, name = Orifice(full, level, flow, effort), f"R_{word}_{element.name}"
     return R(name, NARROW * level / full, law=law, fixed=True), law.parameters(name)[0]

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
 from typing import ClassVar
 
 import numpy as np
+import sympy as sp
 
 from bondgraph.graph.bond_graph import Bond, BondGraph
 from bondgraph.graph.composing.renaming import assemble
@@ -53,7 +55,11 @@ class NonlinearRatio(Effect):
         "a_2": "change of the ratio towards both ends",
         "centre": "middle of the way, zero for a current",
         "span": "half of the way, or the largest current",
+        "top": "where the ratio is largest, from the middle of the way",
+        "bend": "how fast it falls: half of the way over the half width of the bell, squared",
+        "fall": "how far out it falls: 1 as the square of the way, 20 like a normal curve",
     }
+    richer = ("bell_shaped_ratio",)
 
     def places(self, graph: BondGraph) -> tuple[Element, ...]:
         """Return transformers and gyrators with a constant ratio."""
@@ -84,47 +90,117 @@ class NonlinearRatio(Effect):
         Where there is none, one without stiffness is added.
         """
         assert isinstance(element, TwoPort)
-        g, name, past = scene.graph, element.name, scene.of(element)
         by_flow = hint is not None and hint.shape.get("by") == BY_FLOW
-        declared: list[Parameter] = []
-        ratio = g.coefficient(element)
-        if isinstance(element.ratio, int | float):
-            # the number becomes a declared parameter of the same name: fitted values carry over
-            declared = [p for p in g.parameters.values() if p.name == name]
-        turned = 1.0
-        if by_flow:
-            into, out = _bonds(g, name)
-            node = One(f"current_{name}")
-            g = g.with_inserted(out if past.primary_moves else into, node)
-            signal, centre = flow(node.name), 0.0
-            span = _largest(current_of_two_port(past))
-            unit = variables_beside(g, node.name).flow_unit or "1"
-        else:
-            g, store = _with_store(scene, element)
-            way = way_of_two_port(past)
-            if store in scene.past:
-                counted = scene.past[store].argument
-                # a store whose bond points away from it counts the other way round
-                turned = -1.0 if np.cov(counted, way)[0, 1] < 0 else 1.0
-                way = counted
-            signal, centre, span = displacement(store), _centre(way), _half(way)
-            unit = variables_beside(g, g.neighbour(store)).displacement_unit or "1"
+        at = _along(scene, element, by_flow)
+        name = element.name
         made = {
-            "centre": Parameter(f"centre_{name}", centre, unit, positive=False, fixed=True),
-            "span": Parameter(f"span_{name}", span, unit, fixed=True),
+            **at.range_of_signal,
             "a_1": Parameter(f"a_1_{name}", 0.0, "1", positive=False, scale=0.1, lower=-2, upper=2),
             "a_2": Parameter(f"a_2_{name}", 0.0, "1", positive=False, scale=0.1, lower=-2, upper=2),
         }
-        z = (signal - made["centre"].symbol) / made["span"].symbol
-        changed = ratio * (1 + made["a_1"].symbol * z + made["a_2"].symbol * z**2)
-        kind = MTF if isinstance(element, TF) else MGY
-        g = _exchanged(g, kind(name, ratio=changed, unit=element.unit), [*declared, *made.values()])
+        z = (at.signal - made["centre"].symbol) / made["span"].symbol
+        graph = at.changed_by(1 + made["a_1"].symbol * z + made["a_2"].symbol * z**2, made)
         strengths = (made["a_1"].name, made["a_2"].name)
         starts: dict[str, float] = {}
         if hint is not None:
-            weights = np.clip(hint.weights * [turned, 1.0], -1, 1).astype(float)
+            weights = np.clip(hint.weights * [at.turned, 1.0], -1, 1).astype(float)
             starts = dict(zip(strengths, weights, strict=True))
-        return self.inserted(element, g, (starts,), strengths)
+        return self.inserted(element, graph, (starts,), strengths)
+
+    def forms(
+        self, scene: FittedModel, element: Element, ended: Mapping[str, Mapping[str, float]]
+    ) -> tuple[Insertion, ...]:
+        """Return bells with the top and the curvature there of a fitted series along the way.
+
+        ``n / (1 + bend z^2 / fall)^fall``, ``z = (q - centre - top) / span``: with a fall of one,
+        and with one that is fitted.
+        """
+        assert isinstance(element, TwoPort)
+        known, name = ended.get(self.name, {}), element.name
+        a, b = (known.get(f"{n}_{name}", 0.0) for n in ("a_1", "a_2"))
+        if b >= 0.0 or known[f"span_{name}"] == _largest(current_of_two_port(scene.of(element))):
+            return ()
+        at = _along(scene, element, by_flow=False)
+        top = float(np.clip(-0.5 * a / b, -1.0, 1.0))
+        height = 1.0 + a * top + b * top**2
+        made = {
+            **at.range_of_signal,
+            "top": Parameter(f"top_{name}", 0.0, at.unit, positive=False, scale=at.span),
+            "bend": Parameter(f"bend_{name}", 1.0, "1", lower=0.0, upper=100.0, scale=0.1),
+            "fall": Parameter(f"fall_{name}", 1.0, "1", lower=0.2, upper=20.0),
+        }
+        start = {k: v for k, v in known.items() if k in scene.graph.parameters}
+        start |= {f"top_{name}": top * at.span, f"bend_{name}": -b / max(height, 0.1)}
+        if name in start:
+            start[name] *= height
+        z = (at.signal - made["centre"].symbol - made["top"].symbol) / made["span"].symbol
+        found = []
+        for free in (False, True):
+            fall = made["fall"].symbol if free else sp.Integer(1)
+            used = {k: v for k, v in made.items() if free or k != "fall"}
+            graph = at.changed_by((1 + made["bend"].symbol * z**2 / fall) ** -fall, used)
+            plain = self.inserted(element, graph, (start,), (f"bend_{name}",))
+            found.append(replace(plain, law=self.richer[0], sentence=BELL, form=True))
+        return tuple(found)
+
+
+BELL = "its ratio is largest at one place and falls to both sides like a bell"
+
+
+@dataclass(frozen=True, eq=False)
+class _Along:
+    """A graph that tells what a ratio changes with; middle and half of the range of that.
+
+    `turned` is -1 where it is counted the other way round.
+    """
+
+    graph: BondGraph
+    element: TwoPort
+    signal: sp.Symbol
+    centre: float
+    span: float
+    unit: str
+    turned: float = 1.0
+
+    @property
+    def range_of_signal(self) -> dict[str, Parameter]:
+        """Return the middle and half of the range as parameters that no fit moves."""
+        name, unit = self.element.name, self.unit
+        return {
+            "centre": Parameter(f"centre_{name}", self.centre, unit, positive=False, fixed=True),
+            "span": Parameter(f"span_{name}", self.span, unit, fixed=True),
+        }
+
+    def changed_by(self, factor: sp.Expr, made: Mapping[str, Parameter]) -> BondGraph:
+        """Return the graph with the ratio times `factor`, whose parameters were `made`."""
+        g, e = self.graph, self.element
+        declared: list[Parameter] = []
+        if isinstance(e.ratio, int | float):
+            # the number becomes a declared parameter of the same name: fitted values carry over
+            declared = [p for p in g.parameters.values() if p.name == e.name]
+        kind = MTF if isinstance(e, TF) else MGY
+        changed = kind(e.name, ratio=g.coefficient(e) * factor, unit=e.unit)
+        return _exchanged(g, changed, [*declared, *made.values()])
+
+
+def _along(scene: FittedModel, element: TwoPort, by_flow: bool) -> _Along:
+    g, name, past = scene.graph, element.name, scene.of(element)
+    if by_flow:
+        into, out = _bonds(g, name)
+        node = One(f"current_{name}")
+        g = g.with_inserted(out if past.primary_moves else into, node)
+        unit = variables_beside(g, node.name).flow_unit or "1"
+        largest = _largest(current_of_two_port(past))
+        return _Along(g, element, flow(node.name), 0.0, largest, unit)
+    g, store = _with_store(scene, element)
+    way, turned = way_of_two_port(past), 1.0
+    if store in scene.past:
+        counted = scene.past[store].argument
+        # a store whose bond points away from it counts the other way round
+        turned = -1.0 if np.cov(counted, way)[0, 1] < 0 else 1.0
+        way = counted
+    unit = variables_beside(g, g.neighbour(store)).displacement_unit or "1"
+    return _Along(g, element, displacement(store), _centre(way), _half(way), unit, turned)
 
 
 def way_of_two_port(past: PortHistory) -> Array:
