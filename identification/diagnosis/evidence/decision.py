@@ -39,6 +39,11 @@ from identification.diagnosis.evidence.kinds_told import (
     plainest,
 )
 from identification.diagnosis.evidence.nearest import nearest
+from identification.diagnosis.evidence.places_of_laws import (
+    admissible,
+    also_there,
+    borne_elsewhere,
+)
 from identification.diagnosis.evidence.shares import ANYTHING, UNUSUAL, explained, law_fit, together
 from identification.diagnosis.evidence.unseen import (
     agreed,
@@ -103,7 +108,7 @@ def _decided(e: Evidence, t: Thresholds, trials: tuple[Candidate, ...]) -> Decis
         laws, quiet = [stated], replace(quiet, reasons=(MISSTATED.format(stated.element),))
         e = replace(e, laws=(stated,))
     kinds = kinds_alike(e, best.score, t)
-    laws = _admissible(laws, kinds, e, t)
+    laws = admissible(laws, kinds, e, t)
     law = _best_law(laws, t)
     if law is not None and shows(e.plain, law.score, t) and _fits(law, kinds, e, t):
         if not _matters(law, e, t):
@@ -210,7 +215,7 @@ def _fits(law: Scored, kinds: Sequence[KindScore], e: Evidence, t: Thresholds) -
     if e.located and law.left.most > max(MUCH, PART * e.before.most):
         # an input at its place leaves nothing: what is missing there is no law that leaves so much
         return False
-    if _spoils(law, e):
+    if _spoils(law, e) or borne_elsewhere(law, e, t):
         return False
     best = best_of([law, *e.kinds])
     assert best is not None
@@ -265,29 +270,6 @@ def _alone(law: Scored, kinds: Sequence[KindScore], classes: Isolability | None)
 
 NEAR = 0.9
 """Part that suffices where no other kind of physics and no other place is in the set."""
-
-
-def _admissible(
-    laws: Sequence[Scored], kinds: Sequence[KindScore], e: Evidence, t: Thresholds
-) -> list[Scored]:
-    """Leave out laws at places that are out of question, whatever law sits there.
-
-    A flexible form at another place does better than the law, and no form at its own place does as
-    well as that. Where the readings cannot tell the two places apart, a law that explains as much
-    as the form stays.
-    """
-    if not kinds:
-        return list(laws)
-    best, where = kinds[0], {k.element for k in kinds}
-
-    def asked(s: Scored) -> bool:
-        alike = any(together(k.element, s.element, e.classes) for k in kinds)
-        return alike and explained(s, e.plain, best.score) >= EXACT
-
-    return [
-        s for s in laws
-        if s.element in where or s.score.behind(best.score) < t.z or asked(s)
-    ]  # fmt: skip
 
 
 def _rest_of(decision: Decision, e: Evidence, best: BlockScore, t: Thresholds) -> Decision:
@@ -445,6 +427,7 @@ def _named(
         physics |= {a.insertion.kind for a in ahead}
         answer = "kind" if len(physics) == 1 else answer
     told = [m.element for m in (*(m.trial for m in members), *same, *ahead)]
+    told += also_there(chosen, e, t)
     if answer == "approximate":
         told += _attached(chosen, e)
     places = tuple(dict.fromkeys(told))

@@ -429,9 +429,10 @@ def overlooked(
 ) -> list[Screened]:
     """Return laws that were not fitted though the evidence asks for them.
 
-    Simpler forms of the best law, what the laws in question are confused with at their places, and,
-    where no law could be named, laws of the kinds and places that the decision was left with; then
-    any at places that the readings cannot tell from these.
+    Simpler forms of the best law, that law at other places whose forms do as well, what the laws in
+    question are confused with at their places, and, where no law could be named, laws of the kinds
+    and places that the decision was left with; then any at places that the readings cannot tell
+    from these.
     """
     done = {(t.effect, t.element) for t in trials}
     left = [s for s in ranked if (s.effect.name, s.element.name) not in done]
@@ -440,6 +441,12 @@ def overlooked(
         s for s in left
         if chosen is not None
         and s.element.name == chosen.element and s.effect.name in chosen.insertion.simpler
+    ]  # fmt: skip
+    # the same law elsewhere, where a form explains as much
+    found += [
+        s for s in left
+        if chosen is not None and s.effect.name == chosen.effect
+        and any(s.element.name == k.element and k.kind in _kinds_of(s) for k in kinds)
     ]  # fmt: skip
     found += [s for s in left if any(_confused(s, t) for t in decision.possible)]
     if decision.kind == "unknown_physics" and decision.answer in ("kind", "unknown"):

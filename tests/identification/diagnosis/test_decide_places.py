@@ -9,6 +9,7 @@ import pytest
 from identification.diagnosis.evidence.answer import Decision
 from identification.diagnosis.evidence.decision import decide
 from identification.diagnosis.evidence.remaining import Remaining
+from identification.diagnosis.localisation.structural_classes import Isolability
 from tests.identification.diagnosis.decision_cases import (
     LOUD,
     QUIET,
@@ -168,3 +169,43 @@ def test_unusual_places_need_a_clear_lead() -> None:
 
     assert chosen(lag(4.0)) == "hysteresis at k"
     assert chosen(2.0) == "hysteresis at F"
+
+
+ALIKE = Isolability((("C_a", "R_a", "k", "m_1", "k_1"),))
+
+
+@pytest.mark.parametrize(("own", "named"), [(lag(9.0), True), (lag(40.0), False)])
+def test_a_law_that_the_form_of_its_kind_cannot_follow_there_imitates_another_place(
+    own: float, named: bool
+) -> None:
+    """A sensor that warms up looked like creep, of which no slow form at that spring told."""
+    case = Case(5.0, classes=ALIKE).law("creep at k", 0.0)
+    d = case.kind("slow", "k", own).kind("slow", "R_a", lag(1.0)).decided()
+    assert (label(d) == "creep at k" and d.kind == "missing_physics") is named
+    assert "R_a" in d.places or named
+
+
+def test_a_form_elsewhere_that_does_worse_leaves_the_law_where_it_is() -> None:
+    case = Case(5.0, classes=ALIKE).law("creep at k", 0.0)
+    d = case.kind("slow", "k", lag(40.0)).kind("slow", "R_a", lag(4.0)).decided()
+    assert (d.kind, label(d), d.places) == ("missing_physics", "creep at k", ("k",))
+
+
+@pytest.mark.parametrize(("most", "lags", "open_"), [(0.5, 1.0, True), (0.5, 9.0, False)])
+def test_the_same_law_elsewhere_leaves_the_place_open_though_it_left_what_its_name_says(
+    most: float, lags: float, open_: bool
+) -> None:
+    case = Case(5.0, classes=ALIKE).law("creep at k", 0.0)
+    d = case.law("creep at C_a", lag(lags), most=most).kind("slow", "k", 0.0).decided()
+    assert (d.answer, label(d)) == ("exact", "creep at k")
+    assert ("C_a" in d.places) is open_
+
+
+@pytest.mark.parametrize(("own", "named"), [(lag(11.0), False), (6.0, True)])
+def test_a_form_elsewhere_that_leads_clearly_rules_out_a_law_that_its_own_form_follows(
+    own: float, named: bool
+) -> None:
+    """A gap in a spring was a force along the way of the mass before it."""
+    case = Case(30.0, classes=ALIKE).law("position_periodic_force at m_1", lag(10.0))
+    d = case.kind("restoring", "k_1", 0.0).kind("restoring", "m_1", own).decided()
+    assert (label(d) == "position_periodic_force at m_1") is named

@@ -85,6 +85,16 @@ def test_what_the_laws_in_question_are_confused_with() -> None:
     assert asked(told, [], ["hysteresis@k"], "backlash@k", "backlash@d") == ["backlash@k"]
 
 
+def test_the_same_law_at_other_places_whose_forms_do_as_well() -> None:
+    """Drag at the second axle was named at the first one: at the second it had not been fitted."""
+    told, tried = decision("exact", "nonlinear_stiffness@k"), ["nonlinear_stiffness@k"]
+    ranked = ("nonlinear_stiffness@d", "nonlinear_stiffness@m", "end_stop@d")
+    kinds = [("restoring", "k"), ("restoring", "d")]
+    assert asked(told, kinds, tried, *ranked) == ["nonlinear_stiffness@d"]
+    assert asked(told, kinds[:1], tried, *ranked) == []
+    assert asked(told, [("memory", "d")], tried, *ranked) == []
+
+
 def test_laws_of_the_kinds_in_question_in_their_order() -> None:
     ranked = ("hysteresis@k", "quadratic_drag@d", "end_stop@k", "backlash@k", "unknown@k")
     kinds = [("restoring", "k"), ("dissipative", "d")]

@@ -1,0 +1,72 @@
+"""Whether the place of a law stands: beside forms at other places, and the same law elsewhere."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from identification.diagnosis.evidence.hypotheses import Evidence, Scored, Thresholds
+from identification.diagnosis.evidence.kind_score import KindScore
+from identification.diagnosis.evidence.kinds_told import EXACT, FAR, SHAPELESS
+from identification.diagnosis.evidence.shares import explained, together
+
+LAGS = 2.0
+"""Times the limit by which a law lags too far behind a form elsewhere to stay beside it."""
+
+
+def admissible(
+    laws: Sequence[Scored], kinds: Sequence[KindScore], e: Evidence, t: Thresholds
+) -> list[Scored]:
+    """Leave out laws at places that are out of question, whatever law sits there.
+
+    A flexible form at another place does better than the law, and no form at its own place does as
+    well as that. Where the readings cannot tell the two places apart, a law that explains as much
+    as the form stays, unless it lags far behind it and the form at its own place is no worse than
+    the law: then forms tell the places apart.
+    """
+    if not kinds:
+        return list(laws)
+    best, where = kinds[0], {k.element for k in kinds}
+
+    def asked(s: Scored) -> bool:
+        alike = any(together(k.element, s.element, e.classes) for k in kinds)
+        near = s.score.behind(best.score) < LAGS * t.z
+        follows = any(k.score.behind(s.score) < FAR * t.z for k in _own(s, e))
+        out = follows and not near
+        return alike and not out and explained(s, e.plain, best.score) >= EXACT
+
+    return [
+        s for s in laws
+        if s.element in where or s.score.behind(best.score) < t.z or asked(s)
+    ]  # fmt: skip
+
+
+def borne_elsewhere(law: Scored, e: Evidence, t: Thresholds) -> bool:
+    """Whether the form of a law's kind at its place does far worse, and one elsewhere as well.
+
+    A form follows any law of its kind: one that it cannot follow there imitates something else. Not
+    so a free course in time, which nothing tells in a stretch left out, and a distortion of a
+    command, which has no past.
+    """
+    own = (k for k in _own(law, e) if k.kind not in (*SHAPELESS, "command"))
+    far = any(k.score.behind(law.score) > FAR * t.z for k in own)
+    return far and any(
+        k.element != law.element and k.score.behind(law.score) < t.z for k in e.kinds
+    )
+
+
+def also_there(law: Scored, e: Evidence, t: Thresholds) -> list[str]:
+    """Other places where the same law does as well, though outside what its name says.
+
+    It may be another law there; that the place is open is sure.
+    """
+    return [
+        s.element for s in e.laws
+        if s.trial.effect == law.trial.effect and s.element != law.element and s.trial.home
+        and not s.trial.itself and 0 <= s.score.behind(law.score) < t.z
+    ]  # fmt: skip
+
+
+def _own(law: Scored, e: Evidence) -> list[KindScore]:
+    """Return the form of a law's kind at its own place."""
+    here = (law.element, law.trial.insertion.kind)
+    return [k for k in e.kinds if (k.element, k.kind) == here]
