@@ -370,7 +370,7 @@ def _named(
     nested = richer_names(chosen.trial, [s.trial for s in laws])
     same = tuple(
         s.trial for s in alike if s is not chosen and s.trial.effect == chosen.trial.effect
-    )
+    ) + also_there(chosen, e, t)
     # what contains the chosen law is never excluded, however well its own fit went
     richer = tuple(
         s.trial for s in laws
@@ -427,7 +427,6 @@ def _named(
         physics |= {a.insertion.kind for a in ahead}
         answer = "kind" if len(physics) == 1 else answer
     told = [m.element for m in (*(m.trial for m in members), *same, *ahead)]
-    told += also_there(chosen, e, t)
     if answer == "approximate":
         told += _attached(chosen, e)
     places = tuple(dict.fromkeys(told))

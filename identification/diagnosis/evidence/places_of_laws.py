@@ -8,6 +8,7 @@ from identification.diagnosis.evidence.hypotheses import Evidence, Scored, Thres
 from identification.diagnosis.evidence.kind_score import KindScore
 from identification.diagnosis.evidence.kinds_told import EXACT, FAR, SHAPELESS
 from identification.diagnosis.evidence.shares import explained, together
+from identification.diagnosis.search.candidates import Candidate
 
 LAGS = 2.0
 """Times the limit by which a law lags too far behind a form elsewhere to stay beside it."""
@@ -54,16 +55,16 @@ def borne_elsewhere(law: Scored, e: Evidence, t: Thresholds) -> bool:
     )
 
 
-def also_there(law: Scored, e: Evidence, t: Thresholds) -> list[str]:
-    """Other places where the same law does as well, though outside what its name says.
+def also_there(law: Scored, e: Evidence, t: Thresholds) -> tuple[Candidate, ...]:
+    """Return the same law at other places where it does as well, outside what its name says.
 
     It may be another law there; that the place is open is sure.
     """
-    return [
-        s.element for s in e.laws
+    return tuple(
+        s.trial for s in e.laws
         if s.trial.effect == law.trial.effect and s.element != law.element and s.trial.home
         and not s.trial.itself and 0 <= s.score.behind(law.score) < t.z
-    ]  # fmt: skip
+    )  # fmt: skip
 
 
 def _own(law: Scored, e: Evidence) -> list[KindScore]:

@@ -10,7 +10,7 @@ from joblib import Parallel, delayed
 
 from bondgraph.graph.sensors import Sensor
 from identification.diagnosis.catalogue import UNNAMED
-from identification.diagnosis.catalogue.effect import Effect, Insertion, kind_at
+from identification.diagnosis.catalogue.effect import Effect, Insertion
 from identification.diagnosis.evidence.answer import Decision
 from identification.diagnosis.evidence.block_score import BlockScore, score
 from identification.diagnosis.evidence.decision import MOSTLY, decide
@@ -41,6 +41,7 @@ from identification.diagnosis.search.candidates import (
     to_their_ends,
 )
 from identification.diagnosis.search.looks import Looks
+from identification.diagnosis.search.passed_over import by_merit, elsewhere, overlooked
 from identification.estimation.levenberg_marquardt import FitStatus
 from identification.estimation.single_record import Fit, fit
 from identification.report.numbers import times_noise
@@ -159,6 +160,9 @@ def decided(found: Searched, task: SearchTask) -> Decision:
             rivals = rivals_of(now, ranked, tried, found.options.more)
             evidence = _with_laws(found, task, evidence, rivals)
             evidence = along_best(found, task, evidence)
+        decision = decide(evidence, limits)
+    if same := elsewhere(decision, alike_kinds(evidence, limits), evidence, ranked):
+        evidence = _with_laws(found, task, evidence, same[: found.options.more])
         decision = decide(evidence, limits)
     richer = _with_forms(found, task, evidence, decision)
     if richer is not evidence:
@@ -373,26 +377,6 @@ LITTLE = 0.5
 """Part of the misfit, as a mean square, that the best law leaves if it explains little."""
 
 
-def by_merit(
-    trials: Sequence[Candidate],
-    ranked: Sequence[Screened],
-    besides: Sequence[Screened],
-    limits: Thresholds,
-) -> list[Screened]:
-    """Return laws that were not fitted though the screening is sure of them, the surest first.
-
-    A large effect bends the nominal model, and with it the order of the screening.
-    """
-    done = {(t.effect, t.element) for t in trials}
-    done |= {(s.effect.name, s.element.name) for s in besides}
-    left = [
-        s for s in ranked
-        if (s.effect.name, s.element.name) not in done and s.effect.name != UNNAMED.name
-        and s.hint is not None and s.z > limits.z and not s.effect.costly
-    ]  # fmt: skip
-    return sorted(left, key=lambda s: -s.z)
-
-
 def as_good(kinds: Sequence[KindScore], evidence: Evidence) -> bool:
     """Whether forms along the true histories explain as much as those known before, or more."""
     if not kinds:
@@ -418,60 +402,6 @@ def why_there(relations: Sequence[BlindRelation], where: Collection[str]) -> str
     if not beside:
         return said
     return f"{said}; any other element that the model has {times_noise(min(beside)):.3g} at least"
-
-
-def overlooked(
-    decision: Decision,
-    kinds: Sequence[KindScore],
-    trials: Sequence[Candidate],
-    ranked: Sequence[Screened],
-    classes: Isolability | None = None,
-) -> list[Screened]:
-    """Return laws that were not fitted though the evidence asks for them.
-
-    Simpler forms of the best law, that law at other places whose forms do as well, what the laws in
-    question are confused with at their places, and, where no law could be named, laws of the kinds
-    and places that the decision was left with; then any at places that the readings cannot tell
-    from these.
-    """
-    done = {(t.effect, t.element) for t in trials}
-    left = [s for s in ranked if (s.effect.name, s.element.name) not in done]
-    chosen = decision.chosen
-    found = [
-        s for s in left
-        if chosen is not None
-        and s.element.name == chosen.element and s.effect.name in chosen.insertion.simpler
-    ]  # fmt: skip
-    # the same law elsewhere, where a form explains as much
-    found += [
-        s for s in left
-        if chosen is not None and s.effect.name == chosen.effect
-        and any(s.element.name == k.element and k.kind in _kinds_of(s) for k in kinds)
-    ]  # fmt: skip
-    found += [s for s in left if any(_confused(s, t) for t in decision.possible)]
-    if decision.kind == "unknown_physics" and decision.answer in ("kind", "unknown"):
-        for k in kinds:
-            found += [
-                s for s in left
-                if s.element.name == k.element and s.effect.name != UNNAMED.name
-                and k.kind in _kinds_of(s)
-            ]  # fmt: skip
-        same = {n for k in kinds if classes for n in classes.class_of(k.element)}
-        found += [
-            s for s in left if s.element.name in same and s.effect.name != UNNAMED.name
-        ]  # fmt: skip
-    return list(dict.fromkeys(found))
-
-
-def _confused(s: Screened, t: Candidate) -> bool:
-    """Whether a law is known to look like another one at the same place."""
-    told = s.effect.name in t.insertion.confused_with or t.effect in s.effect.confused_with
-    return told and s.element.name == t.element and s.effect.name != UNNAMED.name
-
-
-def _kinds_of(s: Screened) -> tuple[str, ...]:
-    own = kind_at(s.effect.kind, s.element)
-    return (own, "surface") if own in CURVES else (own,)
 
 
 def in_turn(first: Sequence[Screened], second: Sequence[Screened]) -> list[Screened]:

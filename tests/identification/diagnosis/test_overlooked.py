@@ -15,12 +15,8 @@ from identification.diagnosis.evidence.hypotheses import Thresholds
 from identification.diagnosis.evidence.kind_score import KindScore
 from identification.diagnosis.localisation.structural_classes import Isolability
 from identification.diagnosis.screening.score_test import Screened
-from identification.diagnosis.search.one_step import (
-    LITTLE,
-    by_merit,
-    overlooked,
-    unexplained,
-)
+from identification.diagnosis.search.one_step import LITTLE, unexplained
+from identification.diagnosis.search.passed_over import by_merit, elsewhere, overlooked
 from tests.spring import spring
 
 SPRING = spring()
@@ -85,14 +81,26 @@ def test_what_the_laws_in_question_are_confused_with() -> None:
     assert asked(told, [], ["hysteresis@k"], "backlash@k", "backlash@d") == ["backlash@k"]
 
 
-def test_the_same_law_at_other_places_whose_forms_do_as_well() -> None:
+def test_the_named_law_at_other_places_whose_forms_do_as_well() -> None:
     """Drag at the second axle was named at the first one: at the second it had not been fitted."""
-    told, tried = decision("exact", "nonlinear_stiffness@k"), ["nonlinear_stiffness@k"]
     ranked = ("nonlinear_stiffness@d", "nonlinear_stiffness@m", "end_stop@d")
-    kinds = [("restoring", "k"), ("restoring", "d")]
-    assert asked(told, kinds, tried, *ranked) == ["nonlinear_stiffness@d"]
-    assert asked(told, kinds[:1], tried, *ranked) == []
-    assert asked(told, [("memory", "d")], tried, *ranked) == []
+
+    def asked_for(told: Decision, *fitted: str, kind: str = "restoring") -> list[str]:
+        nothing: Any = None
+        kinds = [KindScore(p, k, nothing, np.zeros(0)) for p, k in (("k", kind), ("d", kind))]
+        laws = [
+            SimpleNamespace(element=place, trial=SimpleNamespace(effect="nonlinear_stiffness"))
+            for place in fitted
+        ]
+        evidence: Any = SimpleNamespace(laws=laws)
+        found = elsewhere(told, kinds, evidence, screened(*ranked))
+        return [f"{s.effect.name}@{s.element.name}" for s in found]
+
+    named = decision("exact", "nonlinear_stiffness@k")
+    assert asked_for(named, "k") == ["nonlinear_stiffness@d"]
+    assert asked_for(named, "k", "d") == []
+    assert asked_for(named, "k", kind="memory") == []
+    assert asked_for(decision("unknown", "nonlinear_stiffness@k"), "k") == []
 
 
 def test_laws_of_the_kinds_in_question_in_their_order() -> None:
