@@ -62,7 +62,7 @@ from identification.diagnosis.search.hold_choice import with_best_hold
 from identification.diagnosis.search.material import Material, material_of
 from identification.diagnosis.search.nominal import (
     LONG,
-    deeper,
+    as_searched,
     deepest,
     held_to_residual,
     nominal_fit,
@@ -393,10 +393,9 @@ def _diagnosed(
     )
     if not made.decisions:
         return _undecided(result, material, whole, unseen, say)
-    if made.base is not base:  # the search has shown a better fit of the model as it is
-        base = made.base
-        same = base.fit.problem.data.n == data.n
-        nominal = base.fit if same else deeper(nominal, base.fit.values) or nominal
+    if made.base is not base:  # the search has shown a better fit, or less noise
+        nominal = as_searched(nominal, made.base.fit)
+        declared = declared_fit(nominal.problem, nominal)
     stopped = made.stopped
     if not stopped:
         finer, stopped = on_finer_stretches(result, material, options, say, made.decisions)

@@ -9,7 +9,7 @@ import numpy as np
 from bondgraph.graph.elements import C, I, R
 from bondgraph.support.errors import BondsightError
 from identification.diagnosis.evidence.answer import Decision
-from identification.diagnosis.evidence.remaining import growing
+from identification.diagnosis.evidence.remaining import growing, remaining
 from identification.diagnosis.explanation.colour import colour_notes, too_narrow
 from identification.diagnosis.screening.mixups import in_doubt
 from identification.diagnosis.search.candidates import Candidate
@@ -59,7 +59,8 @@ def notes_of(
         *material.recording.notes, *notes_on_size(last, named),
         *_chosen(last, holds),
         *_noise_notes(
-            material.read, floor, material.given, _estimated(data), material.recording.units
+            material.read, floor, material.given, _estimated(data), material.recording.units,
+            remaining(last).over_noise,
         ),
         *rough_rates(nominal.problem.graph, material.recording, material.data.starts),
         *_growing_notes(last), *_resumed_notes(known),
@@ -172,8 +173,13 @@ def _noise_notes(
     given: Collection[str],
     estimated: Collection[str],
     units: Mapping[str, str | None] | None = None,
+    left: Mapping[str, float] | None = None,
 ) -> tuple[str, ...]:
-    notes = []
+    """Say which noise was lowered, estimated, or stands against all that is seen of it.
+
+    A noise that was given is borne out where the model leaves about as much.
+    """
+    notes, left = [], left or {}
     for n, level in floor.items():
         unit = f" {(units or {}).get(n) or 'SI'}"
         if n not in given and level < read[n]:
@@ -181,7 +187,9 @@ def _noise_notes(
                 f"the noise of {n} was read at {read[n]:.3g}{unit}, but the model leaves no more "
                 f"than {level:.3g}{unit}, so that is taken"
             )
-        elif level != read[n] and not 1 / FAR_OFF < level / read[n] < FAR_OFF:
+        elif level != read[n] and not any(
+            1 / FAR_OFF < ratio < FAR_OFF for ratio in (level / read[n], left.get(n, 0.0))
+        ):
             notes.append(
                 f"the noise given for {n} is {level:.3g}{unit}, the recording itself looks like "
                 f"{read[n]:.3g}{unit}: check it, the answer rests on it"

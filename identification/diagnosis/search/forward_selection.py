@@ -25,7 +25,7 @@ from identification.diagnosis.search.candidates import (
     trial_of,
 )
 from identification.diagnosis.search.looks import Looks
-from identification.diagnosis.search.nominal import deeper, held_to_residual
+from identification.diagnosis.search.nominal import deeper, held_to_residual, misread, weighed_by
 from identification.diagnosis.search.one_step import (
     Progress,
     Searched,
@@ -103,18 +103,29 @@ def steps(
 
 
 def _first(base: Base, task: SearchTask) -> tuple[Base, Searched]:
-    """Search once, and again where it shows a better fit of the model as it is.
+    """Search once, and again where it shows a better fit of the model as it is, or less noise.
 
-    Nothing may be called missing that better values of the same model explain.
+    Nothing may be called missing that better values of the same model explain. A noise that was
+    read off something else, such as a command with steps, hides how laws differ.
     """
     found = searched(base, task, 0)
-    if found.trials:
-        best = min(found.trials, key=lambda t: t.train)
-        other = deeper(base.fit, best.fit.values)
+    for begun in (_deeper, _weighed):
+        best = min(found.trials, key=lambda t: t.train, default=None)
+        other = None if best is None else begun(base.fit, best.fit, task)
         if other is not None:
             base = base_of(other)
             found = searched(base, task, 0)
     return base, found
+
+
+def _deeper(base: Fit, best: Fit, task: SearchTask) -> Fit | None:
+    return deeper(base, best.values)
+
+
+def _weighed(base: Fit, best: Fit, task: SearchTask) -> Fit | None:
+    floor = misread(best, task.given)
+    other = None if floor is None else weighed_by(base, floor)
+    return None if other is None or other.status is FitStatus.BROKEN else other
 
 
 def _held_to_noise(decisions: tuple[Decision, ...], limits: Thresholds) -> tuple[Decision, ...]:

@@ -12,6 +12,7 @@ from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.signals.recording import Split
 from bondgraph.signals.split import interleaved, stretches
 from bondgraph.simulation.start import HOLDS
+from bondgraph.support.arrays import Array
 from bondgraph.support.errors import BondsightError
 from identification.diagnosis.localisation.structural_classes import linear_part
 from identification.diagnosis.search.hold_choice import A_LITTLE, likeliest
@@ -315,27 +316,59 @@ def held_to_residual(result: Fit, given: Collection[str] = ()) -> Fit:
         Readings whose noise the user has stated: it stays.
     """
     for clearly in CLEARLY:
-        data = result.problem.data
-        r = result.residuals("train")
-        freedom = len(result.problem.free) + result.point.states.size
-        if r.shape[0] < FEWEST * freedom:
+        floor, before = _left_of(result, given), result.problem.data.floor
+        if (floor > clearly * before).all():
             return result
-        level = np.sqrt(np.sum(r**2, axis=0) / (r.shape[0] - freedom))
-        least = np.maximum(data.readings.std(axis=0), np.finfo(float).tiny) * LEAST
-        # a rounded reading says no more, even where the model rounds as well
-        steps = np.array([data.resolution.get(n, 0.0) for n in data.names])
-        least = np.maximum(least, steps / np.sqrt(12.0))
-        known = np.array([n in given for n in data.names])
-        floor = np.where(known, data.floor, np.minimum(data.floor, np.maximum(level, least)))
-        if (floor > clearly * data.floor).all():
-            return result
-        floor = np.where(floor > clearly * data.floor, data.floor, floor)
-        problem = replace(result.problem, data=replace(data, floor=floor))
-        again = fit_from(problem, result.point, LONG)
+        again = weighed_by(result, np.where(floor > clearly * before, before, floor))
         if again.status is FitStatus.BROKEN:
             return result
         result = again
     return result
+
+
+def _left_of(result: Fit, given: Collection[str]) -> Array:
+    """Return every noise, no higher than what the fit leaves of its reading."""
+    data, r = result.problem.data, result.residuals("train")
+    freedom = len(result.problem.free) + result.point.states.size
+    if r.shape[0] < FEWEST * freedom:
+        return data.floor
+    level = np.sqrt(np.sum(r**2, axis=0) / (r.shape[0] - freedom))
+    least = np.maximum(data.readings.std(axis=0), np.finfo(float).tiny) * LEAST
+    # a rounded reading says no more, even where the model rounds as well
+    steps = np.array([data.resolution.get(n, 0.0) for n in data.names])
+    least = np.maximum(least, steps / np.sqrt(12.0))
+    known = np.array([n in given for n in data.names])
+    return np.where(known, data.floor, np.minimum(data.floor, np.maximum(level, least)))
+
+
+def weighed_by(result: Fit, floor: Array) -> Fit:
+    """Fit again from there, every reading weighed by another noise, shape (n_y,)."""
+    data = replace(result.problem.data, floor=floor)
+    return fit_from(replace(result.problem, data=data), result.point, LONG)
+
+
+def misread(best: Fit, given: Collection[str] = ()) -> Array | None:
+    """Return the noise where the best law leaves far less of a reading than was read, else None.
+
+    Such a reading has weighed too little in all fits and comparisons: they are made again.
+    """
+    before = best.problem.data.floor
+    if (_left_of(best, given) > FAR_LESS * before).all():
+        return None
+    return held_to_residual(best, given).problem.data.floor
+
+
+def as_searched(nominal: Fit, base: Fit) -> Fit:
+    """Return the model as it is on all samples, as a search came to see it: fit and noise."""
+    if base.problem.data.n == nominal.problem.data.n:
+        return base
+    found, floor = deeper(nominal, base.values) or nominal, base.problem.data.floor
+    same = np.array_equal(floor, found.problem.data.floor)
+    return found if same else weighed_by(found, floor)
+
+
+FAR_LESS = 0.5
+"""Part of a noise that a law leaves where the noise was misread."""
 
 
 def deepest(

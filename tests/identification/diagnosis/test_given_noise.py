@@ -115,6 +115,15 @@ def test_a_noise_that_is_given_of_one_reading_is_known_of_that_one() -> None:
     assert note.startswith("the noise could only be estimated")
 
 
+@pytest.mark.parametrize(("left", "doubted"), [(0.98, False), (0.06, True), (9.0, True)])
+def test_a_noise_that_is_given_is_doubted_only_where_the_model_does_not_bear_it_out(
+    left: float, doubted: bool
+) -> None:
+    """The recording looked fifty times as loud: a command with steps was in the reading."""
+    notes = _noise_notes({"i": 0.0875}, {"i": 0.0017}, ("i",), (), None, {"i": left})
+    assert any("check it" in n for n in notes) is doubted
+
+
 def test_what_the_recording_declares_is_used_unless_the_user_says_otherwise() -> None:
     declared = replace(run(spring()), meta={"noise": {"x": 1.1 * NOISE, "other": 1.0}})
     options = DiagnosisOptions(jobs=1, keep=2, more=0, effects=1)

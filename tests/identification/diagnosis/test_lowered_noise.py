@@ -9,14 +9,21 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from bondgraph import BondGraph, Df
+from bondgraph import GY, BondGraph, Df, I, One, R, Se
+from bondgraph.laws import Coulomb
 from bondgraph.signals.recording import Recording
 from bondgraph.signals.split import interleaved
 from identification.diagnosis.diagnose import diagnose
 from identification.diagnosis.search import material as module
 from identification.diagnosis.search.asked import asked_of
 from identification.diagnosis.search.candidates import DiagnosisOptions
-from identification.diagnosis.search.nominal import deepest, held_to_residual, nominal_fit
+from identification.diagnosis.search.nominal import (
+    as_searched,
+    deepest,
+    held_to_residual,
+    misread,
+    nominal_fit,
+)
 from identification.estimation.single_record import Fit, fit
 from identification.study.problem import Data, Problem
 from tests.settled import simulate
@@ -129,3 +136,62 @@ def test_another_minimum_is_looked_for_where_the_noise_was_read_too_high() -> No
     same = replace(first.problem, data=replace(data, floor=0.8 * first.problem.data.floor))
     kept = fit(replace(same, starts={"k": 900.0}), max_iterations=0)
     assert deepest(first, kept, lambda d: Problem(plant(), d), "linear") is kept
+
+
+@pytest.mark.parametrize("times", [1.5, 8.0])
+def test_a_noise_that_a_law_leaves_far_below_was_misread(times: float) -> None:
+    found = misread(fitted(NOISE * np.array([1.0, times])))
+    if times < 2.0:
+        assert found is None
+        return
+    assert found == pytest.approx(NOISE, rel=0.1)
+    assert misread(fitted(NOISE * np.array([1.0, times])), given=("speed",)) is None
+
+
+def test_what_a_search_on_fewer_samples_found_of_the_noise_holds_for_all() -> None:
+    whole = fitted(NOISE * np.array([1.0, 8.0]))
+    data = whole.problem.data
+    thin = replace(whole.problem, data=replace(data.thinned(2), floor=NOISE))
+    seen = as_searched(whole, fit(thin, start=whole.point))
+    assert seen.problem.data.n == data.n
+    assert seen.problem.data.floor.tolist() == NOISE.tolist()
+    assert as_searched(whole, whole) is whole
+
+
+def motor(friction: Coulomb | None = None, resistance: float = 2.0) -> BondGraph:
+    with BondGraph("motor") as g:
+        coil, shaft = One("coil"), One("shaft")
+        Se("U", unit="V") >> coil >> I("L", 1e-3, unit="H")
+        coil >> R("R", resistance, unit="ohm")
+        coil >> GY("K", 0.04, unit="N*m/A") >> shaft >> I("J", 1e-5, unit="kg*m2")
+        shaft >> R("b", 1e-5, unit="N*m*s/rad", law=friction)
+        coil >> Df("i", unit="A")
+        shaft >> Df("w", unit="rad/s")
+    return g
+
+
+def test_a_noise_read_off_the_steps_of_a_command_is_read_anew_beside_the_found_law() -> None:
+    """The current of a motor answers every step at once: its spectrum tells no noise."""
+    samples, dt, noise = 1500, 2e-4, np.array([1e-3, 0.05])
+    rng = np.random.default_rng(3)
+    t = np.asarray(dt * np.arange(samples), np.float64)
+    u = np.repeat(rng.uniform(-8.0, 8.0, samples // 20), 20)
+    run = simulate(motor(Coulomb(5e-3)), t, {"U": u}, hold="hold")
+    drawn = noise * rng.standard_normal((samples, 2))
+    channels = {"U": u, "i": run["i"] + drawn[:, 0], "w": run["w"] + drawn[:, 1]}
+    recording = Recording("run", t, channels, {"U": "V", "i": "A", "w": "rad/s"})
+    options = DiagnosisOptions(jobs=1, effects=1, keep=2)
+    d = diagnose(motor(resistance=2.2), recording, options=options, hold="hold")
+    assert [s.chosen.label for s in d.findings if s.chosen] == ["coulomb_friction at b"]
+    assert d.repaired is not None
+    for made in (d.repaired, d.nominal):
+        assert made is not None
+        assert made.problem.data.floor == pytest.approx(noise, rel=0.15)
+    assert [n for n in d.notes if n.startswith("the noise of i was read at")]
+    left = d.repaired.residuals("test").std(axis=0)
+    assert left == pytest.approx(noise, rel=0.15)
+    true = {"R": 2.0, "L": 1e-3, "K": 0.04, "F_c_b": 5e-3}
+    for e in d.repaired.estimates:
+        if e.name in true:
+            error = (e.ci95[1] - e.ci95[0]) / 3.92
+            assert abs(e.value - true[e.name]) < 3.5 * error
