@@ -56,6 +56,16 @@ class Error:
         low = self.chi2_ci[0]
         return bool((low if np.isfinite(low) else self.chi2) <= 1.1)
 
+    @property
+    def misread(self) -> bool:
+        """Whether so little is left that the floor was read off something else than noise."""
+        high = self.chi2_ci[1]
+        return bool((high if np.isfinite(high) else self.chi2) < MISREAD)
+
+
+MISREAD = 0.25
+"""Mean square over the floor below which that was no noise: half of it."""
+
 
 def error(record: ValidationRecord, column: int, part: str) -> Error:
     """Error of one reading; samples where nothing was simulated do not count."""

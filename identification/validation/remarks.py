@@ -88,7 +88,14 @@ def _level(c: ChannelJudgement, where: str) -> Iterator[Remark]:
             f"{where}: nothing is held out, so nothing says how the model does elsewhere",
             "hold out a part of the record or a whole record",
         )
-    if e.chi2 < 0.6:
+    if e.misread:
+        yield note(
+            f"{said}: {times} times the floor: it was read too high, as off a command with steps, "
+            "and clears nothing",
+            "state what is known: noise={SENSOR: VALUE}; repeated periods, or a stretch at rest, "
+            "tell it too",
+        )
+    elif e.chi2 < 0.6:
         yield note(
             f"{said}: {times} times the floor: no fault of the model, its errors are below what "
             "was taken for noise",
@@ -157,6 +164,12 @@ def _memory(c: ChannelJudgement, where: str) -> Iterator[Remark]:
         yield fine(f"{what} white: noise without a pattern in time (p = {w.p:.2g})")
     elif w.predictable < NOTICED:
         yield note(f"{what} {w.words}: too little to act on")
+    elif c.train.misread:
+        yield note(
+            f"{what} {w.words}: noise with a memory, or something small is missing; what follows "
+            "an input below is no noise",
+            "noise='coloured' makes intervals for such noise",
+        )
     elif c.train.at_floor:
         yield note(
             f"{what} {w.words}, yet no larger than the floor: the noise itself has memory",
@@ -224,7 +237,7 @@ def _inputs(c: ChannelJudgement, where: str) -> Iterator[Remark]:
             continue
         part = "held-out" if c.part == "test" else "training"
         said = f"{where}: the {part} residual {x.words}"
-        if c.judged.at_floor:
+        if c.judged.at_floor and not c.judged.misread:
             yield note(f"{said}; all of it below the noise floor")
         else:
             advice = "free or add what links them (a mode, a law, a delay), or diagnose the model"

@@ -48,9 +48,27 @@ def test_a_residual_above_the_floor_is_a_fault() -> None:
 
 
 def test_a_floor_stated_too_high_is_said() -> None:
-    j = judge(material(record(white(2), floor=3.0)))
+    j = judge(material(record(white(2), floor=1.5)))
     assert j.acceptable
     assert any("the floor is stated too high" in r.advice for r in j.notes)
+
+
+@pytest.mark.parametrize(("floor", "clears"), [(1.6, True), (8.0, False)])
+def test_a_floor_far_above_all_that_is_left_was_misread_and_clears_nothing(
+    floor: float, clears: bool
+) -> None:
+    """Read off a command with steps it hid a branch of eddy currents in a coil."""
+    u = coloured(np.random.default_rng(7), N, 0.5)
+    missing = white(8) + 0.4 * u
+    j = judge(material(record(missing, inputs={"F": u}, floor=floor)))
+    assert j.acceptable is clears
+    assert ("residual follows F" in faults(j)) is not clears
+    said = "\n".join(r.text for r in j.notes)
+    assert ("was read too high" in said) is not clears
+    quiet = judge(material(record(white(8), inputs={"F": u}, floor=floor)))
+    assert quiet.acceptable
+    memory = coloured(np.random.default_rng(4), N, 0.9)
+    assert judge(material(record(memory, floor=8.0 * float(memory.std())))).acceptable
 
 
 def test_white_noise_a_little_above_an_estimated_floor_is_a_note() -> None:
