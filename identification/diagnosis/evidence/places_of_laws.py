@@ -11,7 +11,7 @@ from identification.diagnosis.evidence.shares import explained, together
 from identification.diagnosis.search.candidates import Candidate
 
 LAGS = 2.0
-"""Times the limit by which a law lags too far behind a form elsewhere to stay beside it."""
+"""Times the limit by which a law lags too far behind another, or a form, to stay beside it."""
 
 
 def admissible(
@@ -56,14 +56,25 @@ def borne_elsewhere(law: Scored, e: Evidence, t: Thresholds) -> bool:
 
 
 def also_there(law: Scored, e: Evidence, t: Thresholds) -> tuple[Candidate, ...]:
-    """Return the same law at other places where it does as well, outside what its name says.
+    """Return the same law at other places that stay in question though they are no equals.
 
-    It may be another law there; that the place is open is sure.
+    Where it does as well outside what its name says: it may be another law there, that the place is
+    open is sure. And where the readings tell no places apart and both leave noise: two fits differ
+    by more than that, so that a lag of twice the limit decides nothing.
     """
+
+    def in_question(s: Scored) -> bool:
+        lag = s.score.behind(law.score)
+        if not s.trial.itself:
+            return 0 <= lag < t.z
+        alike = together(s.element, law.element, e.classes)
+        quiet = max(s.left.most, law.left.most) <= t.noise
+        return alike and quiet and t.z <= lag < LAGS * t.z
+
     return tuple(
         s.trial for s in e.laws
         if s.trial.effect == law.trial.effect and s.element != law.element and s.trial.home
-        and not s.trial.itself and 0 <= s.score.behind(law.score) < t.z
+        and in_question(s)
     )  # fmt: skip
 
 

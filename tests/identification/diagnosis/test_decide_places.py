@@ -209,3 +209,17 @@ def test_a_form_elsewhere_that_leads_clearly_rules_out_a_law_that_its_own_form_f
     case = Case(30.0, classes=ALIKE).law("position_periodic_force at m_1", lag(10.0))
     d = case.kind("restoring", "k_1", 0.0).kind("restoring", "m_1", own).decided()
     assert (label(d) == "position_periodic_force at m_1") is named
+
+
+@pytest.mark.parametrize(
+    ("z", "together", "open_"), [(4.0, True, True), (4.0, False, False), (8.0, True, False)]
+)
+def test_a_lag_between_two_fits_of_one_law_that_leave_noise_decides_no_place(
+    z: float, together: bool, open_: bool
+) -> None:
+    """A push at the mass was told at the ceramic: three standard errors, both to the noise."""
+    classes = ALIKE if together else Isolability((("k",), ("k_1",)))
+    case = Case(30.0, classes=classes).law("creep at k", 0.0).law("creep at k_1", lag(z))
+    d = case.kind("slow", "k", 0.0).decided()
+    assert label(d) == "creep at k"
+    assert ("k_1" in d.places) is open_
