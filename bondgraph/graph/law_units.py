@@ -83,7 +83,7 @@ def _powers(text: str, name: str) -> Powers | None:
     turning = d.flow.parsed.dims == (0, 0, -1, 0, 0)  # rad/s is the inverse of a time already
     rows = [d.effort.parsed.dims, d.flow.parsed.dims, second][: 2 if turning else 3]
     base = np.array(rows, float).T
-    solved: Array = np.round(np.linalg.lstsq(base, np.array(unit.dims, float), rcond=None)[0])
+    solved: Array = np.linalg.lstsq(base, np.array(unit.dims, float), rcond=None)[0].round()
     if np.any(base @ solved != unit.dims):
         return None
     return int(solved[0]), int(solved[1]), 0 if turning else int(solved[2])

@@ -93,7 +93,11 @@ def _answered(d: Diagnosis) -> str:
             "; ".join(parts) + f"; with {told} the held-out error of {n} falls from "
             f"{100 * before[n]:.3g} % to {100 * after[n]:.3g} % of its standard deviation."
         )
-    return _without_name(d)
+    said = _without_name(d)
+    return f"{SOONER}: {said[0].lower()}{said[1:]}" if d.stopped else said
+
+
+SOONER = "The search was stopped before all was tried"
 
 
 def _gain(t: Candidate, d: Diagnosis) -> str:
@@ -140,10 +144,10 @@ def _without_name(d: Diagnosis) -> str:
     if kinds:
         either = " or ".join(f"{sort_at(k.kind, d.graph[k.element])} at {k.element}" for k in kinds)
         at, hint = "", f": {either}, which look alike here{hint}"
-    return (
-        f"Something is missing in {d.model}{at} that the catalogue cannot name with "
-        f"confidence{hint}."
-    )
+    unnamed = "that the catalogue cannot name with confidence"
+    if d.stopped:
+        unnamed = "that has no name by then"
+    return f"Something is missing in {d.model}{at} {unnamed}{hint}."
 
 
 def _no_law(law: str, fit: float) -> str:
