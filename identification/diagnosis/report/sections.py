@@ -19,7 +19,7 @@ from identification.diagnosis.report import changed
 from identification.diagnosis.report.found import after_of, found_of, places_of, warmth_of
 from identification.diagnosis.report.law_figures import law_figure
 from identification.diagnosis.report.recording_figure import recording_figure
-from identification.diagnosis.report.views import unit_of
+from identification.diagnosis.report.views import AS_IT_IS, DECLARED, unit_of
 from identification.diagnosis.search.candidates import Candidate
 from identification.diagnosis.verdict import effect_parameters, normalised_error, sentence
 from identification.diagnosis.verdict.document import ERROR, law_constants, parts_of
@@ -131,7 +131,7 @@ def _apart(data: Data) -> str:
 def _errors(d: Diagnosis) -> str:
     assert d.data is not None
     fits: list[tuple[str, Fit | None]] = [
-        ("declared values", d.declared), ("as it is, fitted", d.nominal)
+        (DECLARED, d.declared), (AS_IT_IS, d.nominal)
     ]  # fmt: skip
     after = after_of(d)
     if after is not None:
