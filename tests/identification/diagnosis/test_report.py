@@ -294,7 +294,8 @@ def test_two_effects_with_relations_traits_and_experiments(found: Diagnosis) -> 
             "d": (
                 SimpleNamespace(words="it depends on the speed", explained={"sign": 0.9}),
                 SimpleNamespace(signal=np.ones(N), explained=0.8),
-            )
+            ),
+            "away": (SimpleNamespace(words="it gives energy", explained={"time": 0.1}), None),
         },
     }
     text = page(replace(both, **told))  # type: ignore[arg-type]
@@ -308,8 +309,10 @@ def test_two_effects_with_relations_traits_and_experiments(found: Diagnosis) -> 
         "record a slow sweep: expected to tell a from b by 6.2 standard errors (1 now)",
         "It depends on the speed",
         "What d must have added",
+        "It is rebuilt from what the model as it is leaves",
     ):
         assert words in text
+    assert "at away" not in text, "a name was told elsewhere"
 
 
 PROBE = """<script>addEventListener("load", () => {
