@@ -208,12 +208,17 @@ def in_words(d: Diagnosis) -> str:
     lines += [*parameter_lines(d), *value_lines(d), *nuisance_lines(d), *together_lines(d)]
     lines += certainty_lines(d)
     if d.kind in ("missing_physics", "unknown_physics"):
-        lines += [f"seen: {s}" for s in summary(d.regions)[:3]]
+        seen = [f"seen: {s}" for s in summary(d.regions)[:3]]
+        lines += [*seen, *([SEEN] if seen else [])]
     lines += reason_lines(d)
     lines += [f"nearest: {said}" for said in hints(d)]
     lines += [f"next: {spoken(a)}" for a in d.advice if a not in answer]
     lines.append(f"{d.seconds:.1f} s")
     return "\n".join(lines)
+
+
+SEEN = "  (seen: of the model as it is, fitted, on all scored samples, in that band or part alone)"
+"""What the numbers are of that say where the model fails."""
 
 
 def hints(d: Diagnosis) -> list[str]:
