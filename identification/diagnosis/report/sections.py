@@ -12,7 +12,12 @@ from bondgraph.support.errors import BondsightError
 from identification.diagnosis.catalogue import by_name
 from identification.diagnosis.diagnose import Diagnosis
 from identification.diagnosis.explanation.doubts import file_first
-from identification.diagnosis.explanation.law_formula import LONGEST, in_symbols, meaning_of
+from identification.diagnosis.explanation.law_formula import (
+    LONGEST,
+    in_symbols,
+    meaning_of,
+    own_value,
+)
 from identification.diagnosis.explanation.notes import sure_of
 from identification.diagnosis.explanation.undetermined import UNDETERMINED, is_undetermined
 from identification.diagnosis.report import changed
@@ -183,6 +188,7 @@ def law(d: Diagnosis) -> str:
             html.paragraph(f"Law: {said}." if (said := in_symbols(fitted)) else ""),
             html.bullets(listed),
             html.paragraph(_given(law_constants(trial, d))),
+            html.paragraph(stopped(own_value(fitted))),
             *(html.paragraph(stopped(n)) for n in d.notes if n.startswith(sure_of(trial))),
             html.paragraph(_about(trial)),
         ]

@@ -7,7 +7,7 @@ import numpy as np
 from identification.diagnosis.catalogue.words import briefly
 from identification.diagnosis.diagnose import Diagnosis
 from identification.diagnosis.explanation.colour import COLOURED
-from identification.diagnosis.explanation.law_formula import in_symbols, meaning_of
+from identification.diagnosis.explanation.law_formula import in_symbols, meaning_of, own_value
 from identification.diagnosis.explanation.undetermined import (
     UNDETERMINED,
     is_undetermined,
@@ -102,6 +102,7 @@ def parameter_lines(d: Diagnosis) -> list[str]:
             unit, said = f" {p.unit}" if p.unit != "1" else "", meaning_of(p.name, trial)
             what = f"{said}; of the law, not fitted" if said else "of the law, not fitted"
             lines.append(f"  {p.name} = {p.value:.4g}{unit}  ({what})")
+        lines += [f"  ({said})"] if (said := own_value(trial)) else []
     return lines
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from bondgraph.graph.elements import Source
+from bondgraph.graph.elements import C, Element, Source
 from bondgraph.support.errors import BondsightError
 from identification.diagnosis.catalogue import by_name
 from identification.diagnosis.catalogue.words import briefly, spoken
@@ -14,6 +14,7 @@ from identification.diagnosis.evidence.kinds_told import EXACT, open_kinds
 from identification.diagnosis.explanation.doubts import doubts
 from identification.diagnosis.explanation.law_formula import gain_of
 from identification.diagnosis.localisation.element_kind import element_words
+from identification.diagnosis.localisation.recording.variables import variables_of
 from identification.diagnosis.localisation.regions import summary
 from identification.diagnosis.search.candidates import Candidate
 from identification.diagnosis.verdict.document import (
@@ -78,7 +79,8 @@ def _answered(d: Diagnosis) -> str:
             also = f" (or {', '.join(same)}: these sensors cannot tell)" if same else ""
             names = [spaced(n) for n in dict.fromkeys(t.effect for t in step.possible)]
             several = step.answer == "family" and len(names) > 1
-            effect = f"one of {listed(names)}" if several else names[0] + _by_law(step.chosen)
+            own = _called(names[0], d.graph.elements[step.chosen.element])
+            effect = f"one of {listed(names)}" if several else own + _by_law(step.chosen)
             says = "" if several else step.chosen.insertion.sentence + _gain(step.chosen, d)
             sure = effect.capitalize() if step.confidence > 0 else f"Perhaps {effect}"
             parts.append(
@@ -98,6 +100,16 @@ def _answered(d: Diagnosis) -> str:
 
 
 SOONER = "The search was stopped before all was tried"
+
+
+def _called(name: str, element: Element) -> str:
+    """Return the name of an effect; of a capacitor no stiffness alone."""
+    electric = isinstance(element, C) and variables_of(element).effort_unit == "V"
+    return f"nonlinear capacitance ({name})" if electric and name == BENDS else name
+
+
+BENDS = "nonlinear stiffness"
+"""What an electrical engineer calls after the capacitance."""
 
 
 def _gain(t: Candidate, d: Diagnosis) -> str:
