@@ -116,6 +116,7 @@ def diagnose_files(
     else:
         print(in_words(result))
         print(f"verdict: {path}\nreport:  {report}")
+        print(f"{monotonic() - begin:.1f} s in all, with reading the files and writing the report")
     if result.stopped:
         if options.json:  # else it stands among the words
             print(f"bondsight: {result.stopped}", file=sys.stderr)

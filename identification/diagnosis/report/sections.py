@@ -75,7 +75,7 @@ def answer(d: Diagnosis) -> str:
         ("recording", r.name),
         ("samples", f"{r.n} at {rate}" if rate else str(r.n)),
         ("SHA-256", " + ".join(h[:12] or "not from a file" for h in hashes)),
-        ("diagnosed in", f"{d.seconds:.1f} s"),
+        ("diagnosed in", f"{d.seconds:.1f} s, without reading and this page"),
         ("seed", str(d.seed)),
     ]
     return html.head("Diagnosis report", badge, sentence(d), pairs)
@@ -244,9 +244,9 @@ def graph(d: Diagnosis) -> str:
         )
         words += (
             "The orange deepens with the plausibility of the place on held-out data: how easily "
-            "its best effect could lie that far behind the best of all by accident, the same all "
-            "over a set that the data cannot tell. It ranks places; how often such answers are "
-            "right is the probability above."
+            "its best effect could lie that far behind the best of all by accident. Places that "
+            "the data cannot tell apart have the same colour. It ranks places; how often such "
+            "answers are right is the probability above."
         )
     try:
         # beside a name one number says how sure it is: that of the answer

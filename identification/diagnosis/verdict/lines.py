@@ -12,6 +12,7 @@ from identification.diagnosis.explanation.undetermined import (
     UNDETERMINED,
     is_undetermined,
     remark_of,
+    weakness,
 )
 from identification.diagnosis.verdict.document import (
     ERROR,
@@ -143,7 +144,8 @@ def _value_row(e: Estimate, d: Diagnosis) -> list[str]:
     before = "–" if declared is None else quantity(declared.value, e.unit)
     if remark := remark_of(e, d):
         return [e.name, quantity(e.value, e.unit), remark, before]
-    return [e.name, told(e.value, *e.ci95, e.unit), ends(*e.ci95, e.unit, e.value), before]
+    weak = f", {said}" if (said := weakness(e)) else ""
+    return [e.name, told(e.value, *e.ci95, e.unit), ends(*e.ci95, e.unit, e.value) + weak, before]
 
 
 def certainty_lines(d: Diagnosis) -> list[str]:

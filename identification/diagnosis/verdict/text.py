@@ -225,7 +225,7 @@ def in_words(d: Diagnosis) -> str:
     lines += reason_lines(d)
     lines += [f"nearest: {said}" for said in hints(d)]
     lines += [f"next: {spoken(a)}" for a in d.advice if a not in answer]
-    lines.append(f"{d.seconds:.1f} s")
+    lines.append(f"diagnosed in {d.seconds:.1f} s")
     return "\n".join(lines)
 
 
