@@ -158,7 +158,7 @@ def _without_name(d: Diagnosis) -> str:
         at, hint = "", f": {either}, which look alike here{hint}"
     unnamed = "that the catalogue cannot name with confidence"
     if d.stopped:
-        unnamed = "that has no name by then"
+        unnamed = "that has no name yet"
     return f"Something is missing in {d.model}{at} {unnamed}{hint}."
 
 
