@@ -100,7 +100,8 @@ def _require_constant(program: Program, values: ca.SX, jacobian: ca.SX, variable
         if ca.depends_on(jacobian[i, :], variables) or _jumps(values[i], variables):
             raise UnusableInput(
                 f"{program.name}: not linear at the nominal parameters, {row} is the first that is "
-                "not; use to_nonlinear_control(program) or casadi_functions(program)"
+                "not; in Python use bondgraph.export.control.to_nonlinear_control(program) or "
+                "bondgraph.export.casadi_function.casadi_functions(program)"
             )
 
 

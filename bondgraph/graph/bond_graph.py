@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     import networkx as nx
 
     from bondgraph.drawing.panels import Panels
+    from bondgraph.laws.law import Law
 
 _Made = TypeVar("_Made")
 
@@ -541,7 +542,7 @@ def _own_parameters(e: Element) -> tuple[Parameter, ...]:
                 )
             )
         if e.law is not None:
-            found.extend(e.law.parameters(e.name))
+            found.extend(_law_parameters(e, e.law))
     elif isinstance(e, TwoPort):
         if isinstance(e.ratio, int | float):
             found.append(
@@ -561,6 +562,15 @@ def _own_parameters(e: Element) -> tuple[Parameter, ...]:
         if drive is not None and drive.law is not None:
             found.extend(drive.law.parameters(e.name))
     return tuple(found)
+
+
+def _law_parameters(e: Valued, law: Law) -> tuple[Parameter, ...]:
+    own = law.parameters(e.name)
+    if not own or not e.unit:
+        return own
+    from bondgraph.graph.law_units import placed
+
+    return placed(own, e)
 
 
 _CHANNEL_UNITS = {"lag": "s", "natural_frequency": "rad/s", "damping_ratio": "1", "gain": ""}

@@ -63,7 +63,7 @@ class UnitStatement:
     @property
     def domains(self) -> frozenset[str]:
         """Names of the domains it fits; none if it fits no domain of the table."""
-        return _fitting(self.quantity, self.dims)
+        return fitting(self.quantity, self.dims)
 
     def __str__(self) -> str:
         """Element, kind, unit, domain, bond."""
@@ -185,7 +185,7 @@ def _meant_stiffness(said: UnitStatement, group: list[UnitStatement]) -> bool:
     if not others:
         return False
     common = frozenset.intersection(*others)
-    inverse = _fitting(*_as_quotient("k", parse_unit(said.unit).dims))
+    inverse = fitting(*as_quotient("k", parse_unit(said.unit).dims))
     return bool(common & inverse) and not common & said.domains
 
 
@@ -228,7 +228,7 @@ def _of(graph: BondGraph, e: Element, lines: list[str]) -> Iterator[UnitStatemen
         except UnusableInput as error:
             lines.append(f"{e.name} ({e.kind}): {error}")
             continue
-        yield UnitStatement(e, ends[0], *_as_quotient(quantity, dims), unit)
+        yield UnitStatement(e, ends[0], *as_quotient(quantity, dims), unit)
 
 
 def _written(graph: BondGraph, e: Element) -> tuple[tuple[str, str], ...]:
@@ -263,7 +263,7 @@ def _written(graph: BondGraph, e: Element) -> tuple[tuple[str, str], ...]:
     return (("e", unit),) if isinstance(e, Junction) and unit else ()
 
 
-def _as_quotient(quantity: str, dims: Dimension) -> tuple[str, Dimension]:
+def as_quotient(quantity: str, dims: Dimension) -> tuple[str, Dimension]:
     """Express a displacement or a rate as its flow or effort; the coefficients as a quotient."""
     if quantity == "q":
         return "f", _minus(dims, SECOND)
@@ -281,7 +281,8 @@ def _as_quotient(quantity: str, dims: Dimension) -> tuple[str, Dimension]:
 
 
 @lru_cache(maxsize=512)
-def _fitting(quantity: str, dims: Dimension) -> frozenset[str]:
+def fitting(quantity: str, dims: Dimension) -> frozenset[str]:
+    """Return the domains in which effort, flow or their quotient has these dimensions."""
     found = set()
     for d in DOMAINS.values():
         e, f = d.effort.parsed.dims, d.flow.parsed.dims

@@ -82,7 +82,7 @@ def kept_back(split: Split) -> tuple[Split, Split]:
         unseen = tuple(slice(e, p.stop) for p, e in zip(parts, ends, strict=True))
     if sum(p.stop - p.start for p in unseen) < LEAST_KEPT:
         return split, split
-    told = "two fifths of that take no part in any choice either, and say what is gained"
+    told = "two fifths of what is held out take no part in any choice either, and say the gain"
     rule = f"{split.rule}; {told}"
     return replace(split, test=seen), replace(split, test=unseen, rule=rule, looked_at=seen)
 

@@ -25,7 +25,7 @@ from bondsight.cli.arguments import (
 )
 from bondsight.cli.fit_options import add_statement, statement_of, states
 from bondsight.cli.output import INTERRUPTED, Stopped, ended_like_ctrl_c, writable
-from bondsight.cli.spoken import at_shell
+from bondsight.cli.spoken import as_options, at_shell
 
 if TYPE_CHECKING:
     from bondgraph.graph.bond_graph import BondGraph
@@ -116,6 +116,7 @@ def diagnose_files(
     else:
         print(in_words(result))
         print(f"verdict: {path}\nreport:  {report}")
+        print(f"{monotonic() - begin:.1f} s in all, with reading the files and writing the report")
     if result.stopped:
         if options.json:  # else it stands among the words
             print(f"bondsight: {result.stopped}", file=sys.stderr)
@@ -134,6 +135,7 @@ def _found(
     """Read and diagnose; the search ends at `end` of the clock."""
     from actuators.models.opening import load_model, model_name
     from bondgraph.causality.assignment import assign_causality
+    from bondgraph.signals.files.placeholders import FAR_OUTSIDE
     from bondgraph.signals.recording import Recording
     from bondgraph.support.deadline import Deadline
     from bondsight.cli.progress import Bar
@@ -149,7 +151,9 @@ def _found(
     graph.require_sound()
     assign_causality(graph)  # a conflict is refused before any file is read
     found, split = load_all(options.recordings, options.maps, graph, **reading_of(options))
-    for line in require_driven(graph, [found] if isinstance(found, Recording) else found):
+    read = [found] if isinstance(found, Recording) else found
+    far = (f"{r.name}: {as_options(n)}" for r in read for n in r.notes if n.startswith(FAR_OUTSIDE))
+    for line in (*require_driven(graph, read), *far):
         print(f"note: {line}", file=sys.stderr)
     writable(options.out)
     noise = noise_of(options.noise, graph)

@@ -6,6 +6,8 @@ import argparse
 from pathlib import Path
 from typing import Any
 
+from bondgraph.support.errors import UnusableInput
+
 
 def add_explain_command(verbs: Any) -> None:
     """Add the command to the parser's verbs."""
@@ -20,5 +22,9 @@ def _explain(options: argparse.Namespace) -> int:
     from identification.diagnosis.verdict import read_verdict, retold
 
     given = options.verdict
+    if given.suffix.lower() in (".html", ".htm"):
+        raise UnusableInput(
+            f"{given}: that is the page; give its folder, {given.parent}, or the verdict.json in it"
+        )
     print(retold(read_verdict(given / "verdict.json" if given.is_dir() else given)))
     return 0

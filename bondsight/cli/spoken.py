@@ -23,6 +23,7 @@ _PLAIN = re.compile(r"(?<![\w-])(fs|resample|fill)=(?=[\w.])")
 _BARE = re.compile(r"(?<![\w-])(map|fs|rows|resample|fill)=(?=[);,.]|$)")
 _PYTHON_ALONE = re.compile(
     r" (?:or|by) Recording\.select|: (?:graph\.)?remove\('\w+'\)|, silent=\('\w+',\) is 0"
+    r"|; estimate\(found\.study\.changed\(n_sub=None\)\) corrects it"
     r"| or initial=\{'\w+': value\}| where a diagnosis ends \(diagnose\(study\)\.study\),"
 )
 _CALLS = (

@@ -12,7 +12,7 @@ from bondgraph.graph.composing.binding import external_signals
 from bondgraph.graph.elements import Modulated, Source
 from bondgraph.graph.sensors import Sensor
 from bondgraph.signals.files.checks import map_argument, means_time, require_map
-from bondgraph.signals.files.columns import OTHERS, NoUnit, is_time
+from bondgraph.signals.files.columns import OTHERS, NoUnit, TurnedRound, is_time
 from bondgraph.signals.recording import Recording, Split
 from bondgraph.signals.units import same_dimension, split_header
 from bondgraph.support.errors import BondsightError, UnusableInput, nearest, unknown_name
@@ -55,6 +55,10 @@ def open_recording(
             recording = _read(Path(text), mapping, graph, reading)
         except NoUnit as lacking:
             raise UnusableInput(_without_unit(lacking, mapping, graph)) from None
+        except TurnedRound as turned:
+            if turned.target in recorded or means_time(turned.target):
+                raise
+            raise turned.error from None  # the model has no such name either
     elif called:
         if reading:
             raise UnusableInput(

@@ -241,5 +241,6 @@ def split_of(recordings: Sequence[Recording]) -> Split:
     sizes = [r.n for r in recordings]
     held = max(1, len(sizes) // 3)
     edge = sum(sizes[:-held])
-    rule = f"the last {held} of {len(sizes)} recordings held out"
+    few, word = (f"{held} ", "are") if held > 1 else ("", "is")
+    rule = f"the last {few}of {len(sizes)} recordings {word} held out"
     return Split(slice(0, edge), slice(edge, sum(sizes)), rule)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -36,6 +37,7 @@ from tests.settled import simulate
         ("leave out fs=, fill=", "leave out --fs, --fill"),
         ("map={'w': COLUMN} or Recording.select, or leave it out of the model: graph.remove('w')",
          "--map w=COLUMN, or leave it out of the model"),
+        ("too narrow; estimate(found.study.changed(n_sub=None)) corrects it", "too narrow"),
         ("(select --map x=y), offs=3, --fs 1000", "(select --map x=y), offs=3, --fs 1000"),
     ],
 )  # fmt: skip
@@ -95,3 +97,8 @@ def test_a_verdict_at_the_shell_names_options_in_text_file_and_page(
     for text in (told, *files):
         assert "noise={SENSOR" not in text
         assert "--noise SENSOR=VALUE" in text
+    search, whole = re.findall(r"(?:^|in )([0-9.]+) s(?: in all.*)?$", told, re.MULTILINE)
+    assert float(whole) >= float(search), "with reading and the page"
+    assert "diagnosed in" in told
+    assert main(["explain", str(out / "report.html")]) == 2
+    assert f"that is the page; give its folder, {out}" in capsys.readouterr().err

@@ -71,6 +71,29 @@ class NoUnit(UnusableInput):
         return next((k for k in close if same_dimension(k, unit or k)), unit or "N")
 
 
+class TurnedRound(UnknownName):
+    """A map names no column, but its name is one: it may stand the other way round.
+
+    Parameters
+    ----------
+    error : UnknownName
+        What is said of the column.
+    name, target : str
+        The entry of the map.
+    """
+
+    def __init__(self, error: UnknownName, name: str, target: str) -> None:
+        super().__init__(str(error), name, target)
+        self.error, self.name, self.target = error, name, target
+
+    def __str__(self) -> str:
+        """Return the line, with the entry turned round."""
+        return (
+            f"{self.error}; or, as {self.name} is one of them, turn it round, "
+            f"{map_argument(self.target, self.name)}"
+        )
+
+
 @dataclass(frozen=True, slots=True)
 class ColumnPlan:
     """Which column becomes what: channel -> (header, unit), time and rate columns."""
@@ -206,10 +229,7 @@ def _asked(name: str, target: str, headers: Sequence[str], where: str) -> tuple[
         turned = [h for h in headers if name in (h, split_header(h)[0])]
         if not turned:
             raise
-        raise UnknownName(
-            f"{error}; or, as {name} is one of them, turn it round, "
-            f"{map_argument(target.strip(), name)}"
-        ) from None
+        raise TurnedRound(error, name, target.strip()) from None
 
 
 def choose(

@@ -10,6 +10,7 @@ import numpy as np
 from bondgraph.signals.files.checks import SHORT, check_finite, means_time, require_map
 from bondgraph.signals.files.columns import OTHERS, ColumnPlan, ColumnTable
 from bondgraph.signals.files.filling import MILD, filled, is_filled, rows_left_out
+from bondgraph.signals.files.placeholders import as_missing, notes_on_outliers, refuse_placeholders
 from bondgraph.support.arrays import FloatArray
 from bondgraph.support.errors import UnusableInput, real_number
 
@@ -64,12 +65,17 @@ def make_even(
 ) -> Even:
     """Check values, make the time even (at `onto` samples a second), convert to SI.
 
-    Up to `fill` missing samples in a row are filled in before.
+    Up to `fill` missing samples in a row are filled in before; numbers that stand for no value are
+    missing then, and else refused.
     """
     most = real_number(f"{where}: fill", fill)
     if most < 0.0 or most != int(most):
         raise UnusableInput(f"{where}: fill = {fill!r}; give how many missing samples in a row")
-    table = filled(table, int(most)) if most else table
+    if most:
+        table = filled(as_missing(table), int(most))
+    else:
+        refuse_placeholders(table, where)
+    table = replace(table, notes=(*table.notes, *notes_on_outliers(table)))
     plan, notes = table.plan, list(table.notes)
     for header, values in table.columns.items():
         fills = is_filled(table, header)

@@ -90,9 +90,9 @@ class Character:
         """One sentence."""
         share = max(0.0, self.explained.get(self.variable, 0.0))
         parts = [f"{WORDS[self.variable]} explains {100 * share:.0f} % of it"]
-        if self.variable == "nothing":
-            parts = ["none of the port's own variables explains it"]
-        elif self.variable in ("argument", "rate", "memory"):
+        if self.variable == "nothing":  # then its shape over them says nothing either
+            return "none of the port's own variables explains it"
+        if self.variable in ("argument", "rate", "memory"):
             kind = "odd" if self.odd > 0.8 else "even" if self.even > 0.8 else "of mixed symmetry"
             parts.append(f"it is {kind}")
         if self.variable == "memory":
@@ -209,9 +209,14 @@ def _symmetry(past: PortHistory, variable: str, signal: Array) -> tuple[float, f
 
 
 def _jump(groups: Mapping[str, Array], past: PortHistory, signal: Array, *, flow: bool) -> float:
-    """Coefficient of the speed's sign beside smooth functions of argument and rate."""
+    """Coefficient of the speed's sign beside smooth functions of argument and rate.
+
+    Zero where it foretells next to nothing on blocks left out of the fit: then it bends for others.
+    """
     sign = groups["sign"][:, :1] if flow else groups["reversal"]
     names = ("linear", "odd", "even", "rate", "rate_odd")
+    if held_out({**groups, "turns": sign}, names, ("turns",), signal) < CLEARLY:
+        return 0.0
     a = np.concatenate([*(groups[g] for g in names), sign], axis=1)
     return abs(2 * float(_ridge(a, signal)[-1])) / (float(np.ptp(signal)) or 1.0)
 

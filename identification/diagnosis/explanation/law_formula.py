@@ -13,7 +13,7 @@ from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import C, Element, I, R, Source
 from bondgraph.graph.parameter import symbol
 from bondgraph.graph.sensors import Sensor
-from bondgraph.laws import Odometer, Periodic, Tone
+from bondgraph.laws import Odometer, Parametrised, Periodic, Polynomial, Tone
 from bondgraph.laws.law import Law, said_of
 from bondgraph.laws.stepwise import Stepwise
 from bondgraph.support.errors import BondsightError
@@ -205,6 +205,26 @@ def meaning_of(name: str, trial: Candidate) -> str:
             flow = _flow_into(e, law, name, trial) if isinstance(e, C) else ""
             return said + _whole_wave(e, law, name, trial) + flow
     return ""
+
+
+def own_value(trial: Candidate) -> str:
+    """Say what an element's own value means beside a series about the middle of its range.
+
+    Empty where there is no such series.
+    """
+    graph = trial.fit.problem.graph
+    e = graph.elements.get(trial.element)
+    law = None if e is None else law_of(e)
+    inner = law.inner if isinstance(law, Parametrised) else law
+    ratio = modulated_ratio(e)
+    if ratio is not None and f"a_1_{trial.element}" in trial.insertion.strengths:
+        named = trial.element in map(str, ratio.free_symbols)
+        return f"{trial.element} itself is the ratio in the middle" if named else ""
+    if not isinstance(e, C | R) or not isinstance(inner, Polynomial):
+        return ""
+    own = [str(s) for s in graph.coefficient(e).free_symbols]
+    where = "in the middle of the range" if inner.centre else "at zero"
+    return f"{own[0]} itself is the value {where}, by the slope of the law there" if own else ""
 
 
 def _whole_wave(e: Element, law: Law, name: str, trial: Candidate) -> str:

@@ -78,7 +78,14 @@ def table(d: Diagnosis) -> Any:
         }
         for f in verdict(d)["findings"]
     ]
-    return pandas.DataFrame(rows)
+    return pandas.DataFrame(rows, columns=COLUMNS)
+
+
+COLUMNS = (
+    "effect", "element", "answer", "kind", "probability", "share_of_misfit_explained",
+    "also_possible",
+)  # fmt: skip
+"""Of the table, where nothing was found as well."""
 
 
 def _title(rival: dict[str, Any]) -> str:

@@ -8,10 +8,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from bondgraph.graph.elements import C, Element, Source
+from bondgraph.graph.sensors import Sensor
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import BondsightError
-from identification.diagnosis.explanation.characterisation import characterise
+from identification.diagnosis.explanation.characterisation import Character, characterise
 from identification.diagnosis.explanation.latent_signal import Latent, latent
+from identification.diagnosis.screening.port_history import PortHistory
 from identification.diagnosis.screening.port_response import Probes, probes
 from identification.diagnosis.screening.tangent_space import freedom
 from identification.study.residual import windows
@@ -43,10 +46,21 @@ def characterised(d: Diagnosis, ports: int = 2) -> Diagnosis:
         if signal is None:
             continue
         try:
-            found[name] = (characterise(d.scene.past[name], signal.signal), signal)
+            found[name] = (_seen(d.graph[name], d.scene.past[name], signal.signal), signal)
         except (BondsightError, np.linalg.LinAlgError, ValueError):
             continue
     return replace(d, traits=found)
+
+
+def _seen(element: Element, past: PortHistory, signal: Array) -> Character:
+    """Return what an addition looks like; its energy at a store alone.
+
+    What a resistance imitates is not in the signal, and that is most of what friction takes; a
+    transducer gives on one side what it takes on the other.
+    """
+    store = isinstance(element, C)
+    made = characterise(past, signal, flow=not isinstance(element, C | Source | Sensor))
+    return made if store else replace(made, loops=replace(made.loops, dissipation=0.0))
 
 
 def recovered(

@@ -94,7 +94,7 @@ def _why(
     if any(t is x for x in step.rivals):
         return "alike", "as good on held-out data: not excluded"
     if not strength_shown(t):
-        return "lost", "its strength does not differ from zero"
+        return "lost", UNSURE if share > LITTLE else "its strength does not differ from zero"
     if t.test >= 0.98 * nominal:
         return "lost", "does not improve the held-out samples"
     if chosen is None:
@@ -111,8 +111,13 @@ def _why(
         return "lost", "about as good on average, but the named one is simpler or more usual"
     if not t.test > 1.0:
         return "lost", f"leaves more than {spaced(chosen.effect)}"  # neither lies above the noise
-    factor = times_noise((t.test - 1) / max(chosen.test - 1, 0.05))
-    return "lost", f"leaves {multiple(factor)} as much above the noise"
+    return "lost", f"leaves {multiple(times_noise(t.test) / times_noise(chosen.test))} as much"
+
+
+LITTLE = 0.1
+"""Share of the misfit below which what an effect explains is no reason to wonder."""
+UNSURE = "its parameters are not determined: the interval of each reaches zero"
+"""Why one that explains more than that is no name."""
 
 
 def title(t: Candidate) -> str:

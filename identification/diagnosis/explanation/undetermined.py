@@ -32,6 +32,16 @@ def is_undetermined(e: Estimate, d: Diagnosis) -> bool:
     return not np.isfinite([low, high]).all() or high - low >= _range(e, d)
 
 
+def weakness(e: Estimate) -> str:
+    """Return what an interval says against a number in two or three words, else nothing."""
+    if e.at_bound:
+        return "at its bound"
+    low, high = e.ci95
+    if 0 < 100 * low < high:
+        return "hardly determined"
+    return "may be zero" if np.isfinite([low, high]).all() and low < 0 < high else ""
+
+
 def _range(e: Estimate, d: Diagnosis) -> float:
     last = d.repaired or d.nominal
     graph = last.problem.graph if last is not None else d.graph

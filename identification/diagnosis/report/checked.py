@@ -53,7 +53,8 @@ def _relations(d: Diagnosis) -> list[str]:
         "Before any law is tried: in each row the elements on the left may do whatever they like, "
         "and the rest of the model is fitted anew. If what is missing sits there and nowhere else, "
         "no more than the noise (1) is left. Where more is left, no law at that place alone "
-        "explains the recording; between places that leave as little, the laws decide."
+        "explains the recording; between places that leave as little, the laws decide. One law at "
+        "one of these elements, as among the rivals, leaves more than all that they might do."
     )
     found = judged_places(d)
     rows = [[", ".join(p.elements), _number(p.train), _number(p.test), p.why] for p in found]

@@ -12,7 +12,7 @@ from identification.diagnosis.evidence.answer import Decision
 from identification.diagnosis.explanation.colour import COLOURED
 from identification.diagnosis.explanation.doubts import file_first
 from identification.diagnosis.explanation.rivals import Standing, nominal_misfit, standings, title
-from identification.diagnosis.explanation.undetermined import remark_of
+from identification.diagnosis.explanation.undetermined import remark_of, weakness
 from identification.diagnosis.report.found import found_of
 from identification.diagnosis.verdict.document import law_constants
 from identification.diagnosis.verdict.lines import bent
@@ -114,7 +114,7 @@ def parameters(d: Diagnosis) -> str:
             *given,
             quantity(e.value, e.unit),
             "–" if remark_on(e.name, d.tied) else interval(*e.ci95, e.unit, e.value),
-            remark_of(e, d) or _remark(e),
+            remark_of(e, d) or weakness(e),
         ]
 
     known = ([declared, nominal], ["fitted as it is", "fitted, repaired"])
@@ -158,17 +158,6 @@ def _with_size(row: list[str], d: Diagnosis) -> list[str]:
     """Say of a nuisance that the fit leans on what it does to a reading."""
     said = (n.does for n in d.leanings if n.estimate.name == row[0])
     return [*row[:-1], row[-1] or next(said, "")]
-
-
-def _remark(e: Estimate) -> str:
-    if e.at_bound:
-        return "at its bound"
-    low, high = e.ci95
-    if 0 < 100 * low < high:
-        return "hardly determined"
-    if np.isfinite([low, high]).all() and low < 0 < high:
-        return "may be zero"
-    return ""
 
 
 def advice(d: Diagnosis) -> str:

@@ -17,8 +17,9 @@ def places(d: Diagnosis) -> str:
     listed = html.numbered(map(region_words, regions_of(d)))
     intro = (
         "Most concentrated first; two that hold mostly the same samples are listed once. The "
-        "misfit is the root mean square of what is left there, over the noise. The numbers are "
-        "those of the shaded stretches in the strip and the spectrum above."
+        "misfit is the root mean square of what the model as it is, fitted, leaves there, over the "
+        "noise there: of training and held-out samples, in that part or band alone. The numbers "
+        "are those of the shaded stretches in the strip and the spectrum above."
     )
     return html.section(
         "Where in the recording the model fails",

@@ -12,14 +12,19 @@ from bondgraph.support.errors import BondsightError
 from identification.diagnosis.catalogue import by_name
 from identification.diagnosis.diagnose import Diagnosis
 from identification.diagnosis.explanation.doubts import file_first
-from identification.diagnosis.explanation.law_formula import LONGEST, in_symbols, meaning_of
+from identification.diagnosis.explanation.law_formula import (
+    LONGEST,
+    in_symbols,
+    meaning_of,
+    own_value,
+)
 from identification.diagnosis.explanation.notes import sure_of
 from identification.diagnosis.explanation.undetermined import UNDETERMINED, is_undetermined
 from identification.diagnosis.report import changed
 from identification.diagnosis.report.found import after_of, found_of, places_of, warmth_of
 from identification.diagnosis.report.law_figures import law_figure
 from identification.diagnosis.report.recording_figure import recording_figure
-from identification.diagnosis.report.views import unit_of
+from identification.diagnosis.report.views import AS_IT_IS, DECLARED, unit_of
 from identification.diagnosis.search.candidates import Candidate
 from identification.diagnosis.verdict import effect_parameters, normalised_error, sentence
 from identification.diagnosis.verdict.document import ERROR, law_constants, parts_of
@@ -70,7 +75,7 @@ def answer(d: Diagnosis) -> str:
         ("recording", r.name),
         ("samples", f"{r.n} at {rate}" if rate else str(r.n)),
         ("SHA-256", " + ".join(h[:12] or "not from a file" for h in hashes)),
-        ("diagnosed in", f"{d.seconds:.1f} s"),
+        ("diagnosed in", f"{d.seconds:.1f} s, without reading and this page"),
         ("seed", str(d.seed)),
     ]
     return html.head("Diagnosis report", badge, sentence(d), pairs)
@@ -131,7 +136,7 @@ def _apart(data: Data) -> str:
 def _errors(d: Diagnosis) -> str:
     assert d.data is not None
     fits: list[tuple[str, Fit | None]] = [
-        ("declared values", d.declared), ("as it is, fitted", d.nominal)
+        (DECLARED, d.declared), (AS_IT_IS, d.nominal)
     ]  # fmt: skip
     after = after_of(d)
     if after is not None:
@@ -183,6 +188,7 @@ def law(d: Diagnosis) -> str:
             html.paragraph(f"Law: {said}." if (said := in_symbols(fitted)) else ""),
             html.bullets(listed),
             html.paragraph(_given(law_constants(trial, d))),
+            html.paragraph(stopped(own_value(fitted))),
             *(html.paragraph(stopped(n)) for n in d.notes if n.startswith(sure_of(trial))),
             html.paragraph(_about(trial)),
         ]
@@ -238,9 +244,9 @@ def graph(d: Diagnosis) -> str:
         )
         words += (
             "The orange deepens with the plausibility of the place on held-out data: how easily "
-            "its best effect could lie that far behind the best of all by accident, the same all "
-            "over a set that the data cannot tell. It ranks places; how often such answers are "
-            "right is the probability above."
+            "its best effect could lie that far behind the best of all by accident. Places that "
+            "the data cannot tell apart have the same colour. It ranks places; how often such "
+            "answers are right is the probability above."
         )
     try:
         # beside a name one number says how sure it is: that of the answer

@@ -20,10 +20,20 @@ DEPENDENCES = {
 }
 
 
+RAW = (
+    " It is rebuilt from what the model as it is leaves, whose other values have bent for what is "
+    "missing: it may show less than the law that was named, and nothing of one that follows a "
+    "variable of another element."
+)
+"""What is said of it where a law was named, which was fitted with all other values."""
+
+
 def characterised(d: Diagnosis) -> str:
-    """Sentence and shares of the latent signal at each port."""
+    """Sentence and shares of the latent signal at each port; of what was named at its place."""
     parts: list[str] = []
-    for element, (character, _) in [*d.traits.items()][:PORTS]:
+    named = [s.chosen.element for s in d.findings if s.chosen is not None]
+    shown = {n: d.traits[n] for n in named if n in d.traits} if named else d.traits
+    for element, (character, _) in [*shown.items()][:PORTS]:
         parts += [
             html.heading(f"at {element}") if element else "",
             html.paragraph(stopped(character.words)),
@@ -39,8 +49,9 @@ def characterised(d: Diagnosis) -> str:
         "of the port's own variables explains that signal says what kind of physics it is."
     )
     return html.section(
-        "What it looks like, before any law is assumed", html.paragraph(intro), *parts
-    )
+        "What it looks like, before any law is assumed",
+        html.paragraph(intro + (RAW if named else "")), *parts,
+    )  # fmt: skip
 
 
 def _shares(shares: Mapping[str, float]) -> str:

@@ -27,12 +27,17 @@ def curves(d: Diagnosis) -> tuple[Curve, ...]:
     if d.nominal is None:
         return ()
     if d.kind == "parameters_only" and d.declared is not None:
-        return Curve("declared values", d.declared), Curve("fitted values", d.nominal)
+        return Curve(DECLARED, d.declared), Curve("fitted values", d.nominal)
     after = after_of(d)
     if after is not None:
         word = "repaired" if d.kind == "missing_physics" else "closest"
-        return Curve("nominal", d.nominal), Curve(word, after)
-    return (Curve("nominal", d.nominal),)
+        return Curve(AS_IT_IS, d.nominal), Curve(word, after)
+    return (Curve(AS_IT_IS, d.nominal),)
+
+
+AS_IT_IS = "the model as it is, fitted"
+DECLARED = "declared values, offsets and initial states fitted"
+"""What `simulate` gives has other ones: from rest, and no offset of a sensor."""
 
 
 def unit_of(d: Diagnosis, name: str) -> str:

@@ -21,6 +21,7 @@ from identification.diagnosis.studio.law_plane import planes
 from identification.diagnosis.studio.packing import kept, packed, rolling_level
 from identification.diagnosis.studio.port_misfit import port_misfits
 from identification.diagnosis.verdict import sentence
+from identification.diagnosis.verdict.document import parts_of
 from identification.report.numbers import axis_scale
 from identification.report.traces import thin_log
 from identification.statistics.correlation import autocorrelation, pieces_of
@@ -63,6 +64,7 @@ def content(d: Diagnosis, share: float = 1.0) -> dict[str, Any]:
         "samples": int(data.n),
         "labels": [c.label for c in shown],
         "parts": _parts(data),
+        "files": _files(d, data),
         "regions": [
             {
                 "number": k, "kind": r.kind, "from": r.low, "to": r.high, "of": r.channel,
@@ -122,6 +124,19 @@ def _parts(data: Data) -> list[dict[str, Any]]:
     return sorted(found, key=lambda p: p["from"])
 
 
+def _files(d: Diagnosis, data: Data) -> list[dict[str, Any]]:
+    """Return where each of several recordings lies on the page, and its name."""
+    parts = parts_of(d.recording)
+    stops = np.cumsum([part["samples"] for part in parts])
+    if not parts or stops[-1] != data.n:
+        return []
+    begins = (0, *stops[:-1])
+    return [
+        {"name": part["name"], "from": float(data.time[a]), "to": float(data.time[b - 1])}
+        for part, a, b in zip(parts, begins, stops, strict=True)
+    ]
+
+
 def _reading(
     d: Diagnosis, data: Data, k: int, shown: tuple[Curve, ...], left: list[Array], keep: Array,
     strip: Array,
@@ -133,6 +148,7 @@ def _reading(
     return {
         "name": name,
         "label": f"{name} ({unit})" if unit else name,
+        "unit": unit,
         "noise": float(factor * data.floor[k]),
         "measured": packed(factor * y[keep]),
         "left": [packed(r[keep]) for r in left],

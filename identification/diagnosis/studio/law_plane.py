@@ -46,14 +46,22 @@ LINE = 1200
 OPEN: Mapping[tuple[int, ...], str] = MappingProxyType(
     {
         (): "",
-        (0,): " Its level is not known; the nominal model's is drawn.",
-        (1,): " Its mean slope is not known; the nominal model's is drawn.",
-        (0, 1): " Level and mean slope are not known; the nominal model's are drawn.",
+        (0,): " Its level is not known; that of the model as it is, fitted, is drawn.",
+        (1,): " Its mean slope is not known; that of the model as it is, fitted, is drawn.",
+        (0, 1): " Level and mean slope are not known; those of the model as it is, fitted, are "
+        "drawn.",
     }
 )
 """What is said of the powers of the argument that the parameters can stand for."""
 REPAIRED = " All other values are those of the repaired model, and so is the way."
 """What is said of points beside a repair."""
+LEVELLED = (
+    " The law of the model as it is, fitted, is drawn at the level of the points: an offset of a "
+    "reading has taken over the rest."
+)
+"""What is said of a straight law whose level the readings' offsets have changed."""
+SWALLOWED = 0.05
+"""Part of the swing of the points by which an offset has moved a law that is drawn without it."""
 UNKNOWN = 0.01
 """Part of a power of the argument that the parameters may leave of it, to stand for it."""
 
@@ -157,6 +165,11 @@ def _plane(
     plain, straight = (x, past.output) if nominal is None else (nominal.argument, nominal.output)
     y = past.output + added
     known = nominal is not None
+    said = REPAIRED if known else OPEN[free]
+    if known and 0 in free:
+        gap = float(np.nanmean(y[at]) - np.nanmean(straight[at]))
+        if abs(gap) > SWALLOWED * float(np.ptp(y[at])):
+            straight, said = straight + gap, said + LEVELLED
     laws = [] if isinstance(d.graph[name], I) else _laws(d, name, points, free, most, known)
     fx, ux = axis_scale(xu, float(np.nanmax(np.abs(x))))
     fy, uy = axis_scale(yu, float(np.nanmax(np.abs(y))))
@@ -170,7 +183,7 @@ def _plane(
         "power": packed((added * _flow(d.graph, name, past))[shown]),
         "xLabel": f"{xw} ({ux})" if ux else xw,
         "yLabel": f"{yw} ({uy})" if uy else yw,
-        "open": NO_POINTS if no_points else REPAIRED if known else OPEN[free],
+        "open": NO_POINTS if no_points else said,
         "nominal": {"x": packed(fx * plain[at][line]), "y": packed(fy * straight[at][line])},
         "laws": [
             {"label": label, "on": on, "x": packed(fx * s), "y": packed(fy * w)}

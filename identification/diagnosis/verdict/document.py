@@ -402,7 +402,7 @@ def normalised_error(f: Fit, part: str = "test") -> dict[str, float]:
     }
 
 
-ERROR = "rms error over the standard deviation of the reading, over the whole recording"
+ERROR = "rms error over the standard deviation that the reading has in the whole recording"
 """What a percentage of error is of."""
 
 

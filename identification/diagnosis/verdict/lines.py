@@ -7,11 +7,12 @@ import numpy as np
 from identification.diagnosis.catalogue.words import briefly
 from identification.diagnosis.diagnose import Diagnosis
 from identification.diagnosis.explanation.colour import COLOURED
-from identification.diagnosis.explanation.law_formula import in_symbols, meaning_of
+from identification.diagnosis.explanation.law_formula import in_symbols, meaning_of, own_value
 from identification.diagnosis.explanation.undetermined import (
     UNDETERMINED,
     is_undetermined,
     remark_of,
+    weakness,
 )
 from identification.diagnosis.verdict.document import (
     ERROR,
@@ -102,6 +103,7 @@ def parameter_lines(d: Diagnosis) -> list[str]:
             unit, said = f" {p.unit}" if p.unit != "1" else "", meaning_of(p.name, trial)
             what = f"{said}; of the law, not fitted" if said else "of the law, not fitted"
             lines.append(f"  {p.name} = {p.value:.4g}{unit}  ({what})")
+        lines += [f"  ({said})"] if (said := own_value(trial)) else []
     return lines
 
 
@@ -142,7 +144,8 @@ def _value_row(e: Estimate, d: Diagnosis) -> list[str]:
     before = "–" if declared is None else quantity(declared.value, e.unit)
     if remark := remark_of(e, d):
         return [e.name, quantity(e.value, e.unit), remark, before]
-    return [e.name, told(e.value, *e.ci95, e.unit), ends(*e.ci95, e.unit, e.value), before]
+    weak = f", {said}" if (said := weakness(e)) else ""
+    return [e.name, told(e.value, *e.ci95, e.unit), ends(*e.ci95, e.unit, e.value) + weak, before]
 
 
 def certainty_lines(d: Diagnosis) -> list[str]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from bondgraph.graph.elements import Source
+from bondgraph.graph.elements import C, Element, Source
 from bondgraph.support.errors import BondsightError
 from identification.diagnosis.catalogue import by_name
 from identification.diagnosis.catalogue.words import briefly, spoken
@@ -14,6 +14,7 @@ from identification.diagnosis.evidence.kinds_told import EXACT, open_kinds
 from identification.diagnosis.explanation.doubts import doubts
 from identification.diagnosis.explanation.law_formula import gain_of
 from identification.diagnosis.localisation.element_kind import element_words
+from identification.diagnosis.localisation.recording.variables import variables_of
 from identification.diagnosis.localisation.regions import summary
 from identification.diagnosis.search.candidates import Candidate
 from identification.diagnosis.verdict.document import (
@@ -78,7 +79,8 @@ def _answered(d: Diagnosis) -> str:
             also = f" (or {', '.join(same)}: these sensors cannot tell)" if same else ""
             names = [spaced(n) for n in dict.fromkeys(t.effect for t in step.possible)]
             several = step.answer == "family" and len(names) > 1
-            effect = f"one of {listed(names)}" if several else names[0] + _by_law(step.chosen)
+            own = _called(names[0], d.graph.elements[step.chosen.element])
+            effect = f"one of {listed(names)}" if several else own + _by_law(step.chosen)
             says = "" if several else step.chosen.insertion.sentence + _gain(step.chosen, d)
             sure = effect.capitalize() if step.confidence > 0 else f"Perhaps {effect}"
             parts.append(
@@ -93,7 +95,21 @@ def _answered(d: Diagnosis) -> str:
             "; ".join(parts) + f"; with {told} the held-out error of {n} falls from "
             f"{100 * before[n]:.3g} % to {100 * after[n]:.3g} % of its standard deviation."
         )
-    return _without_name(d)
+    said = _without_name(d)
+    return f"{SOONER}: {said[0].lower()}{said[1:]}" if d.stopped else said
+
+
+SOONER = "The search was stopped before all was tried"
+
+
+def _called(name: str, element: Element) -> str:
+    """Return the name of an effect; of a capacitor no stiffness alone."""
+    electric = isinstance(element, C) and variables_of(element).effort_unit == "V"
+    return f"nonlinear capacitance ({name})" if electric and name == BENDS else name
+
+
+BENDS = "nonlinear stiffness"
+"""What an electrical engineer calls after the capacitance."""
 
 
 def _gain(t: Candidate, d: Diagnosis) -> str:
@@ -140,10 +156,10 @@ def _without_name(d: Diagnosis) -> str:
     if kinds:
         either = " or ".join(f"{sort_at(k.kind, d.graph[k.element])} at {k.element}" for k in kinds)
         at, hint = "", f": {either}, which look alike here{hint}"
-    return (
-        f"Something is missing in {d.model}{at} that the catalogue cannot name with "
-        f"confidence{hint}."
-    )
+    unnamed = "that the catalogue cannot name with confidence"
+    if d.stopped:
+        unnamed = "that has no name yet"
+    return f"Something is missing in {d.model}{at} {unnamed}{hint}."
 
 
 def _no_law(law: str, fit: float) -> str:
@@ -204,12 +220,17 @@ def in_words(d: Diagnosis) -> str:
     lines += [*parameter_lines(d), *value_lines(d), *nuisance_lines(d), *together_lines(d)]
     lines += certainty_lines(d)
     if d.kind in ("missing_physics", "unknown_physics"):
-        lines += [f"seen: {s}" for s in summary(d.regions)[:3]]
+        seen = [f"seen: {s}" for s in summary(d.regions)[:3]]
+        lines += [*seen, *([SEEN] if seen else [])]
     lines += reason_lines(d)
     lines += [f"nearest: {said}" for said in hints(d)]
     lines += [f"next: {spoken(a)}" for a in d.advice if a not in answer]
-    lines.append(f"{d.seconds:.1f} s")
+    lines.append(f"diagnosed in {d.seconds:.1f} s")
     return "\n".join(lines)
+
+
+SEEN = "  (seen: of the model as it is, fitted, on all scored samples, in that band or part alone)"
+"""What the numbers are of that say where the model fails."""
 
 
 def hints(d: Diagnosis) -> list[str]:

@@ -148,6 +148,8 @@ def test_linearised_at_rest_is_the_linear_model() -> None:
 def test_memory_and_unknown_parameters_are_refused_in_one_line() -> None:
     with pytest.raises(UnusableInput, match="carry it") as caught:
         to_nonlinear_control(program(stack_ang()))
+    with pytest.raises(UnusableInput, match=r"bondgraph\.export\.control\.to_nonlinear_control\("):
+        to_control(cubic_loop())
     assert "V_in has memory" in str(caught.value)
     system = to_nonlinear_control(cubic_loop())
     with pytest.raises(UnknownName, match="no parameter 'kk' in cubic_loop"):

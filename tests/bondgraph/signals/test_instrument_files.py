@@ -176,6 +176,63 @@ def test_filling_is_not_offered_where_it_does_not_help(column: str) -> None:
     assert "fill=" not in str(refused.value)
 
 
+@pytest.mark.parametrize("stand_in", [-9999.0, 9999.0, -999.0, 1e30, 65535.0])
+def test_numbers_that_stand_for_no_value_are_told_with_their_rows(
+    stand_in: float, tmp_path: Path
+) -> None:
+    t = 0.1 * np.arange(100)
+    x = np.sin(t)
+    spoilt = x.copy()
+    spoilt[[20, 60, 61]] = stand_in
+    path = table(tmp_path, t, spoilt)
+    with pytest.raises(UnusableInput) as refused:
+        Recording.read(path)
+    said = str(refused.value)
+    assert f"column 'x[m]': {stand_in:.9g} in rows 22, 62, 63, far outside all other" in said
+    assert "(fill=2)" in said
+    assert "\n" not in said
+    assert Recording.read(path, fill=2)["x"] == pytest.approx(x, abs=0.02)
+    with pytest.raises(UnusableInput, match=r"2 of 100 values .* row 62 \('"):
+        Recording.read(path, fill=1)
+
+
+@pytest.mark.parametrize(
+    "x",
+    [
+        np.linspace(0.0, 9999.0, 100),  # counts that reach it
+        np.where(np.arange(100) == 50, 9999.0, 0.0),  # an impulse of a round height
+        np.where(np.arange(100) < 50, 0.1 * (np.arange(100) % 7), 9999.0),  # too many for a gap
+    ],
+)
+def test_the_same_numbers_may_be_measured(x: np.ndarray, tmp_path: Path) -> None:
+    path = table(tmp_path, 0.1 * np.arange(100), x)
+    assert Recording.read(path)["x"] == pytest.approx(x)
+
+
+def test_a_single_value_far_outside_all_others_is_noted(tmp_path: Path) -> None:
+    t = 0.1 * np.arange(200)
+    x = np.sin(t)
+    x[20] = 123.0
+    r = Recording.read(table(tmp_path, t, x))
+    assert r["x"][20] == 123.0
+    (note,) = r.notes
+    assert "'x[m]' in row 22 (123)" in note
+    x[20] = 5.0
+    assert not Recording.read(table(tmp_path, t, x)).notes
+
+
+def test_the_command_names_it_before_anything_is_fitted(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    model = tmp_path / "m.py"
+    model.write_text(MODEL)
+    x = np.cos(0.1 * np.arange(200))
+    x[20] = 123.0
+    path = table(tmp_path, 0.1 * np.arange(200), x)
+    main(["diagnose", str(path), "--model", str(model), "--time", "0.001", "--quiet"])
+    assert "in row 22 (123): if the sensor" in capsys.readouterr().err
+
+
 MODEL = """
 from bondgraph import BondGraph, Dq, I, One, Se
 

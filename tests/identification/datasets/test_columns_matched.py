@@ -86,6 +86,11 @@ def test_a_map_that_is_turned_round_is_told(tmp_path: Path) -> None:
         Recording.read(file, map={"Position": "x"})
 
 
+def test_a_map_is_not_turned_onto_a_name_that_the_model_lacks(tmp_path: Path) -> None:
+    file = table(tmp_path, "t [s],F [N],x [mm]")
+    assert refused(file, carriage(), x="pos").endswith("Known: t [s], F [N], x [mm]")
+
+
 def test_a_word_of_a_header_is_near_enough(tmp_path: Path) -> None:
     file = table(tmp_path, "t [s],F [N],Coil current [A]")
     with pytest.raises(UnknownName, match=r"Did you mean 'Coil current \[A\]'"):

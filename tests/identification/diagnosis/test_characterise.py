@@ -16,7 +16,9 @@ from identification.diagnosis.catalogue.memory.creep import lagged
 from identification.diagnosis.explanation.characterisation import Character, characterise
 from identification.diagnosis.explanation.latent_signal import latent
 from identification.diagnosis.explanation.loops import cycles, loops
+from identification.diagnosis.explanation.recovered import characterised
 from identification.diagnosis.screening.port_history import PortHistory
+from tests.identification.diagnosis.rubbing_spring import diagnosed
 from tests.settled import simulate
 from tests.spring import spring
 
@@ -200,6 +202,29 @@ def test_coulomb_force_is_seen_through_a_mass_and_a_spring() -> None:
     assert seen.variable == "argument"
     assert seen.odd > 0.9
     assert seen.loops.dissipation > 0.5
+
+
+def test_of_what_no_variable_explains_nothing_more_is_said() -> None:
+    rng = np.random.default_rng(1)
+    x = lfilter([1.0], [1.0, -0.9], rng.standard_normal(3000))
+    seen = characterise(PortHistory(x, x, DT), 30 * rng.standard_normal(3000) * np.abs(x))
+    assert seen.variable == "nothing"
+    assert seen.plateau < 0.5 or seen.plateau > 2.0
+    assert seen.words == "none of the port's own variables explains it"
+
+
+def test_a_sign_that_foretells_nothing_is_no_jump() -> None:
+    t = DT * np.arange(3000)
+    x = np.sin(1.3 * t)
+    seen = characterise(PortHistory(x, x, DT), np.cos(0.31 * t))
+    assert seen.jump == 0.0
+
+
+def test_a_resistor_is_looked_at_over_its_flow() -> None:
+    """Friction jumps with the sign of its flow, not with that of the acceleration."""
+    seen = characterised(diagnosed()).traits["d"][0]
+    assert "it jumps where the motion turns" in seen.words
+    assert "energy" not in seen.words, "what is proportional to the flow is not in what was rebuilt"
 
 
 def test_what_parameters_can_imitate_is_left_out() -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import html
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +17,7 @@ from bondgraph.signals.split import stretches
 from bondgraph.support.errors import UnusableInput
 from identification.diagnosis.diagnose import Diagnosis, diagnose
 from identification.diagnosis.search.asked import asked_of
+from identification.diagnosis.verdict.lines import _value_row
 from identification.estimation.estimate import estimate
 from identification.report.readings import readings_drawn
 from identification.study.study import Study
@@ -49,6 +51,20 @@ def test_a_verdict_prints_on_a_screen(found: Diagnosis) -> None:
     assert "default-src 'none'" in html.unescape(studio)
     assert "Law plane" in studio
     assert len(studio) < 250_000
+
+
+def test_the_table_of_a_clean_diagnosis_has_its_columns(found: Diagnosis) -> None:
+    clean = replace(found, kind="explained").to_pandas()
+    assert len(clean) == 0
+    assert list(clean.columns) == list(found.to_pandas().columns)
+
+
+def test_a_number_that_is_hardly_determined_says_so_on_a_screen(found: Diagnosis) -> None:
+    assert found.repaired is not None
+    e = found.repaired.estimates[0]
+    assert "determined" not in _value_row(e, found)[2]
+    weak = replace(e, ci95=(1e-4 * e.value, e.value))
+    assert _value_row(weak, found)[2].endswith(", hardly determined")
 
 
 def test_it_draws_what_is_left(found: Diagnosis) -> None:

@@ -294,7 +294,8 @@ def test_two_effects_with_relations_traits_and_experiments(found: Diagnosis) -> 
             "d": (
                 SimpleNamespace(words="it depends on the speed", explained={"sign": 0.9}),
                 SimpleNamespace(signal=np.ones(N), explained=0.8),
-            )
+            ),
+            "away": (SimpleNamespace(words="it gives energy", explained={"time": 0.1}), None),
         },
     }
     text = page(replace(both, **told))  # type: ignore[arg-type]
@@ -308,8 +309,10 @@ def test_two_effects_with_relations_traits_and_experiments(found: Diagnosis) -> 
         "record a slow sweep: expected to tell a from b by 6.2 standard errors (1 now)",
         "It depends on the speed",
         "What d must have added",
+        "It is rebuilt from what the model as it is leaves",
     ):
         assert words in text
+    assert "at away" not in text, "a name was told elsewhere"
 
 
 PROBE = """<script>addEventListener("load", () => {
@@ -479,6 +482,12 @@ def test_numbers() -> None:
     assert percent(float("nan")) == "–"
 
 
+def test_where_it_fails_says_of_what_its_numbers_are(found: Diagnosis) -> None:
+    said = str(as_kind(found, "missing_physics"))
+    assert said.count("seen: of the model as it is, fitted, on all scored samples") == 1
+    assert said.index("seen: from" if "seen: from" in said else "seen: ") < said.index("(seen: of")
+
+
 def test_no_rival_explains_more_than_everything(found: Diagnosis) -> None:
     """Though the floor may have been read above what the repair leaves."""
     step = found.decision
@@ -500,12 +509,26 @@ def test_of_what_leaves_less_than_the_noise_no_factor_is_told(
     assert step.chosen is not None
     best = step.chosen.blocks
     worse = best + np.random.default_rng(0).uniform(1.0, 2.0, best.size)
-    others = (t for t in step.trials or found.trials if t.effect != "unknown")
+    others = [t for t in step.trials or found.trials if t.effect != "unknown"]
     lost = tuple(replace(t, test=0.9, blocks=worse) for t in others)
     low = replace(step, chosen=replace(step.chosen, test=0.5), trials=lost)
     said = [s.why for s in standings(replace(found, steps=(low,)), low)]
     assert any("leaves more than" in w for w in said)
     assert not any("nan" in w for w in said)
+    # what is told is the quotient of what the table shows
+    chosen = replace(step.chosen, test=1.21)
+    lost = tuple(replace(t, test=4 * 1.21, blocks=worse) for t in others)
+    high = replace(step, chosen=chosen, trials=(*lost,))
+    told = {s.why for s in standings(replace(found, steps=(high,)), high) if s.role == "lost"}
+    assert told == {"leaves 2 times as much"}
+    monkeypatch.setattr(
+        "identification.diagnosis.explanation.rivals.strength_shown", lambda t: False
+    )
+    for factor, wanted in ((4 * 1.21, "not determined"), (0.99 * step.nominal, "does not differ")):
+        lost = tuple(replace(t, test=factor, blocks=worse) for t in others)
+        none = replace(high, trials=lost)
+        told = {s.why for s in standings(replace(found, steps=(none,)), none) if s.role == "lost"}
+        assert [wanted in w for w in told] == [True]
     old = verdict(as_kind(found, "missing_physics"))
     for t in old["steps"][0]["tried"]:
         t["why"] = "leaves nan times as much above the noise"

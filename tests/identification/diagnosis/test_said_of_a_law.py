@@ -26,7 +26,7 @@ from bondgraph.signals.recording import Split
 from bondgraph.support.errors import UnusableInput
 from identification.datasets.opening import match_by_unit
 from identification.diagnosis.catalogue import by_name
-from identification.diagnosis.explanation.law_formula import in_symbols, meaning_of
+from identification.diagnosis.explanation.law_formula import in_symbols, meaning_of, own_value
 from identification.diagnosis.explanation.notes import notes_on_size, taken_over
 from identification.diagnosis.localisation.recording.variables import (
     displacement_words,
@@ -38,6 +38,7 @@ from identification.diagnosis.search.asked import asked_of
 from identification.diagnosis.verdict.document import law_constants
 from identification.diagnosis.verdict.reading import parse_verdict
 from identification.diagnosis.verdict.said_again import retold
+from identification.diagnosis.verdict.text import _called
 from identification.estimation.single_record import fit
 from identification.study.problem import Data, Problem
 from tests.identification.diagnosis.effect_plants import scene
@@ -104,6 +105,20 @@ def test_numbers_that_no_fit_moved_are_given() -> None:
     v = parse_verdict(json.dumps(verdict("missing_physics", finding(constants=given))))
     said = " ".join(retold(v).split())
     assert "Of its law, not fitted: centre_1_k = 0.001 m; half_1_k = 0.002 m." in said
+
+
+def test_what_the_elements_own_value_means_is_said() -> None:
+    spring_with = spring().with_element("k", law=series())
+    assert own_value(trial(spring_with, "k")).startswith("k itself is the value in the middle of")
+    assert own_value(trial(spring(), "k")) == ""
+    d = "what its power of z = (argument - centre)/half adds at z = 1, the end of the range"
+    assert meaning_of("a_3_k", trial(spring_with, "k")) == d
+
+
+def test_a_capacitor_has_no_stiffness_in_the_headline() -> None:
+    stores = C("C_x", 1e-6, unit="F"), C("k", stiffness=1.0, unit="N/m")
+    said = [_called("nonlinear stiffness", e) for e in stores]
+    assert said == ["nonlinear capacitance (nonlinear stiffness)", "nonlinear stiffness"]
 
 
 def geared() -> BondGraph:

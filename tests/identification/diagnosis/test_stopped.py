@@ -177,6 +177,8 @@ def test_without_a_step_it_says_what_the_model_leaves(word: str, tmp_path: Path)
     assert d.left is not None
     assert d.left.most > d.limits.noise
     assert d.left.words in str(d)
+    assert sentence(d).startswith("The search was stopped before all was tried: something is mis")
+    assert "cannot name" not in sentence(d)
     assert bool(d.ranking) == (word != "screening")
     assert d.report(tmp_path).exists()
     found = read_verdict(tmp_path / "verdict.json")

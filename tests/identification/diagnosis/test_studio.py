@@ -25,7 +25,8 @@ from identification.diagnosis.diagnose import Diagnosis, diagnose
 from identification.diagnosis.explanation.next_experiment import Experiment
 from identification.diagnosis.explanation.recovered import characterised
 from identification.diagnosis.report.found import confidence_of, warmth_of
-from identification.diagnosis.studio import page, write_report
+from identification.diagnosis.studio import law_plane, page, write_report
+from identification.diagnosis.studio.beside_repair import beside_repair
 from identification.diagnosis.studio.content import content
 from identification.diagnosis.studio.law_plane import planes
 from identification.diagnosis.studio.live import LiveStudio
@@ -91,7 +92,7 @@ def test_planes_of_a_search_on_fewer_samples_than_are_shown(found: Diagnosis) ->
 
 def test_readings_and_what_is_left_are_the_fits(found: Diagnosis, shown: dict[str, Any]) -> None:
     (reading,) = shown["readings"]
-    assert shown["labels"] == ["nominal", "repaired"]
+    assert shown["labels"] == ["the model as it is, fitted", "repaired"]
     assert found.data is not None
     assert found.repaired is not None
     left = numbers(reading["left"][1])
@@ -102,6 +103,38 @@ def test_readings_and_what_is_left_are_the_fits(found: Diagnosis, shown: dict[st
     band = reading["correlations"][1]["band"]
     assert np.abs(before).max() > 10 * band
     assert np.mean(np.abs(after) < band) > 0.8
+
+
+def test_several_recordings_stand_with_their_names(found: Diagnosis) -> None:
+    assert found.data is not None
+    assert content(found)["files"] == []
+    parts = [
+        {"name": n, "sha256": "", "samples": k}
+        for n, k in (("slow", 200), ("fast", found.data.n - 200))
+    ]
+    joined = replace(found.recording, meta={**found.recording.meta, "parts": parts})
+    slow, fast = content(replace(found, recording=joined))["files"]
+    time = found.data.time
+    assert (slow["name"], slow["from"], slow["to"]) == ("slow", time[0], time[199])
+    assert (fast["name"], fast["from"], fast["to"]) == ("fast", time[200], time[-1])
+
+
+def test_a_law_is_not_drawn_with_an_offset_that_it_took_over(
+    found: Diagnosis, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def shifted(*given: Any) -> Any:
+        own = beside_repair(*given)
+        return own if own is None else replace(own, output=own.output + 40 * FORCE)
+
+    monkeypatch.setattr(law_plane, "_imitated", lambda *_: (0,))
+    monkeypatch.setattr(law_plane, "beside_repair", shifted)
+    plane = planes(found)["of"]["d"]
+    points, line = numbers(plane["y"]), numbers(plane["nominal"]["y"])
+    assert points.min() < line.mean() < points.max()
+    assert "drawn at the level of the points" in plane["open"]
+    monkeypatch.setattr(law_plane, "_imitated", lambda *_: ())
+    plane = planes(found)["of"]["d"]
+    assert numbers(plane["nominal"]["y"]).max() < numbers(plane["y"]).min()
 
 
 def test_the_misfit_by_the_state_of_a_port_is_high_before_and_noise_after(
@@ -342,7 +375,8 @@ def test_keys_walk_and_zoom_and_a_law_is_switched(tried: dict[str, Any]) -> None
     assert max(tried["widths"]) > min(tried["widths"])
     assert "Coulomb friction is missing" in tried["said"]
     assert min(tried["ports"]) > 1000
-    assert re.match(r"at \S+ s: measured \S+, nominal \S+, repaired \S+$", tried["at"])
+    model = r"the model as it is, fitted: \S+ mm"
+    assert re.match(rf"x at \S+ s – measured: \S+ mm; {model}; repaired: \S+ mm$", tried["at"])
 
 
 @browser

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -15,6 +16,7 @@ from identification.diagnosis.localisation.recording import axes_of, where, word
 from identification.diagnosis.localisation.recording.bands import bands, spectrum
 from identification.diagnosis.localisation.recording.binned import heat_map, profile
 from identification.diagnosis.localisation.recording.history import since_turning, turning_points
+from identification.diagnosis.localisation.recording.ranking import _Found, distinct
 from identification.diagnosis.localisation.recording.region import multiple
 from identification.diagnosis.localisation.recording.scan import contrast, densest, stretches
 from identification.diagnosis.localisation.recording.variables import variables_of
@@ -35,6 +37,20 @@ def motion(seed: int = 3) -> Array:
     phase = np.random.default_rng(seed).uniform(0, 2 * np.pi, 5)
     rates = (0.31, 0.53, 0.87, 1.31, 1.97)
     return np.asarray(sum(np.sin(2 * np.pi * f * t + p) for f, p in zip(rates, phase, strict=True)))
+
+
+def band(high: float, share: float, channel: str = "x") -> Any:
+    found = Region(
+        "frequency", 0.1, high, share, 100 * share / high, "Hz", channel, "frequency", "", 9.0, 9.0
+    )
+    return _Found(found, None, found.gain)
+
+
+def test_a_wider_band_that_adds_hardly_any_misfit_is_not_listed() -> None:
+    narrow = band(3.0, 0.98)
+    assert distinct([narrow, band(30.0, 1.0)]) == (narrow.region,)
+    assert len(distinct([narrow, band(30.0, 1.0, "y")])) == 2, "another reading"
+    assert len(distinct([band(3.0, 0.5), band(30.0, 1.0)])) == 2, "half of it lies outside"
 
 
 def fitted(extra: Array, seed: int = 0) -> Fit:

@@ -185,7 +185,11 @@ def test_the_last_third_is_held_out(count: int, held: int) -> None:
     split = split_of([plain()] * count)
     edge = 5 * (count - held)
     assert (split.train, split.test) == (slice(0, edge), slice(edge, 5 * count))
-    assert f"last {held} of {count}" in split.rule
+    assert split.rule == (
+        f"the last {held} of {count} recordings are held out"
+        if held > 1
+        else f"the last of {count} recordings is held out"
+    )
 
 
 @pytest.mark.parametrize(

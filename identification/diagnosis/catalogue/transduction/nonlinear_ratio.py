@@ -51,8 +51,9 @@ class NonlinearRatio(Effect):
     )
     source = "Karnopp, Margolis and Rosenberg, System Dynamics (modulated two-ports)"
     meanings: ClassVar[Mapping[str, str]] = {
-        "a_1": "change of the ratio along the way, over half of it",
-        "a_2": "change of the ratio towards both ends",
+        "a_1": "share by which the ratio rises from the middle to the upper end, and falls to the "
+        "lower one",
+        "a_2": "share by which it changes from the middle towards both ends, beside that",
         "centre": "middle of the way, zero for a current",
         "span": "half of the way, or the largest current",
         "top": "where the ratio is largest, from the middle of the way",

@@ -19,6 +19,8 @@ MOST = 12
 CERTAIN = 4.0
 DENSE = 1.2
 ALIKE = 0.5
+MOSTLY = 0.9
+"""Part of a wider band's misfit in a narrower one with which the wider says nothing more."""
 PREFERRED = 1.1
 
 
@@ -114,7 +116,14 @@ def _alike(a: _Found, b: _Found) -> bool:
             return False
         low, high = max(a.region.low, b.region.low), min(a.region.high, b.region.high)
         span = max(a.region.high, b.region.high) - min(a.region.low, b.region.low)
-        return high - low > ALIKE * span
+        return high - low > ALIKE * span or _adds_little(a.region, b.region)
     both = float(np.sum(a.inside & b.inside))
     either = float(np.sum(a.inside | b.inside))
     return either > 0 and both / either > ALIKE
+
+
+def _adds_little(a: Region, b: Region) -> bool:
+    """Whether of two bands of one reading the wider has hardly more misfit than the other in it."""
+    wide, narrow = (a, b) if a.high - a.low > b.high - b.low else (b, a)
+    within = wide.low <= narrow.low and narrow.high <= wide.high
+    return a.channel == b.channel and within and narrow.share > MOSTLY * wide.share

@@ -46,7 +46,7 @@ function unpack() {
 }
 
 const only = () => data.labels.length === 1;
-const ink = k => only() ? (data.labels[0] === 'nominal' && data.missing.length === 0 ? 'after' : 'before') : inks[k];
+const ink = k => only() ? (data.missing.length === 0 ? 'after' : 'before') : inks[k];
 
 function build() {
   const walk = {walked: p => walkTo(p[0]), pointed: p => walkTo(p[0]), brushed: r => brushTime(r[0], r[1])};
@@ -116,7 +116,11 @@ function bands() {
   const chosen = runs().map(([a, b]) => ({from: a, to: b, ink: 'pick', alpha: 0.22}));
   const bare = parts.map(p => ({...p, label: ''}));
   plots.recording.bands = [...parts, ...chosen];
-  plots.strip.bands = [...bare, ...worst('time'), ...chosen];
+  const files = data.files.flatMap((f, i) => [
+    {from: f.from, to: f.to, ink: 'soft', alpha: 0, label: f.name},
+    ...(i ? [{from: f.from, to: f.from, ink: 'soft', alpha: 0.6}] : []),
+  ]);
+  plots.strip.bands = [...bare, ...worst('time'), ...chosen, ...files];
   plots.left.bands = [...bare, ...chosen];
   plots.spectrum.bands = worst('frequency').map((r, i) => ({...r, below: i, from: Math.log10(Math.max(r.from, 1e-9)), to: Math.log10(r.to)}));
   for (const n of ['recording', 'strip', 'left', 'spectrum']) plots[n].later();
@@ -162,7 +166,7 @@ function choose(name) {
   plot.points = {...off(p), hue: p.hue, picked: state.picked, near: null};
   plot.rect = null;
   $('laws').replaceChildren();
-  for (const law of [{label: 'nominal law', line: nominal}, ...laws.map(l => ({label: l.label, line: l}))]) {
+  for (const law of [{label: 'law of the model as it is, fitted', line: nominal}, ...laws.map(l => ({label: l.label, line: l}))]) {
     const label = made('label', '', $('laws')), box = made('input', '', label), k = made('span', '', label);
     box.type = 'checkbox'; box.checked = law.line.on !== false;
     box.addEventListener('change', () => { law.line.on = box.checked; plot.later(); });
@@ -279,7 +283,8 @@ function walkTo(t) {
   const at = Math.min(planeTime.length - 1, Plot.find(planeTime, state.cursor));
   if (plots.plane.points) { plots.plane.points.near = at; plots.plane.later(); }
   const r = readings[state.reading], k = Math.min(time.length - 1, Plot.find(time, state.cursor));
-  $('at').textContent = `at ${time[k].toPrecision(4)} s: ${[r.measured, ...r.fits].map((y, i) => `${['measured', ...data.labels][i]} ${short(y[k])}`).join(', ')}`;
+  const said = (y, i) => `${['measured', ...data.labels][i]}: ${short(y[k])}${r.unit && ' ' + r.unit}`;
+  $('at').textContent = `${r.name} at ${time[k].toPrecision(4)} s \u2013 ${[r.measured, ...r.fits].map(said).join('; ')}`;
   for (const g of document.querySelectorAll('#graph .bond')) {
     const p = planes[g.dataset.head] || planes[g.dataset.tail];
     const wide = p && p.most > 0 ? 1.7 + 5 * Math.sqrt(Math.abs(p.power[at]) / p.most) : 1.7;
