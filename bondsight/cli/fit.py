@@ -80,8 +80,9 @@ def _fit(options: argparse.Namespace) -> int:
         before = preflight(study)
     except LinAlgError:
         before = ()  # the fit says which start values have no equations
-    for finding in before:
-        print(f"bondsight: warning: {finding}", file=sys.stderr)
+    # what moves beside the start values may be those: it is told where the fit leaves it
+    drifts = tuple(f for f in before if f.kind == "drift")
+    _warn(f for f in before if f not in drifts)
     with Bar(options.quiet) as bar:
         found, starts = _run(options, study, bar)
         found, again, mistakes = _looked_again(options, study, found, bar)
@@ -94,6 +95,10 @@ def _fit(options: argparse.Namespace) -> int:
         mistakes, postflight(found),
     )  # fmt: skip
     write_values(found, values, judgement.material.tied)
+    if all(c.judged.at_floor for c in judgement.channels):
+        before = tuple(f for f in before if f not in drifts)
+    else:
+        _warn(drifts)
     report = write_report(judgement, options.out / "fit.html", findings=before, command=command)
     if options.json:
         print(values.read_text(encoding="utf-8"), end="")
@@ -106,6 +111,11 @@ def _fit(options: argparse.Namespace) -> int:
         print("bondsight: cancelled; the best values so far are kept", file=sys.stderr)
         return INTERRUPTED
     return 0
+
+
+def _warn(findings: Iterable[Finding]) -> None:
+    for finding in findings:
+        print(f"bondsight: warning: {finding}", file=sys.stderr)
 
 
 def _require_starts_run_so(options: argparse.Namespace) -> None:

@@ -203,17 +203,30 @@ class FitView:
     def elsewhere(self, shift: float = 0.1, seed: int = 0) -> Sensitivities:
         """Return the sensitivities at parameters moved by about `shift` (relative).
 
-        A combination that is constant along a flat direction is so there too.
+        A combination that is constant along a flat direction is so there too. Where the model
+        overflows there, they are moved by less; where it always does, not at all.
         """
         rng = np.random.default_rng(seed)
-        theta = self.point.theta.copy()
+        ways = [rng.uniform(-1, 1) for _ in self.parameters]
         lower, upper = self.stack.bounds
-        for u in self.parameters:
-            theta[u.place] += shift * rng.uniform(-1, 1)
         here = self.point.theta  # one that was restored may be beyond a bound
-        theta = np.clip(theta, np.minimum(lower, here), np.maximum(upper, here))
-        moved = JointPoint(theta, self.point.states)
-        return fitted(self.stack, moved).sensitivities
+        for part in PARTS:
+            theta = here.copy()
+            for u, way in zip(self.parameters, ways, strict=True):
+                theta[u.place] += part * shift * way
+            theta = np.clip(theta, np.minimum(lower, here), np.maximum(upper, here))
+            moved = JointPoint(theta, self.point.states)
+            made = tuple(self.stack.evaluate(moved))
+            if (
+                all(np.isfinite(e.residual).all() for e in made)
+                and np.isfinite(self.stack.projected(made, moved)).all()
+            ):
+                return fitted(self.stack, moved, made).sensitivities
+        return self.sensitivities
+
+
+PARTS = (1.0, 0.3, 0.1, 0.03)
+"""Of a shift, tried in turn until the model answers with numbers."""
 
 
 def fitted(

@@ -94,7 +94,8 @@ def rich_jacobian(
                 why = str(refusal)
                 continue
             for c in range(y.shape[1]):
-                level = float(np.sqrt(np.mean(y[:, c] ** 2)))
+                with np.errstate(all="ignore"):  # what runs away is left out
+                    level = float(np.sqrt(np.mean(y[:, c] ** 2)))
                 if np.isfinite(dy[:, c]).all() and np.isfinite(level) and level > 0:
                     rows.append(dy[:, c, : len(place)] * relative / level)
     if not rows:

@@ -235,7 +235,8 @@ def _drift(name: str, p: Problem, y: FloatArray) -> Iterator[Finding]:
         error = float(block_means(left, 20).std() / np.sqrt(20)) * np.sqrt(12.0)
         if abs(slope) > max(0.2 * float(measured.std()), 6 * error, 10 * p.data.floor[c]):
             yield Finding(
-                "drift", f"{n} moves by {slope:.3g} over the record beside what the commands make",
+                "drift",
+                f"{n} moves by {slope:.3g} (SI) over the record beside what the commands make",
                 f"{name}, {n}", "slow physics that the model lacks (heating, creep), or the sensor",
                 "add it to the model or let a diagnosis name it; take out only what drifts in "
                 "the sensor itself",

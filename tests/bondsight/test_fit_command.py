@@ -247,6 +247,18 @@ def test_suspect_readings_are_said_in_words(
     assert any(line.startswith("bondsight: ") and said in line for line in lines)
 
 
+@pytest.mark.parametrize(("rise", "told"), [(0.0, False), (0.05, True)])
+def test_drift_is_told_where_the_fit_leaves_it(
+    rise: float, told: bool, model: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Beside wrong start values a slow plant had been told to drift, before it was fitted."""
+    u = np.cumsum(force(500, 3)) * 0.05
+    x = moved(model, u, k=450.0) + rise * np.linspace(-1.0, 1.0, 500)
+    run = table(tmp_path / "run.csv", "t[s],F[N],x[m]", np.arange(500) / RATE, u, x)
+    main(["fit", str(run), "--model", str(model), "--out", str(tmp_path / "out")])
+    assert ("drift" in capsys.readouterr().err) is told
+
+
 def test_bounds_that_exclude_the_truth(
     model: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

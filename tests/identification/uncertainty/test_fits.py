@@ -187,3 +187,27 @@ def test_recordings_with_values_of_their_own_and_windows() -> None:
 def test_broken_fits_are_not_judged() -> None:
     e = replace(found(), cost=float("inf"))
     assert [f.kind for f in postflight(e)][-1] == "not judged"
+
+
+def test_beside_a_fit_that_overflows_there_sensitivities_are_those_nearer_by(
+    fit: FitView, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A tank whose rim was moved by a tenth ran away, and with it the whole answer."""
+    stack, usual = type(fit.stack), type(fit.stack).evaluate
+    far = 0.02
+
+    def evaluate(self: object, point: object, **more: object) -> object:
+        made = usual(self, point, **more)  # type: ignore[arg-type]
+        if np.abs(point.theta - fit.point.theta).max() <= far:  # type: ignore[attr-defined]
+            return made
+        return tuple(
+            replace(e, residual=np.full_like(e.residual, np.nan), jacobian=e.jacobian * np.nan)
+            for e in made
+        )
+
+    monkeypatch.setattr(stack, "evaluate", evaluate)
+    near = fit.elsewhere()
+    moved = np.abs(np.log(np.array(near.values) / np.array(fit.sensitivities.values)))
+    assert 0.0 < moved.max() <= far
+    far = -1.0
+    assert fit.elsewhere() is fit.sensitivities
