@@ -44,8 +44,8 @@ class Overflow(SharedSlope):
     name: ClassVar[str] = "overflow"
     meanings: ClassVar[Mapping[str, str]] = {
         "k_own": "slope of the store",
-        "depth": "how far the rim lies below the reference level",
-        "top": "reference level",
+        "depth": "how far the rim lies below top: it spills above a content of top - depth",
+        "top": "a content that is never reached, from which the rim is counted down",
     }
     energy: ClassVar[str] = "dissipates"
     follows: ClassVar[tuple[bool, ...]] = (False,)
