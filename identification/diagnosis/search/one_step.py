@@ -350,7 +350,11 @@ def gained(law: Scored, plain: BlockScore) -> float:
 
 
 def best_form(forms: Sequence[Scored], simple: Scored, limits: Thresholds) -> Scored | None:
-    """Return the form with the fewest numbers among the best, None if the simple law will do."""
+    """Return the form with the fewest numbers among the best, None if the simple law will do.
+
+    One whose own strengths may be zero is no form of that effect (a damper that is as steep either
+    way is no uneven one), unless a memory gives all numbers one scale that nobody tells.
+    """
     if simple.left.most <= limits.noise:
         return None
     rest = simple.score.square - 1.0
@@ -359,12 +363,17 @@ def best_form(forms: Sequence[Scored], simple: Scored, limits: Thresholds) -> Sc
         if f.trial.itself and simple.score.behind(f.score) > limits.z
         and f.trial.test < simple.trial.test
         and (f.left.most <= limits.noise or simple.score.square - f.score.square > MOSTLY * rest)
+        and (f.trial.insertion.kind == "memory" or not _vanishes(f.trial))
     ]  # fmt: skip
     if not better:
         return None
     best = min(better, key=lambda f: f.score.loss)
     alike = [f for f in better if f is best or f.score.behind(best.score) < limits.z]
     return min(alike, key=lambda f: len(f.trial.fit.problem.free))
+
+
+def _vanishes(form: Candidate) -> bool:
+    return _may_vanish(form.fit, form.insertion.strengths)
 
 
 def unexplained(decision: Decision, evidence: Evidence) -> bool:

@@ -8,14 +8,18 @@ from typing import Any
 
 import numpy as np
 
-from bondgraph.laws import DigressiveDamping
+from bondgraph.laws import Coulomb, DigressiveDamping
+from bondgraph.signals.recording import Recording
 from identification.diagnosis.catalogue.effect import Hint
 from identification.diagnosis.catalogue.friction.asymmetric_damping import AsymmetricDampingEffect
+from identification.diagnosis.diagnose import diagnose
 from identification.diagnosis.explanation.law_formula import in_symbols
-from identification.diagnosis.search.candidates import Candidate
+from identification.diagnosis.search.candidates import Candidate, DiagnosisOptions
 from identification.estimation.single_record import fit, start_cost
 from identification.study.problem import Problem
 from tests.identification.diagnosis.effect_plants import response, scene
+from tests.settled import simulate
+from tests.spring import spring
 
 TRUTH = {"d": 6.0, "d_a_d": -2.5, "f_d_d": 0.6}
 
@@ -50,3 +54,17 @@ def test_its_formula_is_written_without_the_straight_line() -> None:
     held: Any = SimpleNamespace(problem=SimpleNamespace(graph=form.graph))
     said = in_symbols(Candidate(form, True, held, 1.0, 1.0, np.ones(1)))
     assert said == "force of d = (d*v + d_a_d*|v|)/(1 + |v|/f_d_d), where v is the velocity of d"
+
+
+def test_a_damper_that_is_as_steep_either_way_is_no_uneven_one() -> None:
+    """Without the laws of friction a flat damper stood for them, uneven by name."""
+    t = np.asarray(0.01 * np.arange(1200), np.float64)
+    u = 4 * np.sin(2 * np.pi * 0.7 * t) + 3 * np.sin(2 * np.pi * 2.3 * t)
+    rubbing = simulate(spring().with_element("d", law=Coulomb(0.5)), t, {"F": u})
+    x = rubbing["x"] + 1e-5 * np.random.default_rng(1).standard_normal(t.size)
+    recording = Recording("run", t, {"F": u, "x": x}, {"F": "N", "x": "m"})
+    away = ("coulomb_friction", "stribeck_friction", "presliding_friction")
+    options = DiagnosisOptions(jobs=1, keep=1, more=2, effects=1, without=away)
+    found = diagnose(spring(), recording, options=options)
+    assert found.kind == "unknown_physics"
+    assert [s.physics for s in found.findings] == ["dissipative"]
