@@ -95,7 +95,7 @@ def _fit(options: argparse.Namespace) -> int:
         mistakes, postflight(found),
     )  # fmt: skip
     write_values(found, values, judgement.material.tied)
-    if all(c.judged.at_floor for c in judgement.channels):
+    if all(c.judged.at_floor and not c.judged.misread for c in judgement.channels):
         before = tuple(f for f in before if f not in drifts)
     else:
         _warn(drifts)

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import numpy as np
+
 from identification.diagnosis.evidence.hypotheses import Evidence, Scored, Thresholds
 from identification.diagnosis.evidence.kind_score import KindScore
 from identification.diagnosis.evidence.kinds_told import EXACT, FAR, SHAPELESS
@@ -49,7 +51,7 @@ def borne_elsewhere(law: Scored, e: Evidence, t: Thresholds) -> bool:
     command, which has no past.
     """
     own = (k for k in _own(law, e) if k.kind not in (*SHAPELESS, "command"))
-    far = any(k.score.behind(law.score) > FAR * t.z for k in own)
+    far = any(FAR * t.z < k.score.behind(law.score) < np.inf for k in own)
     return far and any(
         k.element != law.element and k.score.behind(law.score) < t.z for k in e.kinds
     )

@@ -125,7 +125,9 @@ def _deeper(base: Fit, best: Fit, task: SearchTask) -> Fit | None:
 def _weighed(base: Fit, best: Fit, task: SearchTask) -> Fit | None:
     floor = misread(best, task.given)
     other = None if floor is None else weighed_by(base, floor)
-    return None if other is None or other.status is FitStatus.BROKEN else other
+    if other is None or other.status is FitStatus.BROKEN:
+        return None
+    return deeper(other, best.values) or other  # beside less noise another minimum may show
 
 
 def _held_to_noise(decisions: tuple[Decision, ...], limits: Thresholds) -> tuple[Decision, ...]:

@@ -338,7 +338,7 @@ def _left_of(result: Fit, given: Collection[str]) -> Array:
     steps = np.array([data.resolution.get(n, 0.0) for n in data.names])
     least = np.maximum(least, steps / np.sqrt(12.0))
     known = np.array([n in given for n in data.names])
-    return np.where(known, data.floor, np.minimum(data.floor, np.maximum(level, least)))
+    return np.where(known, data.floor, np.fmin(data.floor, np.maximum(level, least)))
 
 
 def weighed_by(result: Fit, floor: Array) -> Fit:
@@ -355,7 +355,8 @@ def misread(best: Fit, given: Collection[str] = ()) -> Array | None:
     before = best.problem.data.floor
     if (_left_of(best, given) > FAR_LESS * before).all():
         return None
-    return held_to_residual(best, given).problem.data.floor
+    floor = held_to_residual(best, given).problem.data.floor
+    return None if np.array_equal(floor, before) else floor
 
 
 def as_searched(nominal: Fit, base: Fit) -> Fit:
@@ -363,8 +364,10 @@ def as_searched(nominal: Fit, base: Fit) -> Fit:
     if base.problem.data.n == nominal.problem.data.n:
         return base
     found, floor = deeper(nominal, base.values) or nominal, base.problem.data.floor
-    same = np.array_equal(floor, found.problem.data.floor)
-    return found if same else weighed_by(found, floor)
+    if np.array_equal(floor, found.problem.data.floor):
+        return found
+    again = weighed_by(found, floor)
+    return found if again.status is FitStatus.BROKEN else again
 
 
 FAR_LESS = 0.5
