@@ -47,4 +47,5 @@ from bondgraph.laws.stop_sum import StopSum as StopSum
 from bondgraph.laws.table import TableLaw as TableLaw
 from bondgraph.laws.timed_slope import TimedSlope as TimedSlope
 from bondgraph.laws.tone import Tone as Tone
+from bondgraph.laws.warm_up import WarmUp as WarmUp
 from bondgraph.laws.wrapping import Wrapping as Wrapping

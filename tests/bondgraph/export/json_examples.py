@@ -61,6 +61,7 @@ from bondgraph.laws import (
     TimedSlope,
     Tone,
     Viscous,
+    WarmUp,
     Wrapping,
 )
 from tests.bondgraph.hysteresis.examples import EXAMPLES
@@ -117,6 +118,7 @@ LAW_EXAMPLES: dict[str, Law] = {
     "growing_damping": GrowingDamping(0.1, 0.3, 0.2, 2.0, "N*m*s/rad3", "rad"),
     "self_heating": SelfHeating(-0.1, 3.0, 0.2),
     "tone": Tone(7.0, 0.05, 3.0, "V", False),
+    "warm_up": WarmUp(3.0, 0.2, "V"),
     "onset": Onset(2.0, 0.1, 0.3, 4.0, "V", True, False),
     "push": Push(2.0, 0.1, 0.3, 4.0, "V", True, False, 3.0),
     "ageing": Ageing(30.0, 0.2, "N/m"),

@@ -8,7 +8,7 @@ import pytest
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import C, I, One, R, Se
 from bondgraph.graph.sensors import Dq
-from bondgraph.laws import Ageing, Law, Odometer, Onset, Periodic, Push, TimedSlope, Tone
+from bondgraph.laws import Ageing, Law, Odometer, Onset, Periodic, Push, TimedSlope, Tone, WarmUp
 from bondgraph.support.ops import NUMPY
 from tests.bondgraph.laws.back_ends import back_ends_agree
 from tests.settled import simulate
@@ -22,6 +22,7 @@ LAWS: tuple[Law, ...] = (
     Ageing(2.0),
     TimedSlope(Tone(3.0, 0.5, free_standing=False)),
     TimedSlope(Onset(0.15, 0.05, free_standing=False)),
+    WarmUp(0.2),
     Periodic(0.3),
     Odometer(),
 )
@@ -46,6 +47,7 @@ def test_start_values_do_not_change_the_structure() -> None:
     assert Onset(0.4).structure != Onset(0.4, ramp=True).structure
     assert Push(0.4).structure == Push(0.9, end=3.0).structure != Push(ramp=True).structure
     assert Ageing(2.0).structure == Ageing(9.0).structure
+    assert WarmUp(2.0).structure == WarmUp(9.0, 3.0).structure
     made = [TimedSlope(Tone(f, free_standing=False)) for f in (3.0, 7.0)]
     assert made[0].structure == made[1].structure
     assert made[0].structure != TimedSlope(Onset(free_standing=False)).structure
@@ -109,6 +111,6 @@ def test_an_ageing_spring_and_an_odometer() -> None:
 
 def test_laws_of_time_say_so() -> None:
     """Fits on windows let their clocks go on instead of starting anew."""
-    for law in (Tone(), Onset(), Push(), Ageing()):
+    for law in (Tone(), Onset(), Push(), Ageing(), WarmUp()):
         assert law.counts_time
         assert law.n_memory == 1
