@@ -234,9 +234,9 @@ def _fits(law: Scored, kinds: Sequence[KindScore], e: Evidence, t: Thresholds) -
         here = k.kind == own and k.element == law.element
         return explained(k, e.plain, best.score, usual=here or odd or e.along)
 
-    # what an approximate law leaves looks like another effect: a further one has to fit exactly
-    near = min(NEAR, t.law) if _alone(law, kinds, e.classes) else t.law
-    least = EXACT if e.named or odd else near
+    # what an approximate law leaves may look like another effect
+    alone = not e.named and _alone(law, kinds, e.classes)
+    least = EXACT if odd else min(NEAR, t.law) if alone else t.law
     rivals = e.kinds if odd else kinds
     return explained(law, e.plain, best.score) >= least * max(map(part, rivals), default=0.0)
 

@@ -466,16 +466,16 @@ def test_a_reading_that_is_no_number_is_no_noise(readings: dict[str, float]) -> 
     assert Case(0.0, Remaining(readings, True, 0.0)).decided().kind == "unknown_physics"
 
 
-def test_a_further_effect_has_to_fit_exactly() -> None:
+def test_a_further_effect_has_to_fit_closer_than_the_first() -> None:
     """What an approximate law leaves looks like another effect."""
-    misfit = 5.0 * float(np.sqrt(0.04))
 
-    def answer(*named: str) -> str:
-        case = Case(5.0, named=named).law("coulomb_friction at d", misfit)
+    def answer(left: float, *named: str) -> str:
+        case = Case(5.0, named=named).law("coulomb_friction at d", 5.0 * float(np.sqrt(left)))
         return case.kind("dissipative", "d", 0.0).decided().kind
 
-    assert answer() == "missing_physics"
-    assert answer("k") == "unknown_physics"
+    assert answer(0.08) == "missing_physics"
+    assert answer(0.08, "k") == "unknown_physics"
+    assert answer(0.04, "k") == "missing_physics"
 
 
 def test_the_plainest_kind() -> None:
