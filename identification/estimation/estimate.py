@@ -30,6 +30,7 @@ from identification.estimation.holds import UNSURE, beyond, chosen, lateness, po
 from identification.estimation.levenberg_marquardt import FitStatus, foreseen
 from identification.estimation.methods import METHODS
 from identification.estimation.methods.method import FitOptions, FitTask, Method, MethodSolution
+from identification.estimation.near_start import FAR_OFF, near_start
 from identification.estimation.result import Estimation, simulate_validation
 from identification.estimation.settling import carried_setting, same_setting, settled_setting
 from identification.estimation.threads import calm
@@ -40,7 +41,7 @@ from identification.study.study import ESTIMATED, SettledSetting, Study
 
 Progress = Callable[[str, float], None]
 ROUNDS = 8
-FAR_OFF, PATIENT = 10.0, 1e-6
+PATIENT = 1e-6
 ROUGH = 1e-3
 """Tolerance while noise and sub-steps are not settled."""
 DOUBLINGS = 6
@@ -306,6 +307,8 @@ def _settled(
         steps = _at_least(setting.n_sub, hold)
         setting = replace(setting, hold=hold, n_sub=steps, n_fine=steps)
     point = start.point if isinstance(start, Estimation) else start
+    if point is None and method.name == "single_shooting":
+        point = near_start(study.stack(setting))
     rough = replace(options, tolerance=max(options.tolerance, ROUGH))
     if method.hears_noise:
         rough = options

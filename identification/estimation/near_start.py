@@ -1,0 +1,39 @@
+"""Where a fit begins: with nuisances and initial states fitted, if that is all that is wrong."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from identification.estimation.levenberg_marquardt import foreseen, minimise
+from identification.study.joint import JointPoint, JointProblem
+
+__all__ = ["FAR_OFF", "near_start"]
+
+FAR_OFF = 10.0
+"""Mean square over the noise from which a fit is far from it."""
+PROMISING = 100.0
+"""Mean square that a first step has to promise."""
+FEW = 4
+"""Steps of nuisances alone."""
+
+
+def near_start(stack: JointProblem) -> JointPoint:
+    """Return the start values, their nuisances fitted where the values then explain the recordings.
+
+    Values that are right beside an offset or an initial state that is not would be bent by the
+    first steps, and a law with kinks holds them in the valley where they get.
+    """
+    start, own = stack.start(), stack.of_model
+    if not own or (len(own) == stack.n and not any(p.free_states.size for p in stack.problems)):
+        return start
+    found = stack.evaluate(start, scored=True)
+    if not FAR_OFF < stack.cost(found, start) < np.inf:
+        return start
+    pinned = replace(stack, held={i: float(start.theta[i]) for i in own})
+    promised = foreseen(pinned, pinned.normal(found, start), start) / pinned.count(found)
+    if not promised < PROMISING:
+        return start
+    made = minimise(pinned, start, max_iterations=FEW, tolerance=1e-3)
+    return made.point if made.cost < FAR_OFF else start
