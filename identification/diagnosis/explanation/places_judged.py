@@ -81,7 +81,7 @@ def _beside_a_name(d: Diagnosis, r: BlindRelation, tried: tuple[Standing, ...]) 
     if len(said) == 1:
         return next(iter(said))
     told = sorted(said.items(), key=lambda told: not named & set(told[1]))
-    return "; ".join(f"{why} ({listed(names)})" for why, names in told)
+    return "; ".join(f"at {listed(names)} {why}" for why, names in told)
 
 
 def _of_element(d: Diagnosis, name: str, tried: tuple[Standing, ...]) -> str:
@@ -104,7 +104,7 @@ def _of_element(d: Diagnosis, name: str, tried: tuple[Standing, ...]) -> str:
     if left <= NEAR * least:
         return f"{law}, leaves no more, but {best.why}"
     return (
-        f"ruled out by held-out samples, {law}, leaves {left:.3g} times the noise; "
+        f"ruled out by held-out samples: {law}, leaves {left:.3g} times the noise, "
         f"{spaced(first.trial.effect)} at {first.trial.element} {least:.3g}"
     )
 

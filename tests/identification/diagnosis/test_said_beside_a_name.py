@@ -72,10 +72,10 @@ def test_where_one_place_is_named_every_other_one_says_why_it_is_not(found: Diag
     (step,) = found.findings
     assert step.answer == "exact"
     told = {p.elements: p for p in judged_places(found)}
-    assert told["d", "m"].why.startswith("found here, coulomb friction (d)")
+    assert told["d", "m"].why.startswith("at d found here, coulomb friction; at m ")
     assert told["F",].why == "ruled out: whatever the law there, 3 times the noise is left"
     # the readings leave it open: the laws there have lost on held-out samples
-    assert "times the noise; coulomb friction at d" in told["k",].why
+    assert "times the noise, coulomb friction at d" in told["k",].why
     assert [p.likely for p in told.values()] == [True, False, False, False]
     for text in (checked(found), said(found)):
         assert not any(
