@@ -285,11 +285,9 @@ def _rest_of(decision: Decision, e: Evidence, best: BlockScore, t: Thresholds) -
             return decision
     for k in e.kinds:
         if k.element in e.named and k.score.behind(best) < t.z:
-            reason = (
-                f"within what passes for noise {k.label} does better: the law named there is nearly "
-                "the true one" if e.before.is_noise(t.noise) else
-                f"what is left may be {k.label}: the law named there is not quite the true one"
-            )  # fmt: skip
+            reason = f"what is left may be {k.label}: the law named there is not quite the true one"
+            if e.before.is_noise(t.noise):
+                reason = f"within the noise {k.label} does better: the law there is nearly true"
             return replace(
                 decision, kind="unknown_physics", answer="kind", chosen=None, physics=k.kind,
                 places=(k.element,), same_place=(), rivals=(), richer=(), confidence=0.0,

@@ -13,6 +13,7 @@ from scipy.integrate import cumulative_trapezoid
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import C, I, Source, TwoPort
 from bondgraph.graph.sensors import Sensor
+from bondgraph.laws import Overflow
 from bondgraph.signals.split import Split, stretches
 from bondgraph.support.arrays import Array
 from identification.diagnosis.catalogue.places import law_of
@@ -60,6 +61,8 @@ LEVELLED = (
     "reading has taken over the rest."
 )
 """What is said of a straight law whose level the readings' offsets have changed."""
+SPILLED = " The content counts what has flowed in, what was spilled with it."
+"""What is said of a store with a rim."""
 SWALLOWED = 0.05
 """Part of the swing of the points by which an offset has moved a law that is drawn without it."""
 UNKNOWN = 0.01
@@ -170,6 +173,7 @@ def _plane(
         gap = float(np.nanmean(y[at]) - np.nanmean(straight[at]))
         if abs(gap) > SWALLOWED * float(np.ptp(y[at])):
             straight, said = straight + gap, said + LEVELLED
+    said += SPILLED * _spills(d, name)
     laws = [] if isinstance(d.graph[name], I) else _laws(d, name, points, free, most, known)
     fx, ux = axis_scale(xu, float(np.nanmax(np.abs(x))))
     fy, uy = axis_scale(yu, float(np.nanmax(np.abs(y))))
@@ -190,6 +194,11 @@ def _plane(
             for label, on, s, w in laws
         ],
     }  # fmt: skip
+
+
+def _spills(d: Diagnosis, name: str) -> bool:
+    chosen = [s.chosen for s in d.findings if s.chosen and s.chosen.element == name]
+    return any(isinstance(law_of(t.fit.problem.graph[name]), Overflow) for t in chosen)
 
 
 def _bend(x: Array, y: Array) -> Array:

@@ -11,7 +11,7 @@ import pytest
 
 from bondgraph import MTF, BondGraph, C, De, Df, Dq, I, One, R, Se, Zero
 from bondgraph.graph.modulation import displacement
-from bondgraph.laws import Law, Polynomial, SaturatingInductance
+from bondgraph.laws import Law, Overflow, Polynomial, SaturatingInductance
 from bondgraph.signals.recording import Recording, Split
 from bondgraph.support.arrays import Array
 from identification.diagnosis.diagnose import Diagnosis
@@ -138,6 +138,22 @@ def test_where_a_reading_tells_the_effort_of_a_store_points_draw_no_loops() -> N
     at = np.interp(x, q, v)
     bend = np.std(at - np.polyval(np.polyfit(x, at, 1), x))
     assert np.std(y - at) < 0.1 * bend
+
+
+def test_a_store_with_a_rim_counts_what_it_spilled() -> None:
+    rim = Overflow(stiffness=5.0, stiffness_unit="V/C", depth=0.3, size=0.3, top=0.6, unit="C")
+    truth = charged(rim)
+    (nominal, _), (made, _) = fitted(charged(), truth, 5), fitted(truth, truth, 1)
+    one = tried(made, "c")
+    step: Any = SimpleNamespace(possible=(one,), same_place=(), kind="missing_physics", chosen=one)
+    run = Recording(
+        "run", T, {"F": U, "x": nominal.problem.data.readings[:, 0]}, {"F": "V", "x": "V"}
+    )
+    d = Diagnosis(
+        "missing_physics", "charged", run, charged(), nominal.problem.data, nominal=nominal,
+        scene=scene(nominal), steps=(step,), trials=(one,),
+    )  # fmt: skip
+    assert planes(d)["of"]["c"]["open"].endswith(law_plane.SPILLED)
 
 
 def test_a_law_lies_on_points_whose_level_and_scale_nobody_knows(monkeypatch: Any) -> None:
