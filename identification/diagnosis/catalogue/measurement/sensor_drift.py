@@ -21,14 +21,13 @@ PACES = (0.05, 0.15, 0.4)
 
 
 class SensorDrift(Effect):
-    """The reading wanders with time: along a bent line, or to the level at which it is warm."""
+    """`drift_1 t / T + drift_2 (t / T)^2` over the record `T`, or `h (1 - exp(-t / tau))`."""
 
     name = "sensor_drift"
     family = "measurement"
     kind = "sensing"
     law = "polynomial_in_time"
     sentence = "its reading wanders slowly with time, whatever is measured"
-    laws = (WarmUp,)
     richer = (WarmUp.name,)
     looks = "a straight or bent line under the whole record, also where nothing moves"
     confused_with = ("creep", "sensor_offset", "time_varying_parameter")
@@ -39,6 +38,7 @@ class SensorDrift(Effect):
     meanings: ClassVar[Mapping[str, str]] = {
         "drift_1": "drift over the record that grows with time",
         "drift_2": "drift over the record that grows with the square of time",
+        **WarmUp.meanings,
     }
     where = staticmethod(prompt_sensors)
 
