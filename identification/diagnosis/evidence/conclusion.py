@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
+import numpy as np
+
 from bondgraph.signals.recording import Split
 from identification.diagnosis.evidence.answer import Decision
 from identification.diagnosis.evidence.judged import judged_on
@@ -19,8 +21,31 @@ def kind_of(decisions: Sequence[Decision], declared: Fit, nominal: Fit) -> str:
         return "missing_physics"
     if any(d.kind == "unknown_physics" for d in decisions):
         return "unknown_physics"
+    if unforetold(nominal):
+        return "insufficient_data"
     better = declared.chi2("test") > max(1.5 * nominal.chi2("test"), 1.3)
     return "parameters_only" if better else "explained"
+
+
+def unforetold(nominal: Fit) -> tuple[str, ...]:
+    """Say that held-out samples are missed by more than noise, and no better than by a constant.
+
+    What is taken for noise is then all that there is, and nobody can tell that nothing is missing.
+    Empty where a reading tells more.
+    """
+    data = nominal.problem.data
+    missed = np.array(list(nominal.rmse("test").values()))
+    moved = np.nanstd(data.readings, axis=0)
+    if not ((missed > moved) & (missed > ABOVE * data.floor)).all():
+        return ()
+    return (
+        "held-out samples are foretold no better than by a constant: record longer, or excite the "
+        "system more evenly",
+    )
+
+
+ABOVE = 1.3
+"""Times the noise that a misfit is at least which is not noise by its size alone."""
 
 
 def last_named(decisions: Sequence[Decision], kind: str) -> Fit | None:

@@ -246,7 +246,7 @@ def _silence(v: Data) -> list[str]:
             "back to those declared."
         ]
     if v["verdict"] == "insufficient_data":
-        return ["No statement is made: nothing was fitted, or nothing could be."]
+        return ["No statement is made: these data do not bear one."]
     return [
         "What these data do not excite they cannot show: this says that nothing was visible here, "
         "not that nothing exists."
