@@ -64,7 +64,10 @@ class Looks:
     def where(self, base: Fit, classes: Isolability) -> tuple[str, ...]:
         """Return the only places where the mismatch may sit, whatever its law."""
         coming, self.coming = self.coming, None
-        self.blind = _relations(base, classes) if coming is None else next(coming)
+        try:
+            self.blind = _relations(base, classes) if coming is None else next(coming)
+        except RuntimeError:  # other work that was ended early took the processes along
+            self.blind = _relations(base, classes)
         return located(self.blind, base.problem.data.names)
 
     def there(self, base: Base, where: Collection[str]) -> There | None:

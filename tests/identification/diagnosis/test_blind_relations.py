@@ -5,8 +5,10 @@ The records come from another integrator, with the effect as a force of its own 
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
-from typing import Any
+from types import SimpleNamespace
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -29,6 +31,7 @@ from identification.diagnosis.localisation.relations.refit import (
 )
 from identification.diagnosis.localisation.relations.whitening import blind_filter
 from identification.diagnosis.localisation.structural_classes import structure
+from identification.diagnosis.search import looks
 from identification.diagnosis.search.nominal import nominal_fit
 from identification.estimation import brief
 from identification.estimation.single_record import fit
@@ -290,3 +293,19 @@ def test_the_start_of_a_short_run_costs_what_it_takes_out(n: int) -> None:
     blind = blind_filter(model, np.array([50.0]))
     left = without_starts(blind(rng.standard_normal((2, 4000, n))), blind)
     assert freedom(blind, n) == pytest.approx(np.sum(left**2) / 4000, rel=0.02)
+
+
+def test_relations_are_made_here_where_their_process_was_ended(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Work that is ended early takes along the processes of all that runs beside it."""
+
+    def ended() -> Iterator[Any]:
+        raise RuntimeError("The executor underlying Parallel has been shutdown")
+        yield ()
+
+    made = looks.Looks((), BondGraph("plain"), 2)
+    made.coming = ended()
+    monkeypatch.setattr(looks, "_relations", lambda base, classes: ())
+    base: Any = SimpleNamespace(problem=SimpleNamespace(data=SimpleNamespace(names=("x",))))
+    assert made.where(base, cast("Any", None)) == ()
