@@ -249,8 +249,8 @@ def _costs_of_holds(
 
     With the sub-steps that the fit came to: with few of them a wrong behaviour may fit best.
     """
-    if not _going(solution):
-        return {}
+    if not (_going(solution) or solution.status is FitStatus.ITERATIONS):
+        return {}  # a wrong behaviour may be why it did not converge
     costs: dict[str, float] = {}
     rates = [n for p in stack.problems for n in p.engine.input_rates]
     for hold in possible(HOLDS, rates):

@@ -270,6 +270,17 @@ def test_behaviour_between_samples_is_found(hold: str) -> None:
     assert max(misses(found, truth).values()) < FAR
 
 
+def test_another_behaviour_is_tried_where_a_fit_ran_out_of_iterations() -> None:
+    """A wrong one may be why it did not converge."""
+    quick = spring(k=900.0)
+    u = np.random.default_rng(4).standard_normal(800)
+    x = moved(u, 30.0, quick, "hold") + 1e-5 * np.random.default_rng(5).standard_normal(800)
+    made = Recording.from_arrays("coarse", {"F[N]": u, "x[m]": x}, fs=30.0)
+    asked = Study(quick, made, hold="estimate", nuisances=NO_NUISANCES)
+    assert estimate(asked.changed(hold="linear"), max_iterations=3).status is FitStatus.ITERATIONS
+    assert estimate(asked, max_iterations=3).setting.hold == "hold"
+
+
 @pytest.mark.parametrize("seed", [6, 7, 8, 9])
 @pytest.mark.parametrize("hold", ["linear", "hold"])
 def test_of_holds_that_fit_equally_well_that_without_a_delay_is_taken(hold: str, seed: int) -> None:
