@@ -57,9 +57,8 @@ def estimates_of(
             done.add(i)
             t, reach = float(point.theta[i]), 1.96 * float(sd[i])
             if free is not None:
+                reach = _of_a_log(float(sd[i])) if free.log else reach
                 low, high = t - reach, t + reach
-                if free.log:  # wide intervals stay within what a double holds
-                    low, high = max(low, -700.0), min(high, 700.0)
                 ends = sorted((free.value(low), free.value(high)))
                 nuisance = free.parameter.name in p.added
             elif upper[i] > lower[i]:
@@ -72,6 +71,14 @@ def estimates_of(
             entry = Estimate(stack.names[i], value, unit, (ends[0], ends[1]), hit)
             (nuisances if nuisance else found).append(entry)
     return tuple(found), tuple(nuisances)
+
+
+def _of_a_log(sd: float) -> float:
+    """Return how far the logarithm of a value reaches: no farther than the value itself does.
+
+    Beyond a factor of twenty either way its distribution is one of the value, or of its inverse.
+    """
+    return max(1.96 * min(sd, 3.0), float(np.log1p(1.96 * sd)) if np.isfinite(sd) else 700.0)
 
 
 def _meanings(p: Problem, theta: Array) -> list[tuple[float, str, float, Free | None]]:

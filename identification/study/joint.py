@@ -77,6 +77,8 @@ class JointProblem:
         ``local = factor * global``: delays count in samples of their own record.
     held : dict of int to float
         Unknowns and the theta they are held at.
+    loosened : dict of int to float
+        Factors on the weights of priors, see `loose`.
     """
 
     problems: tuple[Problem, ...]
@@ -84,6 +86,7 @@ class JointProblem:
     columns: tuple[Array, ...]
     factors: tuple[Array, ...]
     held: Mapping[int, float] = field(default_factory=dict)
+    loosened: Mapping[int, float] = field(default_factory=dict)
 
     @property
     def n(self) -> int:
@@ -157,7 +160,23 @@ class JointProblem:
             local_weight, local_centre = _prior(p)
             weight[at] = local_weight * factor
             centre[at] = local_centre / factor
+        for i, factor in self.loosened.items():
+            weight[i] *= factor
         return weight, centre
+
+    def loose(self, point: JointPoint) -> JointProblem:
+        """Return the problem with weak priors that hold a small value as they hold its start.
+
+        A factor of twenty about a millionth of what was declared is nearly nothing: it would pin a
+        damper that has vanished, and with it what another one gives in its place. For intervals.
+        """
+        given = {n for p in self.problems for n in p.scaled_priors}
+        small = {
+            i: float(np.exp(point.theta[i]))
+            for i, f in self.free.items()
+            if f.log and point.theta[i] < 0 and f.parameter.name not in given
+        }
+        return replace(self, loosened=small) if small else self
 
     @property
     def lowest(self) -> Array:
