@@ -7,6 +7,7 @@ import json
 import re
 import sys
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 from time import monotonic
 from typing import TYPE_CHECKING, Any
@@ -153,7 +154,8 @@ def _found(
     found, split = load_all(options.recordings, options.maps, graph, **reading_of(options))
     read = [found] if isinstance(found, Recording) else found
     far = (f"{r.name}: {as_options(n)}" for r in read for n in r.notes if n.startswith(FAR_OUTSIDE))
-    for line in (*require_driven(graph, read), *far):
+    still = require_driven(graph, read)
+    for line in (*still, *far):
         print(f"note: {line}", file=sys.stderr)
     writable(options.out)
     noise = noise_of(options.noise, graph)
@@ -182,6 +184,8 @@ def _found(
                 )  # fmt: skip
         except KeyboardInterrupt as stop:
             raise KeyboardInterrupt("the time was over" if deadline.over else str(stop)) from None
+    # the page and the file say it too
+    result = replace(result, notes=(*result.notes, *still), advice=(*still, *result.advice))
     return at_shell(result)
 
 

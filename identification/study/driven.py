@@ -19,7 +19,7 @@ SMOOTH = 0.5
 
 
 def require_driven(graph: BondGraph, recordings: Sequence[Recording]) -> tuple[str, ...]:
-    """Return a line for each input that is constant in all recordings.
+    """Return a line for each input that is constant in all recordings, and for a lack of inputs.
 
     Raises
     ------
@@ -41,6 +41,10 @@ def require_driven(graph: BondGraph, recordings: Sequence[Recording]) -> tuple[s
             f"{', '.join(moved)} moves: check the channel (map=); if the motion is free on "
             "purpose, leave the source out of the model"
         )
+    if not (drives(graph) or external_signals(graph)):
+        unused = sorted({n for r in recordings for n in r.channels if n not in sensors})
+        columns = f"; columns that are no reading: {', '.join(unused)}" if unused else ""
+        return (f"{graph.name} has no source, so nothing but the start says what it does{columns}",)
     return tuple(
         f"input {n} is {v:.4g} in all {many} samples: nothing but the start says what it does; "
         "check the channel"

@@ -103,6 +103,8 @@ class ColumnPlan:
     rate: str | None
     left_out: tuple[str, ...] = ()
     """Columns without a unit that a map does not name."""
+    unused: tuple[str, ...] = ()
+    """Times that a rate stands for."""
 
     @property
     def headers(self) -> list[str]:
@@ -266,7 +268,7 @@ def choose(
     if not channels:
         raise UnusableInput(f"{where}: no column holds a channel; columns: {', '.join(named)}")
     if fs is not None:
-        return ColumnPlan(channels, None, None, tuple(lacking))
+        return ColumnPlan(channels, None, None, tuple(lacking), tuple(times))
     if time_asked:
         clock = _find_time(time_asked[0], named, where)
         return ColumnPlan(channels, clock, None, tuple(lacking))

@@ -104,6 +104,9 @@ def make_even(
         if rate is None or not (np.isfinite(rate) and rate > 0.0):
             raise UnusableInput(f"{where}: the sampling rate must be positive, not {rate!r} Hz")
         time = np.arange(n) / rate
+        if fs is not None and plan.unused:
+            unused = ", ".join(map(repr, plan.unused))
+            notes.append(f"the time in {unused} is not used: the rate is given, {rate:.6g} Hz")
     even = Even(time, channels, units, tuple(notes), _read_in(plan))
     return even.without(_lacking(plan.left_out))
 

@@ -98,6 +98,8 @@ def _why(
     if t.test >= 0.98 * nominal:
         return "lost", "does not improve the held-out samples"
     if chosen is None:
+        if share > ALMOST:
+            return "lost", "explains nearly all of the misfit, but not certain enough for a name"
         return "lost", f"explains only {100 * share:.0f} % of the misfit"
     if t.insertion.contains(chosen.insertion):
         return "lost", f"richer, yet hardly better than {spaced(chosen.effect)}"
@@ -114,6 +116,8 @@ def _why(
     return "lost", f"leaves {multiple(times_noise(t.test) / times_noise(chosen.test))} as much"
 
 
+ALMOST = 0.985
+"""Share that is nearly all."""
 LITTLE = 0.1
 """Share of the misfit below which what an effect explains is no reason to wonder."""
 UNSURE = "its parameters are not determined: the interval of each reaches zero"

@@ -268,6 +268,15 @@ def test_tdms_with_one_property_or_none(tmp_path: Path) -> None:
     assert "2026-05-01T12:00:00" in r.notes[0]
 
 
+def test_a_time_that_a_given_rate_stands_for_is_said(tmp_path: Path) -> None:
+    file = tmp_path / "run.csv"
+    file.write_text("t[s],x[m]\n" + "".join(f"{0.002 * k:.3f},{k}\n" for k in range(50)))
+    made = Recording.read(file, fs=1000.0)
+    assert made.fs == pytest.approx(1000.0)
+    assert "the time in 't[s]' is not used: the rate is given, 1000 Hz" in made.notes
+    assert not Recording.read(file).notes
+
+
 def test_tdms_refusals(tmp_path: Path) -> None:
     p = {"unit_string": "m", "wf_increment": 0.01}
     file = tdms(tmp_path / "a.tdms", x=dict(p), y={**p, "n": 30}, z={**p, "wf_increment": 0.1})

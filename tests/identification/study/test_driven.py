@@ -49,6 +49,19 @@ def test_a_dead_input_is_refused_a_constant_one_said() -> None:
     assert require_driven(cart(), [record(0.0, 0.0), record(np.sin(T), np.sin(T))]) == ()
 
 
+def test_a_model_without_a_source_and_what_it_does_not_use_is_said() -> None:
+    with BondGraph("coasting") as g:
+        body = One("body")
+        body >> I("m", 0.5, unit="kg")
+        body >> R("d", 1.0, unit="N*s/m")
+        body >> Dq("x", unit="m")
+    (line,) = require_driven(g, [record(np.sin(T), np.sin(T))])
+    assert line == (
+        "coasting has no source, so nothing but the start says what it does; columns that are no "
+        "reading: F"
+    )
+
+
 def test_noise_on_a_resting_sensor_is_no_motion() -> None:
     noise = np.random.default_rng(0).normal(size=T.size)
     assert require_driven(cart(), [record(0.0, noise)]) == ()
