@@ -187,9 +187,17 @@ def told(value: float, low: float, high: float, unit: str) -> str:
 
 
 def percent(share: float) -> str:
-    """Share as a percentage."""
+    """Share as a percentage.
+
+    Examples
+    --------
+    >>> percent(0.0469), percent(4.7e-6)
+    ('4.69 %', '0.0005 %')
+    """
     if not math.isfinite(share):
         return "–"
     v = 100 * share
     text = f"{v:.0f}" if abs(v) >= 100 else f"{v:.3g}" if abs(v) >= 0.1 else f"{v:.3f}"
+    if 0 < abs(v) < 0.0005:
+        text = f"{v:.1g}"
     return f"{text} %".replace("-", "−")

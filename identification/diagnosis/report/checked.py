@@ -47,8 +47,8 @@ def _structure(d: Diagnosis) -> str:
 
 
 def _relations(d: Diagnosis) -> list[str]:
-    if not d.relations:
-        return []
+    if not d.relations or d.kind in ("explained", "parameters_only"):
+        return []  # nothing is left to be placed
     words = (
         "Before any law is tried: in each row the elements on the left may do whatever they like, "
         "and the rest of the model is fitted anew. If what is missing sits there and nowhere else, "

@@ -90,6 +90,9 @@ def test_without_a_name_places_stay_open(found: Diagnosis) -> None:
     assert told["k",] == "the mismatch may sit here alone"
     assert told["F",] == "not here alone: whatever the law there, 3 times the noise is left"
     assert told["x",] == "not excluded: nothing is left that could tell"
+    assert "may sit here alone" in checked(open_)
+    # where nothing is missing, nothing is to be placed
+    assert "may sit here alone" not in checked(replace(open_, kind="explained"))
 
 
 @pytest.fixture(scope="module")

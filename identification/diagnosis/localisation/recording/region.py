@@ -81,6 +81,8 @@ def words(r: Region, spread: tuple[str, str, str] | None = None) -> str:
     --------
     >>> words(Region("time", 3.1, 4.0, 0.4, 3.3, "s", "", "time", "", 25.0, 7.2))
     'between 3.1 and 4 s the misfit is 5 times the noise there (40 % of it in 12 % of the time)'
+    >>> words(Region("time", 3.1, 3.2, 0.4, 200.0, "s", "", "time", "", 5.0, 0.002))[-24:]
+    'it in 0.2 % of the time)'
     """
     low, high, unit = spread or (_round(r.low, r), _round(r.high, r), r.unit)
     frame = _FRAME.get(r.kind, "where {axis} is between {low} and {high} {unit}")
@@ -90,9 +92,12 @@ def words(r: Region, spread: tuple[str, str, str] | None = None) -> str:
     known = math.isfinite(r.times)
     size = f"is {multiple(times_noise(r.times))} {noise} there" if known else "is concentrated"
     return (
-        f"{where} the misfit{whose} {size} "
-        f"({100 * r.share:.0f} % of it in {100 * r.part:.0f} % of {of})"
+        f"{where} the misfit{whose} {size} ({100 * r.share:.0f} % of it in {_part(r.part)} of {of})"
     )
+
+
+def _part(part: float) -> str:
+    return f"{100 * part:.0f} %" if part >= 0.01 else f"{100 * part:.1g} %"
 
 
 def multiple(times: float) -> str:
