@@ -128,13 +128,15 @@ def interval(low: float, high: float, unit: str, value: float = 0.0) -> str:
     '900 … 1200 µN'
     >>> interval(1.2215e9, 1.2225e9, "ohm*N/m")
     '1.2215·10⁹ … 1.2225·10⁹ Ω*N/m'
+    >>> interval(0.00125654, 0.001257, "m2")
+    '0.00125654 … 0.00125700 m2'
     """
     ends = [abs(v) for v in (low, high) if math.isfinite(v)]
     size = max(ends, default=0.0)
     factor, shown = prefixed(unit, told_by(value, size))
     width = high - low
     if len(ends) == 2 and 0 < width < size and 1e-3 <= size * factor < 1e6:
-        decimals = min(max(0, 1 - math.floor(math.log10(width * factor))), 6)
+        decimals = min(max(0, 1 - math.floor(math.log10(width * factor))), 12)
         text = " … ".join(f"{v * factor:.{decimals}f}".replace("-", "−") for v in (low, high))
     else:
         digits = max(3, telling_apart(low, high)) if 0 < width < math.inf else 3
