@@ -25,7 +25,7 @@ def varied(
         A name that does not exist, is given twice, is fixed too, or does nothing.
     """
     known = graph.parameters
-    require_known("fixed parameter", graph.name, known, *fixed)
+    require_known("parameter", graph.name, known, *fixed)
     if free is None:
         without = idle(graph)
         return tuple(

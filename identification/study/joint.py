@@ -160,8 +160,8 @@ class JointProblem:
             local_weight, local_centre = _prior(p)
             weight[at] = local_weight * factor
             centre[at] = local_centre / factor
-        for i, factor in self.loosened.items():
-            weight[i] *= factor
+        for i, part in self.loosened.items():
+            weight[i] *= part
         return weight, centre
 
     def loose(self, point: JointPoint) -> JointProblem:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from identification.diagnosis.diagnose import Diagnosis
+from identification.diagnosis.explanation.characterisation import Character
 from identification.report import html
 from identification.report.words import stopped
 
@@ -27,6 +28,16 @@ RAW = (
 )
 """What is said of it where a law was named, which was fitted with all other values."""
 
+UNSEEN = (
+    "No variable of the port alone draws it while all other values are kept; with those refitted "
+    "the law that was named does."
+)
+
+
+def _unseen(character: Character) -> bool:
+    """Whether a latent signal follows no variable of its port."""
+    return character.variable == "nothing"
+
 
 def characterised(d: Diagnosis) -> str:
     """Sentence and shares of the latent signal at each port; of what was named at its place."""
@@ -36,7 +47,7 @@ def characterised(d: Diagnosis) -> str:
     for element, (character, _) in [*shown.items()][:PORTS]:
         parts += [
             html.heading(f"at {element}") if element else "",
-            html.paragraph(stopped(character.words)),
+            html.paragraph(UNSEEN if named and _unseen(character) else stopped(character.words)),
             html.paragraph(
                 f"What {element} must have added is in its law plane." if element else ""
             ),

@@ -60,8 +60,8 @@ def _answered(d: Diagnosis) -> str:
     if d.mistakes:
         return _mistaken(d)
     if d.kind == "insufficient_data":
-        own = () if d.nominal is None else unforetold(d.nominal)
-        return f"There is too little to go on: {(*own, *d.notes, 'no excitation')[0]}."
+        seen = () if d.nominal is None else unforetold(d.nominal)
+        return f"There is too little to go on: {(*seen, *d.notes, 'no excitation')[0]}."
     if d.kind == "explained":
         return (
             f"The model {d.model} explains {shortened(d.recording.name)} as far as its noise "

@@ -5,7 +5,6 @@ The records come from another integrator, with the effect as a force of its own 
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any, cast
@@ -300,12 +299,15 @@ def test_relations_are_made_here_where_their_process_was_ended(
 ) -> None:
     """Work that is ended early takes along the processes of all that runs beside it."""
 
-    def ended() -> Iterator[Any]:
-        raise RuntimeError("The executor underlying Parallel has been shutdown")
-        yield ()
+    class Ended:
+        def __iter__(self) -> Ended:
+            return self
+
+        def __next__(self) -> Any:
+            raise RuntimeError("The executor underlying Parallel has been shutdown")
 
     made = looks.Looks((), BondGraph("plain"), 2)
-    made.coming = ended()
+    made.coming = Ended()
     monkeypatch.setattr(looks, "_relations", lambda base, classes: ())
     base: Any = SimpleNamespace(problem=SimpleNamespace(data=SimpleNamespace(names=("x",))))
     assert made.where(base, cast("Any", None)) == ()

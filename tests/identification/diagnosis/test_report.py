@@ -292,7 +292,9 @@ def test_two_effects_with_relations_traits_and_experiments(found: Diagnosis) -> 
         ),
         "traits": {
             "d": (
-                SimpleNamespace(words="it depends on the speed", explained={"sign": 0.9}),
+                SimpleNamespace(
+                    variable="rate", words="it depends on the speed", explained={"sign": 0.9}
+                ),
                 SimpleNamespace(signal=np.ones(N), explained=0.8),
             ),
             "away": (SimpleNamespace(words="it gives energy", explained={"time": 0.1}), None),
@@ -313,6 +315,11 @@ def test_two_effects_with_relations_traits_and_experiments(found: Diagnosis) -> 
     ):
         assert words in text
     assert "at away" not in text, "a name was told elsewhere"
+    none: dict[str, object] = {
+        "traits": {"d": (SimpleNamespace(variable="nothing", words="none", explained={}), None)}
+    }
+    # the headline says that a law there does
+    assert "with those refitted the law that was named does" in page(replace(both, **none))  # type: ignore[arg-type]
 
 
 PROBE = """<script>addEventListener("load", () => {

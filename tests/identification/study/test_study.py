@@ -30,7 +30,7 @@ def test_free_parameters_are_all_that_are_not_fixed() -> None:
     ("options", "words"),
     [
         ({"free": ("mm",)}, "no free parameter 'mm' in spring. Did you mean 'm'"),
-        ({"fixed": {"dd": 1.0}}, "no fixed parameter 'dd' in spring. Did you mean 'd'"),
+        ({"fixed": {"dd": 1.0}}, "no parameter 'dd' in spring. Did you mean 'd'"),
         ({"hold": "lineer"}, "Did you mean 'linear'"),
         ({"noise": "colored"}, "Did you mean 'coloured'"),
         ({"noise": {"y": 1.0}}, "no sensor 'y'"),
