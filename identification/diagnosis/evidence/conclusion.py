@@ -13,6 +13,7 @@ from identification.diagnosis.evidence.judged import judged_on
 from identification.diagnosis.evidence.remaining import Remaining
 from identification.diagnosis.search.candidates import Candidate
 from identification.estimation.single_record import Fit
+from identification.study.noise_floor import COLOURED
 
 
 def kind_of(decisions: Sequence[Decision], declared: Fit, nominal: Fit) -> str:
@@ -31,12 +32,13 @@ def unforetold(nominal: Fit) -> tuple[str, ...]:
     """Say that held-out samples are missed by more than noise, and no better than by a constant.
 
     What is taken for noise is then all that there is, and nobody can tell that nothing is missing.
-    Empty where a reading tells more.
+    Empty where a reading tells more, or is missed by more than any noise: that is a misfit.
     """
     data = nominal.problem.data
     missed = np.array(list(nominal.rmse("test").values()))
     moved = np.nanstd(data.readings, axis=0)
-    if not ((missed > moved) & (missed > ABOVE * data.floor)).all():
+    over = missed / data.floor
+    if not ((missed > moved) & (over > ABOVE)).all() or over.max() >= COLOURED:
         return ()
     return (
         "held-out samples are foretold no better than by a constant: record longer, or excite the "

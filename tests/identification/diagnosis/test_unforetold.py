@@ -31,6 +31,7 @@ def left(x: float, v: float, floor: float = 0.5) -> Any:
         ((2.5, 2.1), 0.5, "insufficient_data"),
         ((2.5, 1.9), 0.5, "explained"),
         ((2.5, 2.1), 2.0, "explained"),  # nothing but noise to foretell
+        ((25.0, 2.1), 0.5, "explained"),  # that is no noise, and other rules tell it
     ],
 )
 def test_a_model_that_foretells_nothing_is_not_called_right(
