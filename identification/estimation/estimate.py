@@ -307,8 +307,6 @@ def _settled(
         steps = _at_least(setting.n_sub, hold)
         setting = replace(setting, hold=hold, n_sub=steps, n_fine=steps)
     point = start.point if isinstance(start, Estimation) else start
-    if point is None and method.name == "single_shooting":
-        point = near_start(study.stack(setting))
     rough = replace(options, tolerance=max(options.tolerance, ROUGH))
     if method.hears_noise:
         rough = options
@@ -367,8 +365,11 @@ def _solve(
     point: JointPoint | None,
 ) -> Made:
     stack = study.stack(setting)
-    begin = stack.start() if point is None or point.theta.size != stack.n else point
-    return setting, stack, method.solve(FitTask(study, setting, stack, begin, options))
+    begin, found = point, None
+    if begin is None or begin.theta.size != stack.n:
+        near = begin is None and method.name == "single_shooting"
+        begin, found = near_start(stack) if near else (stack.start(), None)
+    return setting, stack, method.solve(FitTask(study, setting, stack, begin, options, found))
 
 
 def _finished(

@@ -69,15 +69,21 @@ def minimise(
     report: Report | None = None,
     keep_on_interrupt: bool = False,
     whole: bool = True,
+    found: tuple[ResidualEvaluation, ...] | None = None,
 ) -> Descent:
     """Minimise the misfit of `stack` from `start`.
 
     Converged if an iteration lowers the cost by less than `tolerance` (relative). With
     `keep_on_interrupt` a KeyboardInterrupt ends the descent with the best point so far. Windows
     without training samples are simulated at the end, if `whole`; else their readings are NaN.
+    `found` is what was simulated at the start already.
     """
     lower, upper = stack.bounds
-    begun = _at(stack, replace(start, theta=np.clip(start.theta, lower, upper)))
+    inside = np.clip(start.theta, lower, upper)
+    if found is None or not np.array_equal(inside, start.theta):
+        begun = _at(stack, replace(start, theta=inside))
+    else:
+        begun = _Stand(start, found, stack.cost(found, start))
     if not np.isfinite(begun.cost):
         return Descent(begun.point, begun.evaluations, FitStatus.BROKEN, np.inf, (np.inf,))
     best, trace = begun, [begun.cost]

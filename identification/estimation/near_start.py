@@ -8,6 +8,7 @@ import numpy as np
 
 from identification.estimation.levenberg_marquardt import foreseen, minimise
 from identification.study.joint import JointPoint, JointProblem
+from identification.study.residual import ResidualEvaluation
 
 __all__ = ["FAR_OFF", "near_start"]
 
@@ -19,21 +20,25 @@ FEW = 4
 """Steps of nuisances alone."""
 
 
-def near_start(stack: JointProblem) -> JointPoint:
+def near_start(
+    stack: JointProblem,
+) -> tuple[JointPoint, tuple[ResidualEvaluation, ...] | None]:
     """Return the start values, their nuisances fitted where the values then explain the recordings.
+
+    Beside them what was simulated at that point with its derivatives, if it was.
 
     Values that are right beside an offset or an initial state that is not would be bent by the
     first steps, and a law with kinks holds them in the valley where they get.
     """
     start, own = stack.start(), stack.of_model
     if not own or (len(own) == stack.n and not any(p.free_states.size for p in stack.problems)):
-        return start
+        return start, None
     found = stack.evaluate(start, scored=True)
     if not FAR_OFF < stack.cost(found, start) < np.inf:
-        return start
+        return start, found
     pinned = replace(stack, held={i: float(start.theta[i]) for i in own})
     promised = foreseen(pinned, pinned.normal(found, start), start) / pinned.count(found)
     if not promised < PROMISING:
-        return start
+        return start, found
     made = minimise(pinned, start, max_iterations=FEW, tolerance=1e-3)
-    return made.point if made.cost < FAR_OFF else start
+    return (made.point, None) if made.cost < FAR_OFF else (start, found)

@@ -73,13 +73,17 @@ class MethodSolution:
 
 @dataclass(frozen=True, eq=False)
 class FitTask:
-    """What a method is to fit: `stack` is ``study.stack(setting)``; from where and how far."""
+    """What a method is to fit: `stack` is ``study.stack(setting)``; from where and how far.
+
+    `found` is what was simulated at the start already, with derivatives.
+    """
 
     study: Study
     setting: SettledSetting
     stack: JointProblem
     start: JointPoint
     options: FitOptions
+    found: tuple[ResidualEvaluation, ...] | None = None
 
     def descend(
         self, stack: JointProblem, start: JointPoint, report: Report | None = None
@@ -88,6 +92,7 @@ class FitTask:
         return minimise(
             stack, start, max_iterations=self.options.max_iterations,
             tolerance=self.options.tolerance, report=report, keep_on_interrupt=True,
+            found=self.found if start is self.start else None,
         )  # fmt: skip
 
 

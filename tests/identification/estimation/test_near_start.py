@@ -30,9 +30,10 @@ def study(k: float) -> Study:
 
 def test_values_that_are_right_stay_where_they_are() -> None:
     stack = study(200.0).stack()
-    plain, begun = stack.start(), near_start(stack)
+    plain, (begun, found) = stack.start(), near_start(stack)
     assert stack.cost(stack.evaluate(plain, scored=True), plain) > 100
     assert stack.cost(stack.evaluate(begun, scored=True), begun) < 1.5
+    assert found is None
     own = list(stack.of_model)
     np.testing.assert_array_equal(begun.theta[own], plain.theta[own])
 
@@ -40,7 +41,8 @@ def test_values_that_are_right_stay_where_they_are() -> None:
 @pytest.mark.parametrize("k", [120.0, 400.0])
 def test_values_that_are_wrong_are_no_place_to_begin_with_nuisances(k: float) -> None:
     stack = study(k).stack()
-    plain, begun = stack.start(), near_start(stack)
+    plain, (begun, found) = stack.start(), near_start(stack)
+    assert found is not None  # not simulated again
     np.testing.assert_array_equal(begun.theta, plain.theta)
     for a, b in zip(begun.states, plain.states, strict=True):
         np.testing.assert_array_equal(a, b)
