@@ -23,11 +23,13 @@ from bondgraph.support.parallel import ending
 from bondgraph.support.spelled import spelled
 from identification.diagnosis.evidence.answer import Decision
 from identification.diagnosis.evidence.conclusion import (
+    QUIET,
     all_named,
     judged,
     kind_of,
     last_named,
     unexplained,
+    unforetold,
 )
 from identification.diagnosis.evidence.disturbed import disturbed
 from identification.diagnosis.evidence.hypotheses import Thresholds
@@ -384,7 +386,8 @@ def _diagnosed(
             say(Notice(sentence), 0.07)
         base = thinned(template, nominal, options)
         frequencies = excited_frequencies(list(data.commands.values()), data.dt)
-        classes = structure(base.fit.problem.graph.with_values(_own_values(base.fit)), frequencies)
+        own = {n: v for n, v in base.fit.values.items() if n in base.fit.problem.graph.parameters}
+        classes = structure(base.fit.problem.graph.with_values(own), frequencies)
     except KeyboardInterrupt:
         return _undecided(result, material, whole, unseen, say)
     made = steps(base, options, result.limits, classes, say, tuple(material.given), known)
@@ -429,6 +432,8 @@ def _diagnosed(
     if asked.disturbed:
         say("judging by one-step predictions", 0.97)
         result = _predicted(result, options, unseen)
+    elif result.kind in QUIET and (said := unforetold(nominal)):
+        result = replace(result, kind="insufficient_data", notes=(*said, *result.notes))
     result = replace(result, regions=_where(result, whole))
     from identification.diagnosis.explanation.advice import advice
 
@@ -534,8 +539,7 @@ def _with_rest(result: Diagnosis, whole: Split) -> Diagnosis:
     same = last.problem.data.n == result.scene.data.n  # else the search worked on thinned samples
     loud = left.most > result.limits.noise
     where = regions(last, result.scene if same else None) if loud else ()
-    quiet = result.kind in ("explained", "parameters_only")
-    if quiet and not left.is_noise(result.limits.noise):
+    if result.kind in QUIET and not left.is_noise(result.limits.noise):
         steps = (*result.steps[:-1], unexplained(result.steps[-1], left))
         result = replace(result, kind="unknown_physics", steps=steps)
     steps = (*result.steps[:-1], result.steps[-1].with_rest(left))
@@ -563,8 +567,7 @@ def _predicted(result: Diagnosis, options: DiagnosisOptions, unseen: Split) -> D
     assert result.nominal is not None
     assert result.declared is not None
     made = disturbed(result.asked.about, result.nominal, result.steps, result.limits, options.jobs)
-    n = result.nominal.problem.data.n
-    decisions = tuple(judged(d, unseen, n) for d in made.decisions)
+    decisions = tuple(judged(d, unseen, result.nominal.problem.data.n) for d in made.decisions)
     left = Remaining(dict(made.last.over_noise), True, 0.0)
     note = (
         "free runs wander off under process noise: what is missing was judged by one-step "
@@ -589,10 +592,6 @@ def _mistaken(result: Diagnosis, mistakes: tuple[Mixup, ...]) -> Diagnosis:
         mistakes=mistakes, regions=regions(result.nominal),
         notes=(*result.recording.notes, *reasons), advice=(what_to_do(mistakes),),
     )  # fmt: skip
-
-
-def _own_values(f: Fit) -> dict[str, float]:
-    return {n: v for n, v in f.values.items() if n in f.problem.graph.parameters}
 
 
 def _silent(text: str, fraction: float) -> None:

@@ -35,7 +35,7 @@ def inverse_information(
     stack: JointProblem, evaluations: Sequence[ResidualEvaluation], point: JointPoint
 ) -> Array:
     """Return the covariance that holds for white residuals, shape (n, n)."""
-    root = information_root(stack, stack.loose(point).normal(evaluations, point).factor)
+    root = information_root(stack, stack.normal(evaluations, point).factor)
     return np.asarray(root @ root.T)
 
 
@@ -54,7 +54,7 @@ def sandwich(
     """
     residual = np.concatenate([e.residual for e in evaluations])
     return blocks.sandwich(
-        stack.projected(evaluations, point), residual, inverse, stack.loose(point).prior[0] ** 2,
+        stack.projected(evaluations, point), residual, inverse, stack.prior[0] ** 2,
         stack.channels(evaluations), stack.readings(evaluations),
     )  # fmt: skip
 
@@ -63,6 +63,7 @@ def interval_covariance(
     stack: JointProblem, found: Sequence[ResidualEvaluation], point: JointPoint
 ) -> tuple[Array, str]:
     """Inverse information; the block sandwich where residuals are coloured, or grow."""
+    stack = stack.loose(point)
     try:
         inverse = inverse_information(stack, found, point)
     except np.linalg.LinAlgError:

@@ -42,6 +42,8 @@ from identification.study.study import ESTIMATED, SettledSetting, Study
 Progress = Callable[[str, float], None]
 ROUNDS = 8
 PATIENT = 1e-6
+FEW = 4
+"""Steps of nuisances alone before a fit."""
 ROUGH = 1e-3
 """Tolerance while noise and sub-steps are not settled."""
 DOUBLINGS = 6
@@ -249,7 +251,8 @@ def _costs_of_holds(
 
     With the sub-steps that the fit came to: with few of them a wrong behaviour may fit best.
     """
-    if not (_going(solution) or solution.status is FitStatus.ITERATIONS):
+    ended = solution.status is FitStatus.ITERATIONS and options.max_iterations > 0
+    if not (_going(solution) or ended):
         return {}  # a wrong behaviour may be why it did not converge
     costs: dict[str, float] = {}
     rates = [n for p in stack.problems for n in p.engine.input_rates]
@@ -366,9 +369,15 @@ def _solve(
 ) -> Made:
     stack = study.stack(setting)
     begin, found = point, None
+    if begin is None and method.name == "single_shooting":
+        try:
+            begin, found = near_start(stack, min(FEW, options.max_iterations))
+        except KeyboardInterrupt:
+            still = replace(options, max_iterations=0)
+            made = method.solve(FitTask(study, setting, stack, stack.start(), still))
+            return setting, stack, replace(made, status=FitStatus.CANCELLED)
     if begin is None or begin.theta.size != stack.n:
-        near = begin is None and method.name == "single_shooting"
-        begin, found = near_start(stack) if near else (stack.start(), None)
+        begin = stack.start()
     return setting, stack, method.solve(FitTask(study, setting, stack, begin, options, found))
 
 

@@ -59,6 +59,8 @@ def estimates_of(
             if free is not None:
                 reach = _of_a_log(float(sd[i])) if free.log else reach
                 low, high = t - reach, t + reach
+                if free.log:  # wide intervals stay within what a double holds
+                    low, high = max(low, -700.0), min(high, 700.0)
                 ends = sorted((free.value(low), free.value(high)))
                 nuisance = free.parameter.name in p.added
             elif upper[i] > lower[i]:

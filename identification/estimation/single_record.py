@@ -136,6 +136,7 @@ def _intervals(made: Fit) -> tuple[tuple[Estimate, ...], tuple[Estimate, ...]]:
     A misfit that has not been explained yet may have any colour.
     """
     stack, point = alone(made)
+    stack = stack.loose(point)
     with calm():
         now = stack.evaluate(point)
         try:

@@ -165,17 +165,18 @@ class JointProblem:
         return weight, centre
 
     def loose(self, point: JointPoint) -> JointProblem:
-        """Return the problem with weak priors that hold a small value as they hold its start.
+        """Return the problem with weak priors that hold a small value as they hold a declared one.
 
         A factor of twenty about a millionth of what was declared is nearly nothing: it would pin a
         damper that has vanished, and with it what another one gives in its place. For intervals.
         """
         given = {n for p in self.problems for n in p.scaled_priors}
-        small = {
-            i: float(np.exp(point.theta[i]))
-            for i, f in self.free.items()
-            if f.log and point.theta[i] < 0 and f.parameter.name not in given
-        }
+        small: dict[int, float] = {}
+        for i, f in self.free.items():
+            declared = f.parameter.value
+            if f.log and declared > 0 and f.parameter.name not in given:
+                part = f.value(float(point.theta[i])) / declared
+                small |= {i: part} if part < 1 else {}
         return replace(self, loosened=small) if small else self
 
     @property

@@ -9,7 +9,6 @@ import numpy as np
 from bondgraph.graph.elements import C, I, R
 from bondgraph.support.errors import BondsightError
 from identification.diagnosis.evidence.answer import Decision
-from identification.diagnosis.evidence.conclusion import unforetold
 from identification.diagnosis.evidence.remaining import growing, remaining
 from identification.diagnosis.explanation.colour import colour_notes, too_narrow
 from identification.diagnosis.screening.mixups import in_doubt
@@ -55,7 +54,6 @@ def notes_of(
     floor = dict(zip(data.names, map(float, data.floor), strict=True))
     loose = taken_over(last, named) | {n for t in together for n in t.names}
     return (
-        *(() if named else unforetold(nominal)),
         *in_doubt(last, declared, loose), *colour_notes(last, material.given),
         *(too_narrow(last) if named else ()),
         *material.recording.notes, *notes_on_size(last, named),

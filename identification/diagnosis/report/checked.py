@@ -7,6 +7,7 @@ import numpy as np
 from identification.diagnosis.catalogue import CATALOGUE
 from identification.diagnosis.catalogue.words import spoken
 from identification.diagnosis.diagnose import Diagnosis
+from identification.diagnosis.evidence.conclusion import QUIET
 from identification.diagnosis.explanation.places_judged import judged_places
 from identification.diagnosis.localisation.recording import axes_of
 from identification.diagnosis.report.found import NAMED, found_of, places_of
@@ -47,7 +48,7 @@ def _structure(d: Diagnosis) -> str:
 
 
 def _relations(d: Diagnosis) -> list[str]:
-    if not d.relations or d.kind in ("explained", "parameters_only"):
+    if not d.relations or d.kind in QUIET:
         return []  # nothing is left to be placed
     words = (
         "Before any law is tried: in each row the elements on the left may do whatever they like, "
@@ -154,7 +155,7 @@ def _weak(low: float, high: float, value: float) -> bool:
 
 def _unsaid(d: Diagnosis) -> list[str]:
     lines = []
-    if d.kind in ("explained", "parameters_only"):
+    if d.kind in QUIET:
         lines.append(
             "What the recording does not excite it cannot show: nothing is missing here, which "
             "is not to say that nothing is missing elsewhere."

@@ -198,7 +198,8 @@ def _plane(
 
 def _spills(d: Diagnosis, name: str) -> bool:
     chosen = [s.chosen for s in d.findings if s.chosen and s.chosen.element == name]
-    return any(isinstance(law_of(t.fit.problem.graph[name]), Overflow) for t in chosen)
+    graphs = (d.graph, *(t.fit.problem.graph for t in chosen))
+    return any(isinstance(law_of(g[name]), Overflow) for g in graphs)
 
 
 def _bend(x: Array, y: Array) -> Array:

@@ -10,7 +10,6 @@ from identification.diagnosis.catalogue import by_name
 from identification.diagnosis.catalogue.words import briefly, spoken
 from identification.diagnosis.diagnose import Diagnosis
 from identification.diagnosis.evidence.answer import Decision
-from identification.diagnosis.evidence.conclusion import unforetold
 from identification.diagnosis.evidence.kinds_told import EXACT, open_kinds
 from identification.diagnosis.explanation.doubts import doubts
 from identification.diagnosis.explanation.law_formula import gain_of
@@ -60,8 +59,7 @@ def _answered(d: Diagnosis) -> str:
     if d.mistakes:
         return _mistaken(d)
     if d.kind == "insufficient_data":
-        seen = () if d.nominal is None else unforetold(d.nominal)
-        return f"There is too little to go on: {(*seen, *d.notes, 'no excitation')[0]}."
+        return f"There is too little to go on: {d.notes[0] if d.notes else 'no excitation'}."
     if d.kind == "explained":
         return (
             f"The model {d.model} explains {shortened(d.recording.name)} as far as its noise "

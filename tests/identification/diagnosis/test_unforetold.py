@@ -1,45 +1,56 @@
-"""What is missed by more than noise, and no better than by a constant, tells nothing."""
+"""What is missed by more than noise, and by more than the readings move, tells nothing."""
 
 from __future__ import annotations
 
+from importlib import import_module
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 
-from identification.diagnosis.evidence.answer import Decision
-from identification.diagnosis.evidence.conclusion import kind_of, unforetold
+from bondgraph.signals.recording import Recording
+from identification.diagnosis.diagnose import diagnose
+from identification.diagnosis.evidence.conclusion import QUIET, unforetold
+from identification.diagnosis.search.candidates import DiagnosisOptions
+from tests.settled import simulate
+from tests.spring import spring
 
 SWING = 2.0
 
 
 def left(x: float, v: float, floor: float = 0.5) -> Any:
     """A fit that misses the held-out samples of two readings, which swing by 2, by so much."""
-    data = SimpleNamespace(
-        readings=SWING * np.array([[1.0, -1.0], [-1.0, 1.0]]), floor=np.array([floor, floor])
-    )
+    readings = SWING * np.array([[1.0, -1.0], [-1.0, 1.0]])
+    data = SimpleNamespace(readings=readings, floor=np.array([floor, floor]))
     return SimpleNamespace(
-        problem=SimpleNamespace(data=data), rmse=lambda part: {"x": x, "v": v},
-        chi2=lambda part: 1.0,
+        problem=SimpleNamespace(data=data), rmse=lambda part: {"x": x, "v": v}
     )  # fmt: skip
 
 
 @pytest.mark.parametrize(
     ("missed", "floor", "told"),
     [
-        ((2.5, 2.1), 0.5, "insufficient_data"),
-        ((2.5, 1.9), 0.5, "explained"),
-        ((2.5, 2.1), 2.0, "explained"),  # nothing but noise to foretell
-        ((25.0, 2.1), 0.5, "explained"),  # that is no noise, and other rules tell it
+        ((2.5, 2.1), 0.5, True),
+        ((2.5, 1.9), 0.5, False),
+        ((2.5, 2.1), 2.0, False),  # nothing but noise to foretell
     ],
 )
-def test_a_model_that_foretells_nothing_is_not_called_right(
-    missed: tuple[float, float], floor: float, told: str
-) -> None:
-    fit = left(*missed, floor)
-    quiet = Decision("explained", None, (), (), 0.0, 0.0, ())
-    assert kind_of((quiet,), fit, fit) == told
-    assert bool(unforetold(fit)) == (told == "insufficient_data")
-    alarm = Decision("unknown_physics", None, (), (), 0.0, 0.0, ())
-    assert kind_of((alarm,), fit, fit) == "unknown_physics"
+def test_nothing_is_foretold(missed: tuple[float, float], floor: float, told: bool) -> None:
+    assert bool(unforetold(left(*missed, floor))) == told
+
+
+def test_it_is_said_before_anything_else(monkeypatch: pytest.MonkeyPatch) -> None:
+    rng, t = np.random.default_rng(2), np.asarray(0.02 * np.arange(90), np.float64)
+    model, force = spring(), np.sin(5.0 * t)
+    x = np.asarray(simulate(model, t, {"F": force})["x"])
+    noisy = x + 1e-5 * rng.standard_normal(t.size)
+    recording = Recording("run", t, {"F": force, "x": noisy}, {"F": "N", "x": "m"})
+    options = DiagnosisOptions(jobs=1, keep=1, more=1, effects=1)
+    assert diagnose(model, recording, options=options).kind in QUIET
+    monkeypatch.setattr(
+        import_module("identification.diagnosis.diagnose"), "unforetold", lambda fit: ("missed",)
+    )
+    found = diagnose(model, recording, options=options)
+    assert found.kind == "insufficient_data"
+    assert str(found).startswith("There is too little to go on: missed.")
