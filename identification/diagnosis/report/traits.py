@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from identification.diagnosis.diagnose import Diagnosis
-from identification.diagnosis.explanation.characterisation import Character
 from identification.report import html
 from identification.report.words import stopped
 
@@ -34,20 +33,16 @@ UNSEEN = (
 )
 
 
-def _unseen(character: Character) -> bool:
-    """Whether a latent signal follows no variable of its port."""
-    return character.variable == "nothing"
-
-
 def characterised(d: Diagnosis) -> str:
     """Sentence and shares of the latent signal at each port; of what was named at its place."""
     parts: list[str] = []
     named = [s.chosen.element for s in d.findings if s.chosen is not None]
     shown = {n: d.traits[n] for n in named if n in d.traits} if named else d.traits
     for element, (character, _) in [*shown.items()][:PORTS]:
+        unseen = character.variable == "nothing"
         parts += [
             html.heading(f"at {element}") if element else "",
-            html.paragraph(UNSEEN if named and _unseen(character) else stopped(character.words)),
+            html.paragraph(UNSEEN if named and unseen else stopped(character.words)),
             html.paragraph(
                 f"What {element} must have added is in its law plane." if element else ""
             ),

@@ -115,10 +115,8 @@ def charged(law: Law | None = None) -> BondGraph:
     return g
 
 
-def test_where_a_reading_tells_the_effort_of_a_store_points_draw_no_loops() -> None:
-    """Beside its own bent resistances the model as it is has another charge than the plant."""
-    truth = charged(Polynomial(0.0, 0.4, orders=(3,), unit="V")).with_values({"a_3_c": 1.0})
-    (nominal, _), (made, _) = fitted(charged(), truth, 20), fitted(truth, truth, 20)
+def plane_of_charge(nominal: Fit, made: Fit) -> dict[str, Any]:
+    """Return the plane of the capacitor where its law was named."""
     one = tried(made, "c")
     step: Any = SimpleNamespace(possible=(one,), same_place=(), kind="missing_physics", chosen=one)
     run = Recording(
@@ -128,7 +126,15 @@ def test_where_a_reading_tells_the_effort_of_a_store_points_draw_no_loops() -> N
         "missing_physics", "charged", run, charged(), nominal.problem.data, nominal=nominal,
         scene=scene(nominal), steps=(step,), trials=(one,),
     )  # fmt: skip
-    plane = planes(d)["of"]["c"]
+    plane: dict[str, Any] = planes(d)["of"]["c"]
+    return plane
+
+
+def test_where_a_reading_tells_the_effort_of_a_store_points_draw_no_loops() -> None:
+    """Beside its own bent resistances the model as it is has another charge than the plant."""
+    truth = charged(Polynomial(0.0, 0.4, orders=(3,), unit="V")).with_values({"a_3_c": 1.0})
+    (nominal, _), (made, _) = fitted(charged(), truth, 20), fitted(truth, truth, 20)
+    plane = plane_of_charge(nominal, made)
     assert plane["open"] == law_plane.REPAIRED
     (law,) = plane["laws"]
     x, y, q, v = (
@@ -144,16 +150,7 @@ def test_a_store_with_a_rim_counts_what_it_spilled() -> None:
     rim = Overflow(stiffness=5.0, stiffness_unit="V/C", depth=0.3, size=0.3, top=0.6, unit="C")
     truth = charged(rim)
     (nominal, _), (made, _) = fitted(charged(), truth, 5), fitted(truth, truth, 1)
-    one = tried(made, "c")
-    step: Any = SimpleNamespace(possible=(one,), same_place=(), kind="missing_physics", chosen=one)
-    run = Recording(
-        "run", T, {"F": U, "x": nominal.problem.data.readings[:, 0]}, {"F": "V", "x": "V"}
-    )
-    d = Diagnosis(
-        "missing_physics", "charged", run, charged(), nominal.problem.data, nominal=nominal,
-        scene=scene(nominal), steps=(step,), trials=(one,),
-    )  # fmt: skip
-    assert planes(d)["of"]["c"]["open"].endswith(law_plane.SPILLED)
+    assert plane_of_charge(nominal, made)["open"].endswith(law_plane.SPILLED)
 
 
 def test_a_law_lies_on_points_whose_level_and_scale_nobody_knows(monkeypatch: Any) -> None:

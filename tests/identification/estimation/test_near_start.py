@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from importlib import import_module
+
 import numpy as np
 import pytest
 
 from bondgraph.laws import EndStop
 from bondgraph.signals.recording import Recording
+from identification.estimation import FitStatus, estimate
 from identification.estimation.near_start import near_start
 from identification.study.study import Study
 from tests.settled import simulate
@@ -45,4 +48,25 @@ def test_values_that_are_wrong_are_no_place_to_begin_with_nuisances(k: float) ->
     assert found is not None  # not simulated again
     np.testing.assert_array_equal(begun.theta, plain.theta)
     for a, b in zip(begun.states, plain.states, strict=True):
+        np.testing.assert_array_equal(a, b)
+
+
+def test_a_stop_before_the_first_step_keeps_the_start_values(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def stopped(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(import_module("identification.estimation.estimate"), "near_start", stopped)
+    found = estimate(study(150.0))
+    assert found.status is FitStatus.CANCELLED
+    assert found.values["k"] == 150.0
+
+
+def test_no_iteration_is_no_step_of_nuisances() -> None:
+    stack = study(200.0).stack()
+    begun, found = near_start(stack, 0)
+    assert found is None
+    np.testing.assert_array_equal(begun.theta, stack.start().theta)
+    for a, b in zip(begun.states, stack.start().states, strict=True):
         np.testing.assert_array_equal(a, b)

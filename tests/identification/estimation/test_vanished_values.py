@@ -26,12 +26,18 @@ def two_dampers() -> BondGraph:
     return g
 
 
+@pytest.mark.parametrize("begun", [False, True], ids=["from declared values", "begun there"])
 @pytest.mark.parametrize("left", [1.0, 0.1, 1e-3, 1e-6])
-def test_the_interval_of_one_damper_allows_for_what_the_other_may_take(left: float) -> None:
-    stack = Study(two_dampers(), [record(noise=2e-4)], free=("d", "e"), hold="linear").stack()
+def test_the_interval_of_one_damper_allows_for_what_the_other_may_take(
+    left: float, begun: bool
+) -> None:
+    """Wherever the fit began: a study after a diagnosis starts at the values that were found."""
+    asked = Study(two_dampers(), [record(noise=2e-4)], free=("d", "e"), hold="linear")
+    found = {"d": 2.0 - left, "e": left}
+    stack = (asked.starting(found) if begun else asked).stack()
     point = stack.start()
     theta = point.theta.copy()
-    theta[:2] = np.log(2.0 - left), np.log(left)
+    theta[:2] = [0.0, 0.0] if begun else np.log([*found.values()])
     point = replace(point, theta=theta)
     covariance, _ = interval_covariance(stack, stack.evaluate(point), point)
     d, e = estimates_of(stack, point, covariance)[0]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from importlib import import_module
 from pathlib import Path
 
@@ -60,6 +61,22 @@ def test_a_model_without_a_source_and_what_it_does_not_use_is_said() -> None:
         "coasting has no source, so nothing but the start says what it does; columns that are no "
         "reading: F"
     )
+
+
+def test_file_and_page_say_it_too(tmp_path: Path) -> None:
+    model, run, out = tmp_path / "cart.py", tmp_path / "run.csv", tmp_path / "out"
+    model.write_text(MODEL.replace('        Se("F", unit="N") >> body', "        body"))
+    noise = 1e-6 * np.random.default_rng(0).normal(size=T.size)
+    rows = "".join(
+        f"{t:.2f},{v:.4g},{x:.4g}\n" for t, v, x in zip(T, np.sin(T), noise, strict=True)
+    )
+    run.write_text("t[s],F[N],x[m]\n" + rows)
+    assert main(["diagnose", str(run), "--model", str(model), "--out", str(out), "--quiet"]) == 0
+    said = "cart has no source"
+    found = json.loads((out / "verdict.json").read_text())
+    assert any(n.startswith(said) for n in found["notes"])
+    assert found["advice"][0].startswith(said)
+    assert said in (out / "report.html").read_text()
 
 
 def test_noise_on_a_resting_sensor_is_no_motion() -> None:

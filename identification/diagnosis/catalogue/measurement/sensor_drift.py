@@ -29,7 +29,9 @@ class SensorDrift(Effect):
     law = "polynomial_in_time"
     sentence = "its reading wanders slowly with time, whatever is measured"
     richer = (WarmUp.name,)
-    looks = "a straight or bent line under the whole record, also where nothing moves"
+    looks = (
+        "a line under the whole record, straight, bent or levelling off, also where nothing moves"
+    )
     confused_with = ("creep", "sensor_offset", "time_varying_parameter")
     separated_by = (
         "a long rest: drift goes on, creep dies out; and a second sensor of the same motion"
