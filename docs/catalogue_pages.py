@@ -27,7 +27,7 @@ IN_TIME = frozenset({
     "time_varying_parameter",
 })  # fmt: skip
 """Effects that are drawn over time; the others over what their element moves by."""
-SHAPE = {"external_disturbance": 0, "overflow": 1, "time_varying_parameter": 0}
+SHAPE = {"external_disturbance": 0, "overflow": 1, "sensor_drift": 0, "time_varying_parameter": 0}
 """Which of its shapes is drawn where the middle one would not teach."""
 TWO_ENDS = frozenset({"current_limit"})
 """Effects with a column for either end, which are drawn together."""
