@@ -16,15 +16,19 @@ WORTH = 0.3
 """Times the noise of a reading that a nuisance changes it by, from which it is worth a word."""
 LOUD = 1.0
 """The same for one that may be none: it hides in something else."""
+SMALL = 0.5
+"""The same for one of which a word is enough: without it the answer would be the same."""
 AMBIENT = 5.0
 """Kelvin: an offset of a temperature beyond it is the scale's, no sensor is so far off."""
+LITTLE = ": little"
+"""How one ends that is not leant on."""
 ZERO = "where the model's zero lies on the scale of"
 """What such an offset is, in words: most models count temperatures from the ambient."""
 
 
 def leaning_words(said: str) -> str:
     """Return the sentence of a leaning that was written as text."""
-    return said if ZERO in said else f"the fit leans on {said}"
+    return said if ZERO in said or LITTLE in said else f"the fit leans on {said}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,7 +56,8 @@ class Leaning:
         """What it does to the reading."""
         if self.is_ambient:
             return f"{ZERO} {self.reading}: the ambient of an absolute reading"
-        return f"moves {self.reading} by {self.over_noise:.2g} times its noise"
+        little = LITTLE if self.over_noise < SMALL else ""
+        return f"moves {self.reading} by {self.over_noise:.2g} times its noise{little}"
 
     def __str__(self) -> str:
         """Name, number, interval and what it does to the reading."""

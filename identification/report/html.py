@@ -126,10 +126,10 @@ def bullets(lines: Iterable[str]) -> str:
     return _piece("listed", shown, "ul") if shown else ""
 
 
-def numbered(lines: Iterable[str]) -> str:
+def numbered(lines: Iterable[str], first: int = 1) -> str:
     """List of plain texts with their numbers."""
     shown = list(lines)
-    return _piece("listed", shown, "ol") if shown else ""
+    return _piece("listed", shown, "ol", first) if shown else ""
 
 
 def remarks(found: Sequence[tuple[str, str, str]]) -> str:

@@ -9,6 +9,7 @@ from math import gcd, log
 
 import numpy as np
 
+from bondgraph.signals.units import same_dimension
 from bondgraph.support.arrays import FloatArray
 from identification.report.numbers import quantity, within
 from identification.uncertainty.combinations import Combination, FlatBlock
@@ -114,7 +115,11 @@ def trade_offs(
 
 
 def _best_pair(i: int, j: int, info: Information, s: Sensitivities) -> tuple[Combination, float]:
-    """Return the product of two with small exponents that is known best, for its length."""
+    """Return the combination of two that is known best for its length, with its relative error.
+
+    That is a product with small exponents or, of two of one unit, their sum or that of their
+    reciprocals: two dampers, or two springs behind one another.
+    """
     best: tuple[float, Combination, float] | None = None
     for a, b in product((1, 2, 3), (-3, -2, -1, 1, 2, 3)):
         if gcd(a, b) > 1:
@@ -128,6 +133,14 @@ def _best_pair(i: int, j: int, info: Information, s: Sensitivities) -> tuple[Com
             turned = (-a, -b) if a + b < 0 else (a, b)
             best = (score, Combination("product", (s.names[i], s.names[j]), turned), error)
     assert best is not None
+    alike = s.units[i] and s.units[j] and same_dimension(s.units[i], s.units[j])
+    for form in ("sum", "sum of reciprocals") if alike else ():
+        shares = s.values[[i, j]] if form == "sum" else -1.0 / s.values[[i, j]]
+        direction = np.zeros(len(s.names))
+        direction[[i, j]] = shares / abs(shares.sum())
+        error = info.error_of(direction)
+        if (score := error / float(np.linalg.norm(direction))) < best[0]:
+            best = (score, Combination(form, (s.names[i], s.names[j]), (1, 1)), error)
     return best[1], best[2]
 
 

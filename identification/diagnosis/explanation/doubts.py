@@ -74,7 +74,7 @@ def _to_mend(d: Diagnosis) -> tuple[str, ...]:
         return (what_to_do(d.mistakes),) if d.mistakes else ()
     if d.doubted:
         return (f"{what_to_do(d.doubted)}; {AFTER}",)
-    if gains := tuple(_forgotten(d)):
+    if gains := tuple(forgotten_units(d)):
         return gains
     if not doubts(d):
         return ()
@@ -102,7 +102,7 @@ def _likely(d: Diagnosis, last: Fit) -> tuple[Mixup, ...]:
     )
 
 
-def _forgotten(d: Diagnosis) -> Iterator[str]:
+def forgotten_units(d: Diagnosis) -> Iterator[str]:
     """Yield what a wrong factor of a reading looks like: a sign or a unit."""
     for chosen in (s.chosen for s in d.findings):
         if chosen is not None and chosen.effect == "sensor_gain":

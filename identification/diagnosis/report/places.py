@@ -14,7 +14,8 @@ def places(d: Diagnosis) -> str:
     """Ranked regions in words; the studio shades and numbers those of time and frequency."""
     if d.nominal is None or d.data is None or d.kind == "insufficient_data":
         return ""
-    listed = html.numbered(map(region_words, regions_of(d)))
+    found = [region_words(r) for r in regions_of(d)]
+    listed, more = html.numbered(found[:FIRST]), found[FIRST:]
     intro = (
         "Most concentrated first; two that hold mostly the same samples are listed once. The "
         "misfit is the root mean square of what the model as it is, fitted, leaves there, over the "
@@ -25,7 +26,12 @@ def places(d: Diagnosis) -> str:
         "Where in the recording the model fails",
         html.paragraph(intro if listed else _even(d)),
         listed,
+        html.folded(f"{len(more)} more", html.numbered(more, FIRST + 1)) if more else "",
     )
+
+
+FIRST = 5
+"""Places that are read at once; the others are behind a line."""
 
 
 def _even(d: Diagnosis) -> str:

@@ -11,7 +11,7 @@ from identification.diagnosis.catalogue.words import briefly, spoken
 from identification.diagnosis.diagnose import Diagnosis
 from identification.diagnosis.evidence.answer import Decision
 from identification.diagnosis.evidence.kinds_told import EXACT, open_kinds
-from identification.diagnosis.explanation.doubts import doubts
+from identification.diagnosis.explanation.doubts import doubts, forgotten_units
 from identification.diagnosis.explanation.law_formula import gain_of
 from identification.diagnosis.localisation.element_kind import element_words
 from identification.diagnosis.localisation.recording.variables import variables_of
@@ -52,7 +52,12 @@ def sentence(d: Diagnosis) -> str:
     if d.mistakes or d.nominal is None:
         return said
     load = (d.load.claim,) if d.load is not None else ()
-    return ended("; but ".join((said.removesuffix("."), *doubts(d), *load)))
+    doubted = doubts(d)
+    if d.kind == "missing_physics" and any(forgotten_units(d)):
+        # a header that is to be mended comes before the name that stands in for it
+        first, doubted = f"First check a unit: {'; or '.join(doubted)}", ()
+        said = f"{first}; taken as it is: {said[0].lower()}{said[1:]}"
+    return ended("; but ".join((said.removesuffix("."), *doubted, *load)))
 
 
 def _answered(d: Diagnosis) -> str:

@@ -71,6 +71,13 @@ def test_the_ambient_of_a_temperature_is_nothing_that_a_fit_leans_on(
         assert said.endswith("which moves T1 by 7e+02 times its noise")
 
 
+def test_what_moves_a_reading_by_less_than_its_noise_is_nothing_to_lean_on() -> None:
+    offset = Estimate("offset x", 3e-6, "m", (2e-6, 4e-6))
+    said = leaning_words(str(Leaning(offset, "x", 0.33)))
+    assert said.startswith("offset x = 3 µm")
+    assert said.endswith("which moves x by 0.33 times its noise: little")
+
+
 def test_the_gain_of_a_sensor_is_a_number() -> None:
     found = misread(0.905)
     (step,) = found.findings

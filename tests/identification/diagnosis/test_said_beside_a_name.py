@@ -30,12 +30,21 @@ from identification.diagnosis.localisation.recording import axes_of
 from identification.diagnosis.localisation.recording.variables import two_port_variables
 from identification.diagnosis.report.changed import definition, math_svg
 from identification.diagnosis.report.checked import checked
+from identification.diagnosis.report.places import FIRST, places
 from identification.diagnosis.report.sections import graph
 from identification.diagnosis.screening.port_history import FittedModel, PortHistory
 from identification.diagnosis.screening.undoing import Mixup
 from identification.diagnosis.search.candidates import Candidate
 from identification.diagnosis.studio import page
-from identification.diagnosis.verdict import in_words, parse_verdict, retold, verdict, write_verdict
+from identification.diagnosis.verdict import (
+    in_words,
+    parse_verdict,
+    retold,
+    sentence,
+    text as words,
+    verdict,
+    write_verdict,
+)
 from identification.diagnosis.verdict.lines import sure_words
 from identification.estimation.estimates import Estimate
 from identification.report.words import stopped
@@ -93,6 +102,26 @@ def test_without_a_name_places_stay_open(found: Diagnosis) -> None:
     assert "may sit here alone" in checked(open_)
     # where nothing is missing, nothing is to be placed
     assert "may sit here alone" not in checked(replace(open_, kind="explained"))
+
+
+def test_a_unit_to_mend_comes_before_the_name_that_stands_in_for_it(
+    found: Diagnosis, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    hint = "x looks about 100 times too small (its unit?)"
+    plain = sentence(found)
+    monkeypatch.setattr(words, "doubts", lambda d: (hint,))
+    assert sentence(found) == f"{plain.removesuffix('.')}; but {hint}."
+    monkeypatch.setattr(words, "forgotten_units", lambda d: (hint,))
+    lowered = plain[0].lower() + plain[1:]
+    assert sentence(found) == f"First check a unit: {hint}; taken as it is: {lowered}"
+
+
+def test_the_first_places_in_the_recording_are_read_at_once(found: Diagnosis) -> None:
+    (first, *_) = found.regions
+    shown = places(replace(found, regions=(first,) * 7))
+    assert shown.index("2 more") > shown.index("<ol>")
+    assert f'<ol start="{FIRST + 1}">' in shown
+    assert "more" not in places(replace(found, regions=(first,) * FIRST)).partition("<ol>")[2]
 
 
 @pytest.fixture(scope="module")

@@ -11,6 +11,7 @@ from scipy.signal import lfilter
 from bondgraph.support.errors import UnknownName, UnusableInput
 from identification.statistics.blocks import block_rows, block_scores, blocks_for, sandwich
 from identification.uncertainty.information import Sensitivities, information
+from identification.uncertainty.statements import trade_offs
 
 
 def line(n: int = 400) -> np.ndarray:
@@ -174,3 +175,18 @@ def test_what_only_a_prior_tells_keeps_the_error_of_the_prior() -> None:
     residual, prior = np.random.default_rng(6).standard_normal(400), np.array([0.0, 4.0])
     inverse = np.diag(1.0 / (np.sum(j**2, axis=0) + prior))
     assert sandwich(j, residual, inverse, prior)[1, 1] == pytest.approx(0.25)
+
+
+@pytest.mark.parametrize(
+    ("form", "said"), [("sum", "b_m + b_l is known to"), ("reciprocals", "1/b_m + 1/b_l is known")]
+)
+def test_two_of_one_unit_that_make_up_for_each_other_are_told_as_their_sum(
+    form: str, said: str
+) -> None:
+    rng, values = np.random.default_rng(4), np.array([27e-6, 111e-6])
+    each = values if form == "sum" else 1.0 / values
+    j = rng.standard_normal((300, 1)) * each / each.sum() * 100.0
+    j += 0.3 * rng.standard_normal((300, 2)) * [1.0, -0.5]
+    s = Sensitivities(("b_m", "b_l"), values, j, units=("N*m*s/rad", "N*m*s/rad"))
+    (pair,) = trade_offs(information(s), s, 0.98, set())
+    assert said in pair.text
