@@ -40,7 +40,7 @@ class Polynomial(Law):
     starts: ClassVar[tuple[str, ...]] = ("size", "unit")
     name: ClassVar[str] = "polynomial"
     meanings: ClassVar[Mapping[str, str]] = {
-        "a_i": "what this term adds at the upper end of the range, where (argument - centre)/half is 1",
+        "a_i": "what this term adds at the end of the range, where (argument - centre)/half is 1",
         "centre_i": "middle of the range",
         "half_i": "half of the range",
     }

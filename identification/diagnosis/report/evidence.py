@@ -12,7 +12,7 @@ from identification.diagnosis.evidence.answer import Decision
 from identification.diagnosis.explanation.colour import COLOURED
 from identification.diagnosis.explanation.doubts import file_first
 from identification.diagnosis.explanation.rivals import Standing, nominal_misfit, standings, title
-from identification.diagnosis.explanation.undetermined import remark_of, weakness
+from identification.diagnosis.explanation.undetermined import is_undetermined, remark_of, weakness
 from identification.diagnosis.report.found import found_of
 from identification.diagnosis.verdict.document import law_constants
 from identification.diagnosis.verdict.lines import bent
@@ -20,7 +20,6 @@ from identification.estimation.estimates import Estimate
 from identification.report import html
 from identification.report.numbers import interval, quantity, short, times_noise
 from identification.report.words import listed, ordinal, stopped
-from identification.uncertainty.tied import remark_on
 
 INTERVALS = (
     "The intervals are the wider ones of two: those of white noise, and those from how much "
@@ -112,8 +111,8 @@ def parameters(d: Diagnosis) -> str:
         return [
             e.name,
             *given,
-            quantity(e.value, e.unit),
-            "–" if remark_on(e.name, d.tied) else interval(*e.ci95, e.unit, e.value),
+            "–" if is_undetermined(e, d) else quantity(e.value, e.unit),
+            "–" if remark_of(e, d) else interval(*e.ci95, e.unit, e.value),
             remark_of(e, d) or weakness(e),
         ]
 

@@ -19,7 +19,7 @@ from identification.diagnosis.explanation.law_formula import (
     own_value,
 )
 from identification.diagnosis.explanation.notes import sure_of
-from identification.diagnosis.explanation.undetermined import UNDETERMINED, is_undetermined
+from identification.diagnosis.explanation.undetermined import is_undetermined, remark_of
 from identification.diagnosis.report import changed
 from identification.diagnosis.report.found import after_of, found_of, places_of, warmth_of
 from identification.diagnosis.report.law_figures import law_figure
@@ -200,7 +200,7 @@ def _told(e: Estimate, trial: Candidate, d: Diagnosis) -> str:
     said = meaning_of(e.name, trial)
     known = remark_on(e.name, d.tied) or f"95 %: {interval(*e.ci95, e.unit, e.value)}"
     value = f"{e.name} = {quantity(e.value, e.unit)}, {known}"
-    value = f"{e.name}: {UNDETERMINED}" if is_undetermined(e, d) else value
+    value = f"{e.name}: {remark_of(e, d)}" if is_undetermined(e, d) else value
     return f"{value}; {said}" if said else value
 
 

@@ -9,7 +9,6 @@ from identification.diagnosis.diagnose import Diagnosis
 from identification.diagnosis.explanation.colour import COLOURED
 from identification.diagnosis.explanation.law_formula import in_symbols, meaning_of, own_value
 from identification.diagnosis.explanation.undetermined import (
-    UNDETERMINED,
     is_undetermined,
     remark_of,
     weakness,
@@ -97,7 +96,7 @@ def parameter_lines(d: Diagnosis) -> list[str]:
             digits = max(4, telling_apart(low, high))
             ends = remark_on(e.name, d.tied) or f"{low:.{digits}g}, {high:.{digits}g}"
             value = f"{e.name} = {e.value:.{digits}g}{unit}  [{ends}]"
-            value = f"{e.name} {UNDETERMINED}" if is_undetermined(e, d) else value
+            value = f"{e.name} {remark_of(e, d)}" if is_undetermined(e, d) else value
             lines.append(f"  {value}" + (f"  {said}" if said else ""))
         for p in law_constants(step.chosen, d):
             unit, said = f" {p.unit}" if p.unit != "1" else "", meaning_of(p.name, trial)

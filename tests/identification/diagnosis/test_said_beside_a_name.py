@@ -30,6 +30,7 @@ from identification.diagnosis.localisation.recording import axes_of
 from identification.diagnosis.localisation.recording.variables import two_port_variables
 from identification.diagnosis.report.changed import definition, math_svg
 from identification.diagnosis.report.checked import checked
+from identification.diagnosis.report.evidence import parameters
 from identification.diagnosis.report.places import FIRST, places
 from identification.diagnosis.report.sections import graph
 from identification.diagnosis.screening.port_history import FittedModel, PortHistory
@@ -41,13 +42,16 @@ from identification.diagnosis.verdict import (
     parse_verdict,
     retold,
     sentence,
-    text as words,
     verdict,
     write_verdict,
+)
+from identification.diagnosis.verdict import (
+    text as words,
 )
 from identification.diagnosis.verdict.lines import sure_words
 from identification.estimation.estimates import Estimate
 from identification.report.words import stopped
+from identification.uncertainty.tied import Tied, Told
 from tests.identification.diagnosis import rubbing_spring
 from tests.identification.diagnosis.effect_plants import scene
 
@@ -243,6 +247,12 @@ def test_such_a_number_is_said_to_be_open_in_text_page_and_file(
     assert f"F_c_d {UNDETERMINED}  friction level" in in_words(found)
     assert f"F_c_d: {UNDETERMINED}; friction level" in page(found)
     assert f"F_c_d {UNDETERMINED}, friction level" in said(found)
+    cells = re.findall(r"<t[dh][^>]*>([^<]*)", parameters(found))
+    at = cells.index("F_c_d")
+    assert cells[at + 1 : at + 6] == ["–", "–", "–", "–", UNDETERMINED]
+    # what is told with another one is told so
+    other = Tied(("F_c_d", "d"), "their sum", (Told("F_c_d + d", 1.0, "N", (0.9, 1.1)),))
+    assert "F_c_d only F_c_d + d is determined  friction" in in_words(replace(found, tied=(other,)))
 
 
 def test_one_number_says_how_sure_it_is_and_of_what(found: Diagnosis) -> None:
