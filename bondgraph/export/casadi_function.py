@@ -14,6 +14,7 @@ import casadi as ca
 from bondgraph.equations.program import FunctionNames, Program
 from bondgraph.export.casadi_step import step_function
 from bondgraph.export.implicit import solve_algebraic
+from bondgraph.export.switches import switches
 from bondgraph.support.errors import UnusableInput, unknown_name
 from bondgraph.support.whole_file import write_atomically
 
@@ -47,6 +48,17 @@ class CasadiModel:
         v = self._symbols()
         labels = ["t", "x", "z", "u", "p", "m", "h"]
         return ca.Function("residual", v, [self.equations(*v)[2]], labels, ["g"])
+
+    @cached_property
+    def switches(self) -> ca.Function:
+        """``(t, x, z, u, p, m, h) -> zero``, SX: where a law without memory changes its piece.
+
+        CasADi's integrators take such expressions as ``zero`` of a DAE, as an experiment.
+        """
+        v = self._symbols()
+        dx, _, g = self.equations(*v)
+        zero = switches(ca.vertcat(dx, g), v, ca.vertcat(v[1], v[2]), v[5])
+        return ca.Function("switches", v, [zero], [*"txzupmh"], ["zero"])
 
     @cached_property
     def rhs(self) -> ca.Function:

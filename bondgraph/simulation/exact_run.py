@@ -151,6 +151,19 @@ def run_prepared(
     With `every_substep` the result has ``(N - 1) * n_sub + 1`` rows instead of N. `memory` replaces
     the virgin memory of the laws it names.
     """
+    u, fine, z = begun(ready, u, x0, hold, fine, memory)
+    return as_run(ready, *ready.march(fine, z, 1 if every_substep else ready.n_sub, u[0], True))
+
+
+def begun(
+    ready: Prepared,
+    u: Array,
+    x0: Array,
+    hold: str,
+    fine: Array | None = None,
+    memory: Memories | None = None,
+) -> tuple[Array, Array, Array]:
+    """Return inputs at samples and sub-steps, and the carried numbers at the start."""
     compiled, n_p, n_x = ready.compiled, ready.n_p, ready.compiled.n_x
     if fine is None:
         fine = fine_inputs(u, ready.n_sub, hold)
@@ -163,8 +176,12 @@ def run_prepared(
         z[:n_x, 1 + n_p :] = np.eye(n_x)
     _initial_memory(compiled, lay, *ready.still, u[0], z)
     _given_memory(compiled, lay, memory or {}, z)
-    stride = 1 if every_substep else ready.n_sub
-    y, seen, z = ready.march(fine, z, stride, u[0], True)
+    return u, fine, z
+
+
+def as_run(ready: Prepared, y: Array, seen: Array, z: Array) -> KernelRun:
+    """Return what a march gave as a run."""
+    compiled, lay, n_x = ready.compiled, ready.layout, ready.compiled.n_x
     return KernelRun(
         y[:, :, 0],
         y[:, :, 1:],
@@ -236,7 +253,17 @@ def settle(
     def run_with(n_sub: int) -> KernelRun:
         return run_record(compiled, p, u, step, x0, n_sub=n_sub, hold=hold, memory=memory)
 
-    return settled_run(compiled, run_with, hold, accuracy, largest, loud)
+    n_sub, run = settled_run(compiled, run_with, hold, accuracy, min(LOCATED, largest))
+    if run.settled or largest <= LOCATED:
+        return n_sub, run
+    from bondgraph.simulation.located import located
+
+    found = located(compiled, p, u, step, x0, hold, accuracy, memory, run)
+    return found or settled_run(compiled, run_with, hold, accuracy, largest, loud)
+
+
+LOCATED = 16
+"""Sub-steps a sample from which steps are halved only where a law switches or bends."""
 
 
 def settled_run(
@@ -257,7 +284,7 @@ def settled_run(
     change = float("inf")
     while n_sub < largest:
         finer = run_with(2 * n_sub)
-        change = relative_change(_unrounded(compiled, run), _unrounded(compiled, finer))
+        change = unrounded_change(compiled, run, finer)
         run, n_sub = finer, 2 * n_sub
         if change < accuracy:
             return n_sub, run
@@ -269,6 +296,11 @@ def settled_run(
         )
     run = replace(run, settled=False)
     return n_sub, run
+
+
+def unrounded_change(compiled: Compiled, before: KernelRun, after: KernelRun) -> float:
+    """Return by how much the readings of two runs differ before they are rounded."""
+    return relative_change(_unrounded(compiled, before), _unrounded(compiled, after))
 
 
 def _unrounded(compiled: Compiled, run: KernelRun) -> Array:

@@ -7,17 +7,19 @@ without gcc one whole step is a CasADi function that runs in CasADi's virtual ma
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import lru_cache
 from itertools import pairwise
 from pathlib import Path
+from typing import Any
 
 import casadi as ca
 import numpy as np
 
 from bondgraph.simulation.banks import PlacedBank, TakenOut, loaded, taken_out, unloaded
 from bondgraph.simulation.block_recursion import blocked_record
+from bondgraph.simulation.halving import Within
 from bondgraph.simulation.lure import Compiled
 from bondgraph.simulation.lure_closing import ClosedLaws, closed_laws
 from bondgraph.simulation.lure_layout import KernelLayout, layout
@@ -221,12 +223,37 @@ def _reordered(run: Runner, lay: KernelLayout, inner: KernelLayout, taken: Taken
     return started
 
 
+NONE = np.zeros(0)
+LocatedRunner = Callable[..., Callable[..., tuple[Array, Array, Array]]]
+
+
+@lru_cache(maxsize=64)
+def _located_runner(key: _Key) -> LocatedRunner | None:
+    lay = layout(key.compiled, 0)
+    if compiler() is None or not lay.n_w or without_banks(key.compiled)[1].banks:
+        return None
+    slopes = has_slopes(lay)
+    laws = closed_laws(key.compiled, slopes)
+    libraries = compiled_march(lay, laws, slopes, located=True)
+    return _native_runner(libraries, laws, lay, ()) if libraries else None
+
+
+def located_runner(compiled: Compiled) -> LocatedRunner | None:
+    """Return ``run(moving, standing, q, dq, halves)(u, z, n_sub, before, begin, within)``.
+
+    It is that of `runner` without directions, its steps halved where they and their halves differ;
+    `halves` are the matrices of steps of a half, a quarter and so on, `DEPTH` of them. None where
+    nothing is compiled, without laws, and of sums of plays.
+    """
+    return _located_runner(_Key(compiled, 0))
+
+
 def _native_runner(
     libraries: tuple[Path, ...],
     laws: ClosedLaws,
     lay: KernelLayout,
     banks: tuple[PlacedBank, ...],
-) -> Runner:
+) -> Any:
     march_library, *code = libraries
     native = ctypes.CDLL(str(march_library)).run_record
     native.restype = None
@@ -252,20 +279,32 @@ def _native_runner(
     def at(v: Array) -> ctypes.c_void_p:
         return ctypes.c_void_p(v.__array_interface__["data"][0])
 
-    def run(moving: Packed, standing: Packed, q: Array, dq: Array) -> March:
-        both = (moving, standing)
+    def run(
+        moving: Packed, standing: Packed, q: Array, dq: Array, halves: Sequence[Packed] = ()
+    ) -> March:
+        ladder = (moving, *halves)
+        both = (*ladder, standing)
         along = np.flatnonzero(np.any([dm.any(axis=0) for _, dm in both], axis=0))
         lead = 1 + (int(along[-1]) + 1) // each if along.size else 1
         lanes = each * lead
-        slopes = [wide(np.where(inputs, m, 0.0), dm, lanes) for m, dm in both]
+        *slopes, still = (wide(np.where(inputs, m, 0.0), dm, lanes) for m, dm in both)
         touched = number[np.any([dm.any(axis=1) for _, dm in both], axis=0)]
         live = (np.bincount(touched, minlength=len(lay.pieces) + 1)[:-1] > 0).astype(np.int64)
         by_q = wide(np.zeros(lay.n_q), dq, row)
-        given = [np.ascontiguousarray(v, float) for v in (moving[0], standing[0], q, *slopes, by_q)]
+        steps = np.concatenate([m for m, _ in ladder]), standing[0], q
+        along_steps = np.concatenate(slopes), still, by_q
+        given = [np.ascontiguousarray(v, float) for v in (*steps, *along_steps)]
+        stride = ctypes.c_longlong(moving[0].size)
         filled = [b.bank.filled(q[b.parameters], dq[b.parameters], row) for b in banks]
 
         def march(
-            u: Array, z: Array, n_sub: int, before: Array, begin: bool
+            u: Array,
+            z: Array,
+            n_sub: int,
+            before: Array,
+            begin: bool,
+            within: Within | None = None,
+            quiet: Array = NONE,
         ) -> tuple[Array, Array, Array]:
             u, before = (np.ascontiguousarray(v, float) for v in (u, before))
             n = u.shape[0] // n_sub + begin
@@ -279,6 +318,7 @@ def _native_runner(
             native(
                 ctypes.byref(table), at(u), at(before), *counts, at(live), at(carried),
                 *map(at, given), at(y), at(seen), iw, at(work), arg, res, *map(at, held),
+                *(() if within is None else (stride, at(quiet), *map(at, within.arrays))),
             )  # fmt: skip
             plays = unloaded(banks, *held, width)
             return y, seen, np.concatenate([carried[:, :width], plays])

@@ -62,9 +62,13 @@ def blocks_of(lay: KernelLayout, banks: Sequence[PlacedBank] = ()) -> int:
     return -(-(1 + lay.n_d) // lanes_of(lay, banks))
 
 
-def march_source(slopes: bool) -> str:
-    """C source of ``run_record`` for all models, with derivatives or without."""
+def march_source(slopes: bool, located: bool = False) -> str:
+    """C source of ``run_record`` for all models, with derivatives or without.
+
+    Steps of it that are `located` are halved where they and their halves differ.
+    """
     head = f"#define LANES {vector_length() if slopes else 1}\n#define SLOPES {int(slopes)}\n"
+    head += f"#define LOCATED {int(located)}\n"
     body = files("bondgraph.simulation").joinpath("march.c").read_text(encoding="utf-8")
     return f"{head}{ROWS}{bank_source()}\n#undef NB\n{body}"
 
@@ -79,12 +83,14 @@ def _steps(part: ClosedPart) -> tuple[Function | None, ...]:
     return part.begin, part.step, part.end
 
 
-def compiled_march(lay: KernelLayout, laws: ClosedLaws, slopes: bool) -> tuple[Path, ...]:
+def compiled_march(
+    lay: KernelLayout, laws: ClosedLaws, slopes: bool, located: bool = False
+) -> tuple[Path, ...]:
     """Compile the march and the laws; empty where that cannot be done.
 
     The march is the same for all models, the laws for all models that have them: few are compiled.
     """
-    march = build(march_source(slopes), MARCH)
+    march = build(march_source(slopes, located), MARCH)
     if march is None or not lay.n_w:
         return () if march is None else (march,)
     code = build(c_source(*law_functions(laws)), LAWS)

@@ -83,6 +83,87 @@ static int jumped(const double* u0, const double* before, const double* acting, 
   return 0;
 }
 
+#if LOCATED
+/* Steps of one sub-step, halved where a step and its two halves differ: a law that switches is
+   followed to where it does. Steps are counted in parts of a sub-step, TOP of them; `moving` holds
+   matrices of steps of a half, a quarter and so on, `stride` numbers each. */
+#define DEPTH 20
+#define TOP ((casadi_int)1 << DEPTH)
+typedef struct {
+  casadi_int at, level, phase;
+} place_t;
+
+static casadi_int deep(const place_t* p) { return p->level + (p->phase > 0); }
+
+/* inputs where a step begins and ends, on the line between those of the sub-step */
+static void between(const place_t* p, const double* u, casadi_int NU, double* now) {
+  const casadi_int size = TOP >> deep(p), at = p->at + (p->phase == 2) * size;
+  for (casadi_int end = 0; end < 2; ++end) {
+    const double share = (double)(at + end * size) / TOP;
+    for (casadi_int k = 0; k < NU; ++k) now[k + end * NU] = u[k] + (u[NU + k] - u[k]) * share;
+  }
+}
+
+/* the largest difference of numbers, over what is allowed of each; 0 allows all */
+static double apart(const row_block* z, const row_block* whole, casadi_int n, casadi_int NB,
+                    const double* allowed) {
+  double found = 0.0;
+  for (casadi_int i = 0; i < n; ++i) {
+    const double off = fabs(VALUE(z, i) - VALUE(whole, i));
+    if (allowed[i] > 0.0 && !(off <= found * allowed[i])) found = off / allowed[i];
+  }
+  return found;
+}
+
+/* What laws that jump make of states when they jump within a step, over what is allowed: a step and
+   its halves agree on a law's end value, whenever it jumped. What sticks all along does not jump:
+   arguments below `quiet`, which is negative of other laws. `late` is what a deviation adds. */
+static double jumping(const row_block* z, const row_block* kept, const double* late, casadi_int NX,
+                      casadi_int NW, casadi_int NB, const row_block* s, const double* began,
+                      const double* quiet, const double* allowed) {
+  double found = 0.0;
+  for (casadi_int k = 0; k < NW; ++k) {
+    if (quiet[k] < 0.0 || (fabs(VALUE(s, k)) <= quiet[k] && fabs(began[k]) <= quiet[k])) continue;
+    const double by = fabs(VALUE(z, NX + k) - VALUE(kept, NX + k));
+    for (casadi_int i = 0; i < NX; ++i) {
+      const double off = fabs(late[i + NX * k]) * by;
+      if (allowed[i] > 0.0 && off > found * allowed[i]) found = off / allowed[i];
+    }
+  }
+  return found;
+}
+
+/* Go on after a step; returns whether a sub-step is done. `kept` are the numbers where the step began
+   and what it made of them in one piece; `jumped` is what `jumping` gives. */
+static int gone_on(place_t* p, row_block* z, row_block* kept, casadi_int n, casadi_int NB,
+                   const double* allowed, double jumped, casadi_int* left) {
+  const size_t all = n * NB * sizeof(row_block);
+  row_block* whole = kept + n * NB;
+  --*left;
+  if (p->phase == 0) {
+    memcpy(whole, z, all);
+    memcpy(z, kept, all);
+  }
+  if (p->phase < 2) {
+    ++p->phase;
+    return 0;
+  }
+  const double off = fmax(apart(z, whole, n, NB, allowed), jumped);
+  p->phase = 0;
+  if (!(off <= 1.0) && p->level + 2 < DEPTH && *left > 0) {
+    memcpy(z, kept, all);
+    ++p->level;
+    return 0;
+  }
+  p->at += TOP >> p->level;
+  const casadi_int wider = p->level > 0 ? TOP >> (p->level - 1) : 0;
+  if (wider && off < 0.1 && p->at % wider == 0) --p->level;
+  if (p->at < TOP) return 0;
+  p->at = 0;
+  return 1;
+}
+#endif
+
 /* NX states, NU inputs, rows of NB blocks; `standing` are the matrices of a step of no length; with
    `begin` the first sample is such a step under the inputs `before` */
 void run_record(const laws_t* laws, const double* u, const double* before, casadi_int NX,
@@ -92,7 +173,12 @@ void run_record(const laws_t* laws, const double* u, const double* before, casad
                 const double* standing, const double* q, const double* slopes_of_moving,
                 const double* slopes_of_standing, const double* by_parameters, double* y,
                 double* seen, casadi_int* iw, double* work, const double** arg, double** res,
-                const casadi_int* plays, double* numbers, double* rows) {
+                const casadi_int* plays, double* numbers, double* rows
+#if LOCATED
+                , casadi_int stride, const double* quiet, const double* allowed, casadi_int* left,
+                double* ends
+#endif
+) {
   const casadi_int NW = laws->n_w, NM = laws->n_m, NBANKS = laws->n_banks, NV = NU + NW;
   const casadi_int PHI = 0, G0 = NX * NX, G1 = G0 + NX * NV, CS = G1 + NX * NV;
   const casadi_int DS = CS + NW * NX, GAIN = DS + NW * NU, CY = GAIN + NW * NW;
@@ -110,6 +196,12 @@ void run_record(const laws_t* laws, const double* u, const double* before, casad
   row_block alone[NW + 1];
 #endif
   casadi_int sample, sub, b, i, j, k;
+#if LOCATED
+  const casadi_int NZ = NX + NW + NM;
+  row_block kept[2 * NZ * NB];
+  double now[2 * NU + 1], began[NW + 1];
+  place_t place = {0, 0, 0};
+#endif
   for (i = 0; i < NBANKS; ++i)
     opened(banks + i, laws->bank_stops[i], plays + 2 * i, NB, &numbers, &rows);
   for (sample = 0; sample < n_samples; ++sample) {
@@ -120,6 +212,19 @@ void run_record(const laws_t* laws, const double* u, const double* before, casad
       const double *u0 = first ? before : u, *u1 = sub < 0 ? u0 : u + NU;
       m = sub < 0 ? standing : moving;
       d = (const row_block*)(sub < 0 ? slopes_of_standing : slopes_of_moving);
+#if LOCATED
+      if (sub >= 0) {
+        if (place.phase == 0) {
+          memcpy(kept, z, NZ * NB * sizeof(row_block));
+          for (j = 0; j < NW; ++j) began[j] = VALUE(s, j);
+        }
+        m += deep(&place) * stride;
+        d += deep(&place) * stride * lead;
+        between(&place, u, NU, now);
+        u0 = now;
+        u1 = now + NU;
+      }
+#endif
       for (j = 0; j < NX; ++j) x[j] = VALUE(z, j);
       for (k = 0; k < NW; ++k) w[k] = VALUE(z, NX + k);
       for (k = 0; k < NM; ++k) memory[k] = VALUE(z, NX + NW + k);
@@ -228,6 +333,20 @@ void run_record(const laws_t* laws, const double* u, const double* before, casad
       memcpy(z, x1, NX * NB * sizeof(row_block));
       memcpy(z + NX * NB, w1, NW * NB * sizeof(row_block));
       memcpy(z + (NX + NW) * NB, m1, NM * NB * sizeof(row_block));
+#if LOCATED
+      if (sub >= 0) {
+        const double jump_by = place.phase < 2 ? 0.0
+                             : jumping(z, kept, m + G1 + NX * NU, NX, NW, NB, s, began, quiet, allowed);
+        if (!gone_on(&place, z, kept, NZ, NB, allowed, jump_by, left)) {
+          --sub;
+          continue;
+        }
+      }
+      for (i = 0; i < NZ; ++i) {
+        ends[i] = fmin(ends[i], VALUE(z, i));
+        ends[NZ + i] = fmax(ends[NZ + i], VALUE(z, i));
+      }
+#endif
       if (sub >= 0) u += 2 * NU;
     }
     if (!first) before = u - NU;

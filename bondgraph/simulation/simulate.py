@@ -13,6 +13,7 @@ import numpy as np
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.checking import require_graph, tried_problems
 from bondgraph.simulation.exact_run import (
+    LOCATED,
     Memories,
     run_record,
     settle,
@@ -60,8 +61,10 @@ def simulate(
 
     Nothing has to be chosen: the linear part is integrated exactly, stiff or not, and the number
     of sub-steps doubles until the outputs change by less than `accuracy` (relative to their
-    range), so only the shape of the nonlinear laws within a step costs anything. Where 256 are not
-    enough, a warning says so, and `Trajectory.settled`.
+    range), so only the shape of the nonlinear laws within a step costs anything. Where 16 are not
+    enough, steps are halved only where they and their halves differ: where a law switches, such as
+    at a stop or where a mass begins to slide, that moment is found within the step. Where this does
+    not settle either, and 256 sub-steps do not, a warning says so, and `Trajectory.settled`.
 
     Parameters
     ----------
@@ -255,6 +258,7 @@ def simulate_general(
         No rest, no convergence, or the outputs do not settle within 256 sub-steps.
     """
     from bondgraph.simulation.posing import pose
+    from bondgraph.simulation.radau.located import located_general
     from bondgraph.simulation.radau.native import PreparedGeneral, run_general
     from bondgraph.simulation.radau.settling import settled_general, unsettled
 
@@ -270,7 +274,10 @@ def simulate_general(
         ready = PreparedGeneral(program, p, step, n_sub, (), False, False)
         return run_general(ready, u, x0, hold, memory=memory, unknowns=z0)
 
-    n_sub, made = settled_general(run_with, asked.columns, accuracy)
+    n_sub, made = settled_general(run_with, asked.columns, accuracy, largest=LOCATED)
+    if not made.settled:
+        found = located_general(program, p, u, step, x0, hold, accuracy, memory, z0, asked.columns)
+        n_sub, made = found or settled_general(run_with, asked.columns, accuracy)
     if not made.settled:
         raise unsettled(program, made, float(time[0]), step)
     return Trajectory(

@@ -32,7 +32,8 @@ class Trajectory:
     laws : dict of str to tuple of ndarray
         For each nonlinear law its argument and its deviation, shape (N,) each.
     steps_per_sample : int
-        Sub-steps that met the accuracy asked for.
+        Sub-steps that met the accuracy asked for; on the average where they were halved only where
+        a law switches or bends.
     state : ndarray, shape (n_x,)
         State at the last sample; with `memory` a later run goes on from here.
     memory : dict of str to tuple of float

@@ -70,7 +70,7 @@ def fmu2_cosimulation(
     found = equations(program)
     name = identifier(program.name)
     table = variables(program, step or 0.0, tolerance, ())
-    header = size_header(program, found, step or 0.0, tolerance, (), [])
+    header = size_header(program, found, step or 0.0, tolerance, (), 0, [])
 
     def describe(token: str) -> dict[str, bytes]:
         text = description_2(program.name, name, token, table, found)
@@ -87,8 +87,9 @@ def fmu3_model_exchange(
 
     Algebraic unknowns are solved inside by Newton's method. Memory moves in
     ``fmi3CompletedIntegratorStep`` and is constant in between; where the argument of a law with
-    memory turns an event indicator crosses zero, so that steps end there. Without gcc the archive
-    holds the C sources only.
+    memory turns, and where one without memory changes its piece, such as at a stop, an event
+    indicator crosses zero, so that steps end there. Without gcc the archive holds the C sources
+    only.
 
     Parameters
     ----------
@@ -120,8 +121,8 @@ def fmu3_model_exchange(
             raise UnusableInput(f"FMU of {program.name}: nominal size {size} of {state}: give > 0")
         sizes[program.states.index(state)] = float(size)
     name = identifier(program.name)
-    table = variables(program, 0.0, 1e-6, found.events)
-    header = size_header(program, found, 0.0, 1e-6, found.events, sizes)
+    table = variables(program, 0.0, 1e-6, found.events, found.n_k)
+    header = size_header(program, found, 0.0, 1e-6, found.events, found.n_k, sizes)
 
     def describe(token: str) -> dict[str, bytes]:
         text = description_3(program.name, name, token, table, found, sizes)

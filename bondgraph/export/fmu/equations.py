@@ -13,6 +13,7 @@ import numpy as np
 
 from bondgraph.equations.casadi_printer import to_casadi
 from bondgraph.equations.program import Program
+from bondgraph.export.switches import switches
 from bondgraph.graph.modulation import TIME
 
 
@@ -24,12 +25,15 @@ class Equations:
     ----------
     source : str
         ``bg_rates -> (f, g)``; ``bg_newton -> (f, g), its Jacobian by v, size of its terms``;
-        ``bg_readings -> y``; ``bg_advance -> m``; ``bg_arguments -> s, its Jacobian by v``.
+        ``bg_readings -> y``; ``bg_advance -> m``; ``bg_arguments -> s, its Jacobian by v``;
+        ``bg_switches ->`` what crosses zero where a law without memory changes its piece.
     work : tuple of int
         Largest lengths of the arrays ``arg, res, iw, w``.
     n_s : int
     events : tuple of int
         Those arguments whose rate follows from the states (not from inputs alone).
+    n_k : int
+        Crossings of `bg_switches`.
     feedthrough : ndarray of bool, shape (n_y, n_u + n_x)
         Which inputs and states each output can depend on directly.
     rates_by : ndarray of bool, shape (n_x, n_u + n_x)
@@ -42,6 +46,7 @@ class Equations:
     work: tuple[int, int, int, int]
     n_s: int
     events: tuple[int, ...]
+    n_k: int
     feedthrough: np.ndarray
     rates_by: np.ndarray
     linear: tuple[np.ndarray, np.ndarray]
@@ -63,12 +68,14 @@ def equations(program: Program) -> Equations:
     arguments = _arguments(program, point)
     arguments_by_v = ca.jacobian(arguments, v)
     ins = [t, v, u, p, m, h]
+    pieces = switches(both, ins, v, m)
     table: dict[str, list[Any]] = {
         "bg_rates": [both],
         "bg_newton": [both, by_v, size],
         "bg_readings": [readings],
         "bg_advance": [program.advance(*point)],
         "bg_arguments": [arguments, arguments_by_v],
+        "bg_switches": [pieces],
     }
     functions = [
         ca.Function(name, ins, [ca.densify(ca.SX(o)) for o in outs], {"cse": True})
@@ -95,6 +102,7 @@ def equations(program: Program) -> Equations:
         ),
         arguments.numel(),
         tuple(int(i) for i in np.flatnonzero(moving)),
+        pieces.numel(),
         patterns[0],
         patterns[1],
         (np.asarray(a.full()), np.asarray(b.full())),

@@ -16,6 +16,7 @@ def size_header(
     largest_step: float,
     tolerance: float,
     events: Sequence[int],
+    switches: int,
     nominal: Sequence[float],
 ) -> str:
     """``sizes.h``: lengths, start values and options; no name of the model appears in C."""
@@ -27,7 +28,8 @@ def size_header(
         "N_M": len(program.memory),
         "N_Y": len(program.outputs),
         "N_S": found.n_s,
-        "N_E": len(events),
+        "N_T": len(events),
+        "N_E": len(events) + switches,
         "TIMED": int(any(call.law.timed for call in program.laws)),
         **dict(zip(("SZ_ARG", "SZ_RES", "SZ_IW", "SZ_W"), found.work, strict=True)),
     }
@@ -48,7 +50,7 @@ def size_header(
         _array("double", "START_M", "N_M", map(float, program.virgin)),
         _array("double", "NOMINAL_X", "N_X", map(float, nominal)),
         _array("int", "RATE_OF", "N_U", rate_of),
-        _array("int", "EVENT_OF", "N_E", events),
+        _array("int", "EVENT_OF", "N_T", events),
     ]
     return "\n".join(lines) + "\n"
 

@@ -41,7 +41,11 @@ class Variable:
 
 
 def variables(
-    program: Program, largest_step: float, tolerance: float, events: tuple[int, ...]
+    program: Program,
+    largest_step: float,
+    tolerance: float,
+    events: tuple[int, ...],
+    switches: int = 0,
 ) -> tuple[Variable, ...]:
     """List time, inputs, outputs, parameters, states, rates, unknowns, memory, options, indicators.
 
@@ -59,6 +63,7 @@ def variables(
             ("time", ["time"]),
             ("solver", ["solver.largest_step", "solver.tolerance"]),
             ("event", [f"event.turning_{i}" for i in range(len(events))]),
+            ("switch", [f"event.switch_{i}" for i in range(switches)]),
         ]
     )
     out: list[Variable] = []
@@ -115,6 +120,10 @@ def variables(
     add("indicator", "local", "continuous", [
         (name, "", f"Crosses zero where the argument of law {laws} turns", None, None)
         for name, laws in zip(names["event"], events, strict=True)
+    ])  # fmt: skip
+    add("indicator", "local", "continuous", [
+        (name, "", "Crosses zero where a law changes its piece", None, None)
+        for name in names["switch"]
     ])  # fmt: skip
     return tuple(out)
 

@@ -14,6 +14,10 @@
 #define ROUNDING (64 * 2.220446049250313e-16)
 /* a variable's largest value is forgotten by and by, so that a wild start does not blunt the test */
 #define FORGET 0.999
+/* how often a step is halved, and the parts of it that are counted */
+#define DEPTH 20
+#define SHORT 6
+#define TOP ((casadi_int)1 << DEPTH)
 
 typedef struct {
   double t, h;
@@ -339,19 +343,141 @@ static int step(work_t* q, const double* x, const double* past) {
   return 0;
 }
 
+/* Take a step from x under inputs u at both ends; outputs go to `out`, if there is any. */
+static int taken(work_t* q, double* x, const double* u, double* past, double* tv, double* tm,
+                 double* tk, double* next, double* tnext, double* out) {
+  casadi_int i;
+  const double* end = q->v + N;
+  for (i = 0; i < NU; ++i) {
+    q->us[i] = u[i] + nodes[0] * (u[NU + i] - u[i]);
+    q->us[NU + i] = u[NU + i];
+  }
+  if (!step(q, x, past)) return 0;
+  if (q->nd) {
+    seeds(q, tv, tm);
+    backsolve(q->a, q->order, q->b, tk, K, q->nd);
+  }
+  rested(q, x, q->v + N, tv, tk + N * q->nd);
+  for (i = 0; i < N; ++i) {
+    past[i] = x[i];
+    past[N + i] = q->v[i];
+    x[i] = end[i];
+    q->scale[i] = LARGER(FORGET * q->scale[i], fabs(x[i]));
+  }
+  for (i = 0; i < N * q->nd; ++i) tv[i] = tk[N * q->nd + i];
+  double late = q->h, t = q->t + q->h;
+  lines(q, 1, t, x, u + NU, late);
+  moved_lines(q, 1, tm);
+  if (out) reading(q, t, x, u + NU, late, tv, tm, out);
+  if (NM) accept(q, t, x, u + NU, late, tv, tm, next, tnext);
+  return 1;
+}
+
+/* What a step begins with: state, foretold course, sizes and memory; kept, and put back. */
+static void keep(const work_t* q, const double* x, const double* past, double* kept) {
+  memcpy(kept, x, N * sizeof(double));
+  memcpy(kept + N, past, 2 * N * sizeof(double));
+  memcpy(kept + 3 * N, q->scale, N * sizeof(double));
+  memcpy(kept + 4 * N, q->m, NM * sizeof(double));
+}
+
+static void put_back(work_t* q, double* x, double* past, const double* kept) {
+  memcpy(x, kept, N * sizeof(double));
+  memcpy(past, kept + N, 2 * N * sizeof(double));
+  memcpy(q->scale, kept + 3 * N, N * sizeof(double));
+  memcpy(q->m, kept + 4 * N, NM * sizeof(double));
+}
+
+/* The part of a sub-step of length h, begun at a time, from and to shares of it; without tangents. */
+static int part(work_t* q, double* x, const double* u, double* past, double* next, double* out,
+                double begun, double h, casadi_int from, casadi_int to) {
+  const double a = (double)from / TOP, b = (double)to / TOP;
+  double now[2 * NU + 1];
+  casadi_int i;
+  for (i = 0; i < NU; ++i) {
+    now[i] = u[i] + a * (u[NU + i] - u[i]);
+    now[NU + i] = u[i] + b * (u[NU + i] - u[i]);
+  }
+  q->t = begun + a * h;
+  q->h = (b - a) * h;
+  return taken(q, x, now, past, NULL, NULL, NULL, next, NULL, to < TOP ? NULL : out);
+}
+
+/* What a law that has switched early in the last step adds to states, over what is allowed: no stage
+   of a step lies before its first third. There the rates of the step, foretold from its stages, are
+   not those with which the step before it ended, `rates`; these become those of its end. */
+static double early(const work_t* q, const double* past, double* rates, const double* allowed) {
+  double found = 0.0;
+  casadi_int i;
+  for (i = 0; i < NX; ++i) {
+    const double d1 = (q->v[i] - past[i]) / q->h, d2 = (q->v[N + i] - past[i]) / q->h;
+    const double first = inverse[0][0] * d1 + inverse[0][1] * d2;
+    const double last = inverse[1][0] * d1 + inverse[1][1] * d2;
+    const double off = nodes[0] * q->h * fabs(rates[i] - (1.5 * first - 0.5 * last));
+    if (allowed[i] > 0.0 && !(off <= found * allowed[i])) found = off / allowed[i];
+    rates[i] = last;
+  }
+  return found;
+}
+
+/* A sub-step in halves where a step and its two halves differ by more than `allowed` of the states
+   and memories (0: anything), or where a step has no solution. `left` counts the steps that may be
+   taken. Where inputs jump its beginning is taken in short steps, for no `rates` tell of it. */
+static int halved(work_t* q, double* x, const double* u, double* past, double* next, double* out,
+                  const double* allowed, casadi_int* left, double* rates, int jumped) {
+  const double begun = q->t, h = q->h;
+  double kept[4 * N + NM + 1], whole[N + NM + 1], course[NX + 1];
+  casadi_int at = 0, level = jumped ? SHORT : 0, i;
+  int good = 1;
+  while (at < TOP && good) {
+    const casadi_int size = TOP >> level;
+    double off = 0.0, first, second;
+    keep(q, x, past, kept);
+    memcpy(course, rates, NX * sizeof(double));
+    good = part(q, x, u, past, next, out, begun, h, at, at + size);
+    memcpy(whole, x, N * sizeof(double));
+    memcpy(whole + N, q->m, NM * sizeof(double));
+    put_back(q, x, past, kept);
+    good = good && part(q, x, u, past, next, out, begun, h, at, at + size / 2);
+    first = early(q, past, rates, allowed);
+    good = good && part(q, x, u, past, next, out, begun, h, at + size / 2, at + size);
+    second = early(q, past, rates, allowed);
+    off = jumped && at == 0 ? second : LARGER(first, second);
+    *left -= 3;
+    for (i = 0; i < N + NM; ++i) {
+      const double apart = fabs((i < N ? x[i] : q->m[i - N]) - whole[i]);
+      if (allowed[i] > 0.0 && !(apart <= off * allowed[i])) off = apart / allowed[i];
+    }
+    if (!(good && off <= 1.0) && level + 2 < DEPTH && *left > 0) {
+      put_back(q, x, past, kept);
+      memcpy(rates, course, NX * sizeof(double));
+      ++level;
+      good = 1;
+      continue;
+    }
+    at += size;
+    if (level > 0 && off < 0.1 && at % (2 * size) == 0) --level;
+  }
+  q->t = begun;
+  q->h = h;
+  return good;
+}
+
 /* Run over a record. Returns how many samples are done, the first included; 0: no start.
    state: v (N), m (NM), tv (N, nd), tm (NM, nd), in and out; out: samples x (NY, then NY x nd);
    numbers: time, sub-step, whether the unknowns in v are solved already; sizes: samples less one,
-   sub-steps, nd, of these parameters. */
+   sub-steps, nd, of these parameters. With `allowed` sub-steps are `halved`; `ends` are the least
+   and the largest of all numbers. */
 casadi_int bondsight_record(const double* numbers, const casadi_int* sizes, const double* u_first,
                             const double* u, const double* p, const casadi_int* dirs, double* state,
                             double* out, double* work, casadi_int* order, casadi_int* iw, double* w,
                             const double** arg, double** res, const casadi_int* plays,
-                            double* plays_numbers, double* plays_rows) {
+                            double* plays_numbers, double* plays_rows, const double* allowed,
+                            casadi_int* left, double* ends) {
   const casadi_int n_samples = sizes[0], n_sub = sizes[1], nd = sizes[2];
   work_t data, *q = &data;
   double *x = state, *m = x + N, *tv = m + NM, *tm = tv + N * nd;
-  double *past, *end, *tk, *next, *tnext;
+  double *past, *tk, *next, *tnext, rates[NX + 1] = {0.0};
   casadi_int i, k, sub, at = 0;
   q->t = numbers[0]; q->h = numbers[1];
   q->p = p; q->m = m; q->nd = nd; q->ndp = sizes[3]; q->dirs = dirs; q->order = order;
@@ -398,30 +524,17 @@ casadi_int bondsight_record(const double* numbers, const casadi_int* sizes, cons
       jump(q, x, u, tv, tm, next, tnext);
     }
     for (sub = 0; sub < n_sub; ++sub, ++at, u += 2 * NU) {
+      double* read = sub == n_sub - 1 ? out : NULL;
       q->t = numbers[0] + (double)at * q->h;
-      for (i = 0; i < NU; ++i) {
-        q->us[i] = u[i] + nodes[0] * (u[NU + i] - u[i]);
-        q->us[NU + i] = u[NU + i];
+      const int jumped = !at || (!sub && memcmp(u, u - NU, NU * sizeof(double)));
+      if (!(allowed ? halved(q, x, u, past, next, read, allowed, left, rates, jumped)
+                    : taken(q, x, u, past, tv, tm, tk, next, tnext, read)))
+        return k + 1;
+      for (i = 0; ends && i < N + NM; ++i) {
+        const double now = i < N ? x[i] : q->m[i - N];
+        ends[i] = now < ends[i] ? now : ends[i];
+        ends[N + NM + i] = now > ends[N + NM + i] ? now : ends[N + NM + i];
       }
-      if (!step(q, x, past)) return k + 1;
-      end = q->v + N;
-      if (nd) {
-        seeds(q, tv, tm);
-        backsolve(q->a, order, q->b, tk, K, nd);
-      }
-      rested(q, x, end, tv, tk + N * nd);
-      for (i = 0; i < N; ++i) {
-        past[i] = x[i];
-        past[N + i] = q->v[i];
-        x[i] = end[i];
-        q->scale[i] = LARGER(FORGET * q->scale[i], fabs(x[i]));
-      }
-      for (i = 0; i < N * nd; ++i) tv[i] = tk[N * nd + i];
-      double late = q->h, t = q->t + q->h;
-      lines(q, 1, t, x, u + NU, late);
-      moved_lines(q, 1, tm);
-      if (sub == n_sub - 1) reading(q, t, x, u + NU, late, tv, tm, out);
-      if (NM) accept(q, t, x, u + NU, late, tv, tm, next, tnext);
     }
   }
 #if NBANKS

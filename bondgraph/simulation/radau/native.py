@@ -22,11 +22,17 @@ import numpy as np
 from bondgraph.equations.program import Program
 from bondgraph.signals.recorded_rates import with_rates
 from bondgraph.simulation.exact_run import KernelRun, Memories
+from bondgraph.simulation.halving import Within
 from bondgraph.simulation.radau.interpreted import Carried
 from bondgraph.simulation.radau.jumping import jumping
 from bondgraph.simulation.radau.memory import relaxed_memory
 from bondgraph.simulation.radau.native_source import GeneralFunctions
-from bondgraph.simulation.radau.recorder import Order, functions_of, recorder
+from bondgraph.simulation.radau.recorder import (
+    Order,
+    functions_of,
+    located_recorder,
+    recorder,
+)
 from bondgraph.simulation.start import fine_inputs, initial_state
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import UnusableInput
@@ -143,6 +149,7 @@ def run_general(
     relaxed: bool = False,
     time: float = 0.0,
     unknowns: Array | None = None,
+    within: Within | None = None,
 ) -> GeneralRun:
     """Simulate inputs from state `x0` at `time` (s) of the first sample.
 
@@ -170,6 +177,8 @@ def run_general(
         Those that belong to `x0`, taken as they are unless there are directions to differentiate
         by; solved for if not given. A state that inputs impose leaves some of them open at the
         start: only then must they be given.
+    within : Within, optional
+        What unknowns and memories of a step and its halves may differ by: see `located_recorder`.
 
     Raises
     ------
@@ -203,12 +212,14 @@ def run_general(
         u[0],
         fine,
         unknowns is not None,
+        within,
     )
     if relaxed and not kept.all():
         m_rest, tm_rest = relaxed_memory(q, order, begin)
         m, tm = np.where(kept, m, m_rest), np.where(kept[:, None], tm, tm_rest)
         begin = Carried(begin.v, m, tv, tm)
-    record = recorder(q)
+    record = recorder(q) if within is None else located_recorder(q)
+    assert record is not None
     end, reached = record(order, begin, out)
     if reached == 0 and n_z and (z := _search(functions_of(q), order, begin)).size:
         begin = Carried(np.concatenate([x0, z]), m, tv, tm)

@@ -15,6 +15,7 @@ import numpy as np
 from bondgraph.equations.codegen import program_of, with_signals
 from bondgraph.equations.program import Program
 from bondgraph.simulation.banks import PlacedBank, TakenOut, loaded, taken_out, unloaded
+from bondgraph.simulation.halving import Within
 from bondgraph.simulation.radau.interpreted import Carried, machine_record, machine_step
 from bondgraph.simulation.radau.native_source import (
     GeneralFunctions,
@@ -50,6 +51,9 @@ class Order:
     solved : bool
         Whether the algebraic unknowns at the start belong to the state already; with tangents they
         are always solved for.
+    within : Within or None
+        Where sub-steps are halved until they and their halves agree: what each of the unknowns and
+        memories may differ by; `located_recorder` alone does so.
     """
 
     time: float
@@ -60,6 +64,7 @@ class Order:
     first: Array
     u: Array
     solved: bool = False
+    within: Within | None = None
 
 
 Recorder: TypeAlias = Callable[[Order, Carried, Array], tuple[Carried, int]]
@@ -96,15 +101,33 @@ def _functions(key: Key) -> GeneralFunctions:
     return general_functions(key.program)
 
 
+def located_recorder(program: Program) -> Recorder | None:
+    """Return what runs records in steps that are halved where they and their halves differ.
+
+    None where nothing is compiled, of sums of plays, and of laws that are held: what they jump by
+    within a step no comparison of two steps shows.
+    """
+    if program.held or without_banks(program)[1].banks:
+        return None
+    return _compiled(Key(program), not os.environ.get("BONDSIGHT_NO_COMPILER"))
+
+
 @lru_cache(maxsize=64)
 def _recorder(key: Key, native: bool) -> Recorder:
-    if native:
-        left, taken = without_banks(key.program)
-        functions = general_functions(left) if taken.banks else _functions(key)
-        if library := build(general_source(left, functions, taken.banks)):
-            run = _native_recorder(library, functions, left, taken.banks)
-            return _reordered(run, taken) if taken.banks else run
-    return _machine_recorder(_functions(key))
+    return _compiled(key, native) or _machine_recorder(_functions(key))
+
+
+@lru_cache(maxsize=64)
+def _compiled(key: Key, native: bool) -> Recorder | None:
+    if not native:
+        return None
+    left, taken = without_banks(key.program)
+    functions = general_functions(left) if taken.banks else _functions(key)
+    library = build(general_source(left, functions, taken.banks))
+    if library is None:
+        return None
+    run = _native_recorder(library, functions, left, taken.banks)
+    return _reordered(run, taken) if taken.banks else run
 
 
 def without_banks(program: Program) -> tuple[Program, TakenOut]:
@@ -168,9 +191,10 @@ def _native_recorder(
         pivots, integers = np.zeros(k + 1, np.int64), np.zeros(n_iw, np.int64)
         columns = [np.ascontiguousarray(v, float) for v in (order.first, order.u, order.p)]
         arg, res = (ctypes.c_void_p * n_arg)(), (ctypes.c_void_p * n_res)()
+        within = (None,) * 3 if order.within is None else map(_at, order.within.arrays)
         reached = loop(
             *map(_at, (numbers, sizes, *columns, positions, state, out, work, pivots, integers)),
-            _at(np.zeros(n_w)), arg, res, *map(_at, held),
+            _at(np.zeros(n_w)), arg, res, *map(_at, held), *within,
         )  # fmt: skip
         v, m, tv, tm, _ = np.split(state, np.cumsum([n, n_m, n * n_d, n_m * n_d]))
         plays = unloaded(banks, *held, 1 + n_d)

@@ -18,6 +18,7 @@ def settled_general(
     columns: Sequence[int],
     accuracy: float,
     spans: Array | None = None,
+    largest: int = LARGEST,
 ) -> tuple[int, GeneralRun]:
     """Run in ever more sub-steps a sample; returns their number and the last run.
 
@@ -34,6 +35,8 @@ def settled_general(
         Of their range.
     spans : ndarray, shape (n_columns,), optional
         Ranges that they have had already.
+    largest : int
+        Sub-steps a sample.
     """
     last: GeneralRun | None = None
     n_sub = 1
@@ -43,7 +46,7 @@ def settled_general(
             change = relative_change(last.y[:, columns], made.y[:, columns], spans)
             if change < accuracy:
                 return n_sub, made
-        if 2 * n_sub > LARGEST:
+        if 2 * n_sub > largest:
             return n_sub, replace(made, settled=False)
         last, n_sub = made, 2 * n_sub
 

@@ -24,7 +24,7 @@ from bondgraph.equations.codegen import program
 from bondgraph.equations.program import Program
 from bondgraph.export.fmu import fmu2_cosimulation, fmu3_model_exchange
 from bondgraph.hysteresis import MaxwellResistiveCapacitor
-from bondgraph.laws import Coulomb, Hysteretic, Polynomial, Sliding
+from bondgraph.laws import Coulomb, EndStop, Hysteretic, Polynomial, Sliding
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import UnknownName, UnusableInput
 from bondgraph.support.native import compiler
@@ -250,6 +250,27 @@ def test_turning_points_between_communication_points(tmp_path: Path) -> None:
         record_events=False,
     )  # fmt: skip
     assert worst(found["x"], expected[::1500]) < 2e-5
+
+
+def test_pieces_of_a_law_are_events(tmp_path: Path) -> None:
+    """Steps of an importer end where a mass meets its stop and where it leaves it."""
+    with BondGraph("stopped") as g:
+        body = One("body")
+        Se("F", unit="N") >> body >> I("m", 0.5, unit="kg")
+        body >> C("k", stiffness=400.0, unit="N/m", law=EndStop(2e5, -5e-3, 5e-3))
+        body >> R("d", 0.4, unit="N*s/m")
+        body >> Dq("x", unit="m")
+    time = np.linspace(0.0, 0.4, 401)
+    expected = simulate(g, time, {"F": np.full(time.size, 3.0)}, x0=np.zeros(2), accuracy=1e-8)["x"]
+    bounces = np.sum(np.diff((expected > 5e-3).astype(int)) != 0)
+    assert bounces == 8
+    path = valid(fmu3_model_exchange(program(g), tmp_path / "stopped.fmu"))
+    names = [v.name for v in fmpy.read_model_description(str(path)).modelVariables]
+    assert [n for n in names if "event" in n] == ["event.switch_0", "event.switch_1"]
+    found = run(path, time[::400], ("x",), start_values={"F": 3.0}, relative_tolerance=1e-9)
+    assert np.unique(found["time"][1:-1]).size == bounces  # all others are the ends
+    assert found["x"][1:-1] == pytest.approx(5e-3, rel=1e-8)
+    assert found["x"][-1] == pytest.approx(expected[-1], rel=1e-4)
 
 
 def test_a_timed_law_is_stepped_by_its_memory(tmp_path: Path) -> None:

@@ -26,15 +26,16 @@ static fmi3Status refuse(Instance* s, fmi3String where, const char* why) {
 
 #define NOT_NOW "not allowed in the present mode"
 
-/* An indicator crosses zero when an argument moves against its direction by more than rounding. */
+/* An indicator crosses zero when an argument moves against its direction by more than rounding, and
+   where a law without memory changes its piece: then nothing changes but the rates. */
 static int indicators(Model* c, double* values) {
   double rates[N_S + 1];
   if (!argument_rates(c, rates)) return 0;
-  for (int i = 0; i < N_E; ++i) {
+  for (int i = 0; i < N_T; ++i) {
     int j = EVENT_OF[i];
     values[i] = rates[j] * c->now.direction[j] + 1e-6 * c->now.turn_size[j];
   }
-  return 1;
+  return N_E == N_T || switches(c, values + N_T);
 }
 
 static int take_directions(Model* c) {
@@ -227,7 +228,7 @@ FMI_EXPORT fmi3Status FMI3(fmi3CompletedIntegratorStep)(fmi3Instance c, fmi3Bool
   model->fresh = 0;
   if (!note_rates(model) || !indicators(model, values))
     return complain(s, "fmi3CompletedIntegratorStep");
-  for (int i = 0; i < N_E; ++i)
+  for (int i = 0; i < N_T; ++i)
     if (values[i] < 0.0) *events = true; /* turned without an event: take the new direction */
   return fmi3OK;
 }

@@ -162,6 +162,14 @@ static int begin(Model* c) {
   return 1;
 }
 
+/* What crosses zero where a law without memory changes its piece. */
+static int switches(Model* c, double* values) {
+  Numbers* q = &c->now;
+  if (!refresh(c)) return 0;
+  call(c, bg_switches, q->time, q->v, q->m, since_memory(q, q->time), values, 0, 0);
+  return 1;
+}
+
 /* Rates of the arguments of the laws with memory; their signs change at turning points. */
 static int argument_rates(Model* c, double* rates) {
   Numbers* q = &c->now;

@@ -1,6 +1,7 @@
 /* An instance of the model: its numbers, and the work space of its equations.
    Sizes: N_X states, N_Z algebraic unknowns, N_V = N_X + N_Z, N_U inputs, N_P parameters,
-   N_M memory, N_Y outputs, N_S arguments of laws with memory, N_E event indicators. */
+   N_M memory, N_Y outputs, N_S arguments of laws with memory, N_E event
+   indicators, N_T of them turns of those arguments. */
 #ifndef MODEL_H
 #define MODEL_H
 
