@@ -162,7 +162,7 @@ def test_this_checkout_is_tested() -> None:
 
 
 def test_nobody_asks_an_engine_for_its_class() -> None:
-    asked = re.compile(r"isinstance\([^()]*,\s*\(?[^()]*\b(Exact|General)(Engine|Mode)\b")
+    asked = re.compile(r"isinstance\([^()]*,\s*\(?[^()]*\b(Exact|General)(Dynamics|Mode)\b")
     found = [
         f"{p.relative_to(ROOT)}"
         for package in PACKAGES

@@ -23,7 +23,7 @@ def brief(problem: Problem) -> Problem | None:
     if not (data.mask("train").any() and data.mask("test").any()):
         return None
     correction = None if problem.correction is None else problem.correction[:BRIEF]
-    shorter = replace(problem, data=data, correction=correction, built=problem.engine)
+    shorter = replace(problem, data=data, correction=correction, built=problem.dynamics)
     count = len(windows(shorter))
     shorter = replace(shorter, known_states={n: v[:count] for n, v in problem.known_states.items()})
     if problem.known_offsets:

@@ -202,7 +202,7 @@ def same_as_starts(stack: JointProblem, found: Sequence[ResidualEvaluation]) -> 
         known = e.jacobian.shape[1] == slots(p).size and np.isfinite(e.jacobian).all()
         if not known or not all(np.isfinite(columns).all() for _, columns in e.local):
             continue
-        states = [p.engine.state_names[i] for i in p.free_states]
+        states = [p.dynamics.state_names[i] for i in p.free_states]
         offsets = range(*slots(p).offsets.indices(e.jacobian.shape[1]))
         for n, c in zip(p.data.names, offsets, strict=True):
             if upper[at[c]] > lower[at[c]] and (alike := _imitating(e, c)).any():

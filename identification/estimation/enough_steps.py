@@ -74,7 +74,7 @@ def with_enough_steps(made: Fit) -> tuple[Fit, str]:
         bias = _bias(made)
         if bias is None or bias.enough <= made.problem.n_sub:
             return made, _words(made, bias)
-        finer = replace(made.problem, n_sub=bias.enough, built=made.problem.engine)
+        finer = replace(made.problem, n_sub=bias.enough, built=made.problem.dynamics)
         again = fit_from(finer, made.point, ITERATIONS)
         if again.status is FitStatus.BROKEN or not np.isfinite(again.cost):
             return made, ""
@@ -96,7 +96,7 @@ def _worse(finer: Fit, made: Fit) -> bool:
 def _words(made: Fit, bias: Bias | None) -> str:
     if bias is None or bias.left < WORTH:
         return ""
-    jumps = made.problem.engine.jumps
+    jumps = made.problem.dynamics.jumps
     cure = "sample faster" if jumps else "estimate(found.study.changed(n_sub=None)) corrects it"
     return (
         f"{made.problem.n_sub} sub-steps a sample may leave {bias.name} off by {bias.left:.2g} "
@@ -118,7 +118,7 @@ def _bias(made: Fit) -> Bias | None:
         return float(by[at]), stack.names[at]
 
     steps = Refinement(problem, made.point, now[0])
-    ahead = still_to_come(problem.engine.jumps)
+    ahead = still_to_come(problem.dynamics.jumps)
     n = problem.n_sub
     most = max(n, _most(problem))
     while True:
@@ -135,7 +135,7 @@ def _bias(made: Fit) -> Bias | None:
 
 def _most(problem: Problem) -> int:
     """Return the sub-steps of a sample that are worth their time in a record of this length."""
-    general = problem.engine.lure is None
+    general = problem.dynamics.lure is None
     most, least = MOST, 1 if general else LEAST
     while most > least and most * problem.data.n > (IN_ALL // DEARER if general else IN_ALL):
         most //= 2

@@ -190,7 +190,7 @@ def _usual(study: Study) -> str | None:
     """Return how the commands of a study usually behave, if they are not linear."""
     names = [s.name for s in drives(study.graph)]
     hold = usual(r[n] for r in study.recordings for n in names if n in r.channels)
-    rates = study.problem(0, study.first_setting).engine.input_rates
+    rates = study.problem(0, study.first_setting).dynamics.input_rates
     return hold if hold in possible(("hold",), rates) else None
 
 
@@ -255,7 +255,7 @@ def _costs_of_holds(
     if not (_going(solution) or ended):
         return {}  # a wrong behaviour may be why it did not converge
     costs: dict[str, float] = {}
-    rates = [n for p in stack.problems for n in p.engine.input_rates]
+    rates = [n for p in stack.problems for n in p.dynamics.input_rates]
     for hold in possible(HOLDS, rates):
         steps = _at_least(setting.n_fine, hold)
         if solution.readings is not None:  # no free run: the method itself has to say

@@ -188,12 +188,12 @@ def _shown(stack: JointProblem, theta: Array) -> Array:
     found = np.full(stack.n, -1.0)
     point = replace(stack.start(), theta=theta)
     for r, (p, at) in enumerate(zip(stack.problems, stack.columns, strict=True)):
-        engine, local, mean = p.engine, stack.local(point, r).theta, p.mean_inputs
+        dynamics, local, mean = p.dynamics, stack.local(point, r).theta, p.mean_inputs
         vector, n_y = parameters_at(p, local), len(p.data.names)
         s = np.asarray(1j * np.geomspace(1.0 / p.data.n, 2.0, LINES) / p.data.dt, complex)
-        drive = engine.drive(engine.commands, s)
-        small = engine.small_signal(vector, mean)
-        slopes = engine.small_signal_slopes(vector, mean, p.directions)
+        drive = dynamics.drive(dynamics.commands, s)
+        small = dynamics.small_signal(vector, mean)
+        slopes = dynamics.small_signal_slopes(vector, mean, p.directions)
         with np.errstate(all="ignore"):
             size = np.abs(small.response(s, drive))[:, :n_y, :, None]
             moved = np.abs(small.response_slopes(slopes, s, drive))[:, :n_y] * p.slopes(local)
@@ -209,7 +209,7 @@ def _resting(stack: JointProblem, point: JointPoint) -> JointPoint:
     states = []
     for r, (p, s) in enumerate(zip(stack.problems, point.states, strict=True)):
         vector = parameters_at(p, stack.local(point, r).theta)
-        states.append(s + p.engine.rest(vector, p.inputs[0]) - p.rest_state)
+        states.append(s + p.dynamics.rest(vector, p.inputs[0]) - p.rest_state)
     return replace(point, states=tuple(states))
 
 
@@ -231,7 +231,7 @@ def _through_windows(brief: Study, stack: JointProblem, theta: Array, words: lis
     study = brief.starting(_values(stack, theta))
     trains = [whole(s.train) for s in brief.splits]
     span = min(t.stop - (t.start or 0) for t in trains)
-    length = max(24, 8 * max(p.engine.n_x for p in stack.problems))
+    length = max(24, 8 * max(p.dynamics.n_x for p in stack.problems))
     # clocks reach over the edges of windows
     prompt = replace(study.nuisances, clock=0.0)
     held = {n: study.starts[n] for n in clocks(study.graph) & set(study.free_names)}

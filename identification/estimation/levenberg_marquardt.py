@@ -228,7 +228,7 @@ def _at_first(number: int) -> float:
 
 def _eliminated(stack: JointProblem) -> bool:
     """Whether no model has initial states, or all have eliminated them exactly."""
-    return all(p.engine.exact_step or not p.free_states.size for p in stack.problems)
+    return all(p.dynamics.exact_step or not p.free_states.size for p in stack.problems)
 
 
 def _unstick(stack: JointProblem, at: _Stand) -> _Stand | None:

@@ -367,7 +367,7 @@ def free_run(
         Lag (s) and clock error of each sensor.
     """
     offsets, lags = offsets or {}, lags or {}
-    known = {n: v for n, v in values.items() if n in problem.engine.parameter_names}
+    known = {n: v for n, v in values.items() if n in problem.dynamics.parameter_names}
     made = replace(problem, starts=known, source_offsets=False, window=None)
     at = slots(made)
     theta = np.zeros(at.size)

@@ -142,7 +142,7 @@ def corrected_steps(
         n = max(fine[r], 4 * p.n_sub)
         # near the end the number of sub-steps is judged again: far off it was judged loosely
         if fine[r] == p.n_sub or moved_by < AGAIN:
-            n = fewest(n, FINEST, partial(_enough, steps, step, still_to_come(p.engine.jumps)))
+            n = fewest(n, FINEST, partial(_enough, steps, step, still_to_come(p.dynamics.jumps)))
         found = steps.foretold(n)
         if not np.isfinite(found.residual).all():
             continue
@@ -150,7 +150,7 @@ def corrected_steps(
             better = corrected(p, e.y, found.y)
             # where a law jumps, readings of few sub-steps are rough in the unknowns, by about as
             # much as their correction: it holds at one point and not beside it
-            rough = p.engine.jumps and step(found.residual - steps.run(p.n_sub).residual) > NEAR
+            rough = p.dynamics.jumps and step(found.residual - steps.run(p.n_sub).residual) > NEAR
             if (rough and few[r] < finest_of(p.data.n)) or not small_correction(better):
                 few[r] = fine[r] = min(max(2 * few[r], WITHOUT_FREE_RUN), FINEST)
                 corrections[r] = None

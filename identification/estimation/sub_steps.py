@@ -44,7 +44,7 @@ def fit_from(problem: Problem, start: Point, iterations: int) -> Fit:
     """
     if problem.n_sub == 1 or problem.exact:
         return fit(problem, start=start, max_iterations=iterations)
-    problem = replace(problem, correction=None, built=problem.engine)
+    problem = replace(problem, correction=None, built=problem.dynamics)
     there = evaluate(problem, start, derivatives=False)
     few, point, cost = with_few(problem, start, there), start, there.cost
     for _ in range(PASSES):
@@ -66,7 +66,7 @@ def fit_from(problem: Problem, start: Point, iterations: int) -> Fit:
 
 def tried_from(problem: Problem, start: Point, iterations: int) -> Fit:
     """Go a few steps from a point, with one correction: enough to see whether it leads anywhere."""
-    problem = replace(problem, correction=None, built=problem.engine)
+    problem = replace(problem, correction=None, built=problem.dynamics)
     few = None
     if problem.n_sub > 1 and not problem.exact:
         few = with_few(problem, start, evaluate(problem, start, derivatives=False))
@@ -143,7 +143,7 @@ class Refinement:
     def __init__(
         self, problem: Problem, point: Point, simulated: ResidualEvaluation | None = None
     ) -> None:
-        self._problem = replace(problem, correction=None, built=problem.engine)
+        self._problem = replace(problem, correction=None, built=problem.dynamics)
         self._point = point
         self._runs = {} if simulated is None else {problem.n_sub: simulated}
 
@@ -159,7 +159,7 @@ class Refinement:
 
         Beside a law that jumps nothing foretells the error, which has either sign.
         """
-        whole, half, jumps = self.run(n), self.run(n // 2), self._problem.engine.jumps
+        whole, half, jumps = self.run(n), self.run(n // 2), self._problem.dynamics.jumps
         ahead = 0.0 if jumps else still_to_come(jumps)
         return replace(
             whole,
@@ -219,7 +219,7 @@ def refined(result: Fit, iterations: int, finest: int | None = None) -> Fit:
         enough = _enough(result, finest)
         if enough == result.problem.n_sub:
             break
-        finer = replace(result.problem, n_sub=enough, built=problem.engine)
+        finer = replace(result.problem, n_sub=enough, built=problem.dynamics)
         result = fit_from(finer, result.point, iterations)
     return result
 

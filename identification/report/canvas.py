@@ -80,9 +80,9 @@ def inline(figure: Any, name: str, tight: bool = False) -> str:
     """SVG element of a figure: no prolog, no metadata, ids that start with `name`."""
     out = io.StringIO()
     options: dict[str, Any] = {"bbox_inches": "tight", "pad_inches": 0.02} if tight else {}
-    engine = figure.get_layout_engine()
-    if engine is not None:  # matplotlib would draw everything once more to have it laid out
-        engine.execute(figure)
+    dynamics = figure.get_layout_engine()
+    if dynamics is not None:  # matplotlib would draw everything once more to have it laid out
+        dynamics.execute(figure)
         figure.set_layout_engine(None)
     figure.savefig(out, format="svg", metadata=_NO_METADATA, transparent=True, **options)
     text = out.getvalue()

@@ -494,7 +494,7 @@ def held_out_states(problem: Problem, point: Point) -> Point:
     swapped = replace(data.split, train=data.split.test, test=data.split.train)
     turned = replace(
         problem, data=replace(data, split=swapped), known_scale=problem.state_scale,
-        built=problem.engine,
+        built=problem.dynamics,
     )  # fmt: skip
     states = refine_states(turned, point).states
     kept = _scored(problem)

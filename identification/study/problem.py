@@ -19,11 +19,11 @@ from bondgraph.signals.files.checks import map_argument
 from bondgraph.signals.recording import Recording, Split
 from bondgraph.signals.split import stretches
 from bondgraph.signals.units import same_dimension
+from bondgraph.simulation.dynamics import Dynamics, dynamics_of
 from bondgraph.simulation.lure import Compiled, compile_model
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import UnusableInput, unknown_name
 from identification.study.channel_names import left_in, renamed, rivals_for, unread
-from identification.study.engine import Engine, engine_of
 from identification.study.factors import drives, with_gains
 from identification.study.origins import own_origins
 from identification.study.priors import Prior
@@ -309,8 +309,8 @@ class Problem:
         initial states.
     known_scale : ndarray, shape (n_x,), or None
         Spread of the states, from a problem of the same data and starts.
-    built : Engine or None
-        The engine of this graph, where it has been derived already.
+    built : Dynamics or None
+        The dynamics of this graph, where it has been derived already.
     """
 
     graph: BondGraph
@@ -331,7 +331,7 @@ class Problem:
     priors: Mapping[str, Prior] = field(default_factory=dict)
     overrides: Mapping[str, Parameter] = field(default_factory=dict)
     correction: Array | None = None
-    built: Engine | None = None
+    built: Dynamics | None = None
     known_scale: Array | None = None
     window_offsets: bool = False
 
@@ -341,18 +341,18 @@ class Problem:
 
     @property
     def compiled(self) -> Compiled:
-        """Compiled model with the measuring chain's nuisances; only of the exact engine."""
-        return self.engine.lure or compile_model(self.graph)
+        """Compiled model with the measuring chain's nuisances; only of the exact dynamics."""
+        return self.dynamics.lure or compile_model(self.graph)
 
     @cached_property
-    def engine(self) -> Engine:
+    def dynamics(self) -> Dynamics:
         """What runs the model, offsets of commands and gains of channels added as nuisances."""
-        return engine_of(self.with_chain) if self.built is None else self.built
+        return dynamics_of(self.with_chain) if self.built is None else self.built
 
     @property
     def exact(self) -> bool:
         """Whether sub-steps change nothing."""
-        return self.engine.exact_step and self.data.hold != "band-limited"
+        return self.dynamics.exact_step and self.data.hold != "band-limited"
 
     @cached_property
     def free_states(self) -> Array:
@@ -360,14 +360,14 @@ class Problem:
         if self.initial == "rest":
             return np.arange(0)
         if self.initial == "free":
-            return np.setdiff1d(np.arange(self.engine.n_x), self._at_will)
-        names = self.engine.state_names
+            return np.setdiff1d(np.arange(self.dynamics.n_x), self._at_will)
+        names = self.dynamics.state_names
         return np.array([i for i, n in enumerate(names) if n in self.initial], int)
 
     @property
     def _at_will(self) -> tuple[int, ...]:
         """Positions of states that stay where they begin: nothing tells where that is."""
-        in_one, lure = self.window is None and not self.data.breaks, self.engine.lure
+        in_one, lure = self.window is None and not self.data.breaks, self.dynamics.lure
         if lure is None or not (in_one and any(use.law.own_origin for use in lure.laws)):
             return ()
         if not self.offsets or any(s.offset is not None for s in self.graph.of_type(Sensor)):
@@ -403,7 +403,7 @@ class Problem:
     def free(self) -> tuple[Free, ...]:
         """Free model parameters, in the order of the compiled parameter vector."""
         found = []
-        for n, declared in self.engine.parameters.items():
+        for n, declared in self.dynamics.parameters.items():
             p = self.overrides.get(n, declared)
             if not p.fixed and n not in self.fixed and n not in self.delays:
                 found.append(free_parameter(p, self.starts.get(n)))
@@ -422,7 +422,7 @@ class Problem:
     @cached_property
     def directions(self) -> list[int]:
         """Positions of the free parameters in the parameter vector."""
-        names = self.engine.parameter_names
+        names = self.dynamics.parameter_names
         return [names.index(f.parameter.name) for f in self.free]
 
     def slopes(self, theta: Array) -> Array:
@@ -508,7 +508,7 @@ class Problem:
     @cached_property
     def inputs(self) -> Array:
         """Inputs at the samples, shape (N, n_u)."""
-        return self.engine.inputs(self.data.commands, self.data.time, self.data.starts)
+        return self.dynamics.inputs(self.data.commands, self.data.time, self.data.starts)
 
     @cached_property
     def mean_inputs(self) -> Array:
@@ -519,20 +519,20 @@ class Problem:
     @cached_property
     def start_vector(self) -> Array:
         """Parameter vector with the start values, shape (n_p,)."""
-        known = {k: v for k, v in self.starts.items() if k in self.engine.parameter_names}
-        return self.engine.vector(known)
+        known = {k: v for k, v in self.starts.items() if k in self.dynamics.parameter_names}
+        return self.dynamics.vector(known)
 
     @cached_property
     def rest_state(self) -> Array:
         """Equilibrium under the first inputs at the start values."""
-        return self.engine.rest(self.start_vector, self.inputs[0])
+        return self.dynamics.rest(self.start_vector, self.inputs[0])
 
     @cached_property
     def state_scale(self) -> Array:
         """Spread of each state in a simulation at the start values, shape (n_x,)."""
         if self.known_scale is not None:
             return self.known_scale
-        spread = self.engine.spreads(
+        spread = self.dynamics.spreads(
             self.start_vector, self.inputs, self.data.dt, self.rest_state, self.n_sub,
             self.data.hold,
         )  # fmt: skip
@@ -546,9 +546,9 @@ class Problem:
         Zero for states that no reading shows.
         """
         directions = self.directions
-        ready = self.engine.prepare(self.start_vector, self.data.dt, self.steps, directions, True)
+        ready = self.dynamics.prepare(self.start_vector, self.data.dt, self.steps, directions, True)
         begin = slice(0, min(self.data.n, READABLE))
-        run = self.engine.run(
+        run = self.dynamics.run(
             ready, self.inputs[begin], self.rest_state, self.fine_inputs(begin),
             every_substep=bool(self.delays),
         )  # fmt: skip
@@ -565,7 +565,7 @@ class Problem:
         key = (window.start, window.stop, steps)
         if key not in self._fine:
             u, within = self._inputs_within(window, steps)
-            self._fine[key] = self.engine.fine_inputs(u, steps // within, self.data.hold)
+            self._fine[key] = self.dynamics.fine_inputs(u, steps // within, self.data.hold)
         return self._fine[key]
 
     def _inputs_within(self, window: slice, steps: int) -> tuple[Array, int]:
@@ -573,15 +573,15 @@ class Problem:
 
         At the samples alone where sub-steps do not meet them.
         """
-        u, engine = self.inputs[window], self.engine
+        u, dynamics = self.inputs[window], self.dynamics
         within, known = self.data.commanded(window)
         if within == 1 or steps % within:
             return u, 1
         n = np.arange(u.shape[0])
         at = np.arange(n[-1] * within + 1) / within
-        made = engine.inputs(known, np.interp(at, n, self.data.time[window]))
-        for i, name in enumerate(engine.input_names):
-            if name not in engine.commands and name not in engine.input_rates:
+        made = dynamics.inputs(known, np.interp(at, n, self.data.time[window]))
+        for i, name in enumerate(dynamics.input_names):
+            if name not in dynamics.commands and name not in dynamics.input_rates:
                 made[:, i] = np.interp(at, n, u[:, i])  # counts along all recordings
         return made, within
 

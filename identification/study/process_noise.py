@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from bondgraph.graph.bond_graph import BondGraph
+from bondgraph.simulation.dynamics import Dynamics
 from bondgraph.support.errors import UnusableInput, real_number, unknown_name
-from identification.study.engine import Engine
 
 ProcessNoise = tuple[str, ...] | Mapping[str, float] | None
 """Places, or places with start values (SI); None: every state."""
@@ -71,7 +71,7 @@ def admit_process_noise(given: object) -> ProcessNoise:
     return levels
 
 
-def diffusion_at(engine: Engine, graph: BondGraph, place: str) -> Diffusion:
+def diffusion_at(dynamics: Dynamics, graph: BondGraph, place: str) -> Diffusion:
     """Return the diffusion of a place of a model.
 
     Raises
@@ -80,20 +80,23 @@ def diffusion_at(engine: Engine, graph: BondGraph, place: str) -> Diffusion:
         The place has no state and is no source, or the rate of that source acts: that of white
         noise has no size.
     """
-    elements = [n.partition("_")[2] for n in engine.state_names]
-    for i, names in enumerate(zip(engine.state_names, elements, strict=True)):
+    elements = [n.partition("_")[2] for n in dynamics.state_names]
+    for i, names in enumerate(zip(dynamics.state_names, elements, strict=True)):
         if place in names:
             return Diffusion(
-                place, i, False, f"{engine.names.units.get(engine.state_names[i]) or 'SI'}/s^0.5"
+                place,
+                i,
+                False,
+                f"{dynamics.names.units.get(dynamics.state_names[i]) or 'SI'}/s^0.5",
             )
-    if place not in engine.input_names or place not in graph.elements:
-        sources = [n for n in engine.input_names if n in graph.elements]
-        known = [*engine.state_names, *elements, *sources]
+    if place not in dynamics.input_names or place not in graph.elements:
+        sources = [n for n in dynamics.input_names if n in graph.elements]
+        known = [*dynamics.state_names, *elements, *sources]
         raise unknown_name("place for process noise", place, graph.name, known)
-    if f"d_{place}" in engine.input_names:
+    if f"d_{place}" in dynamics.input_names:
         raise UnusableInput(
             f"process noise at {place}: {graph.name} needs the rate of {place}, and white noise "
             "has none; name a state"
         )
     unit = str(getattr(graph[place], "unit", "") or "1")
-    return Diffusion(place, engine.input_names.index(place), True, f"{unit}*s^0.5")
+    return Diffusion(place, dynamics.input_names.index(place), True, f"{unit}*s^0.5")

@@ -20,9 +20,9 @@ import numpy as np
 from bondgraph.signals.fractional_delay import delayed, delayed_values, delayed_within, warped
 from bondgraph.signals.split import stretches
 from bondgraph.signals.varying_delay import warped_within
+from bondgraph.simulation.dynamics import Dynamics
 from bondgraph.simulation.exact_run import KernelRun
 from bondgraph.support.arrays import Array
-from identification.study.engine import Engine
 from identification.study.problem import Problem
 
 Prepared = TypeVar("Prepared")
@@ -121,7 +121,7 @@ def start_point(problem: Problem) -> Point:
     if problem.known_offsets:
         theta[at.offsets] = problem.known_offsets
     states = np.tile(problem.rest_state, (len(windows(problem)), 1))
-    for i, name in enumerate(problem.engine.state_names):
+    for i, name in enumerate(problem.dynamics.state_names):
         known = problem.known_states.get(name)
         if known is not None and known.size == states.shape[0]:
             states[:, i] = known
@@ -143,7 +143,7 @@ def parameters_at(problem: Problem, theta: Array) -> Array:
 
 def values_at(problem: Problem, theta: Array) -> dict[str, float]:
     """Return all parameters by name, SI, declared delays included."""
-    found = dict(zip(problem.engine.parameter_names, parameters_at(problem, theta), strict=True))
+    found = dict(zip(problem.dynamics.parameter_names, parameters_at(problem, theta), strict=True))
     found |= zip(problem.delays, theta[slots(problem).delays] * problem.data.dt, strict=True)
     return {n: float(v) for n, v in found.items()}
 
@@ -165,7 +165,7 @@ def evaluate(
     are simulated, of those `among` these numbers. Beyond a sum of squares of `limit` nothing more
     is, and the residual is infinite.
     """
-    data, engine, at = problem.data, problem.engine, slots(problem)
+    data, dynamics, at = problem.data, problem.dynamics, slots(problem)
     n_y = len(data.names)
     p = parameters_at(problem, point.theta)
     directions = problem.directions if derivatives and by_parameters else []
@@ -178,8 +178,10 @@ def evaluate(
     jacobians: list[Array] = []
     local: list[tuple[slice, Array]] = []
     filled, total = 0, 0.0
-    rest = lru_cache(maxsize=None)(lambda at: rest_under(engine, p, problem.inputs[at], directions))
-    ready = by_step(lambda h: engine.prepare(p, h, problem.steps, directions, derivatives))
+    rest = lru_cache(maxsize=None)(
+        lambda at: rest_under(dynamics, p, problem.inputs[at], directions)
+    )
+    ready = by_step(lambda h: dynamics.prepare(p, h, problem.steps, directions, derivatives))
     for number, (w, x0) in enumerate(zip(windows(problem), point.states, strict=True)):
         chosen = train[w]
         shown = bool(chosen.any())
@@ -187,7 +189,7 @@ def evaluate(
             continue
         begin = max((b for b in data.starts if b <= w.start), default=0)
         x0, by_p = rest(begin) if problem.initial == "rest" else (x0, None)
-        run = engine.run(
+        run = dynamics.run(
             ready(data.step(w)),
             problem.inputs[w],
             x0,
@@ -272,29 +274,29 @@ def weighted(problem: Problem, block: Array) -> Array:
 
 
 def rest_under(
-    engine: Engine, p: Array, inputs: Array, directions: Sequence[int]
+    dynamics: Dynamics, p: Array, inputs: Array, directions: Sequence[int]
 ) -> tuple[Array, Array]:
     """Return the rest under constant inputs, and its derivative by some of the parameters.
 
     Where nothing moves, and nothing does after all of them have changed, there is no derivative.
     """
-    x = engine.rest(p, inputs)
+    x = dynamics.rest(p, inputs)
     if not directions:
-        return x, np.zeros((engine.n_x, 0))
+        return x, np.zeros((dynamics.n_x, 0))
     columns = []
     if not x.any():
         other, moved = p.copy(), list(directions)
         # each by another share: what balances now does not go on to do so
         shares = 1e-6 * (1.0 + np.sqrt(2.0) * np.arange(len(moved)) % 1.0)
         other[moved] += shares * np.maximum(np.abs(p[moved]), 1e-30)
-        if not engine.rest(other, inputs).any():
-            return x, np.zeros((engine.n_x, len(directions)))
+        if not dynamics.rest(other, inputs).any():
+            return x, np.zeros((dynamics.n_x, len(directions)))
     for i in directions:
         h = 1e-6 * max(abs(p[i]), 1e-30)
         ends = [p.copy(), p.copy()]
         ends[0][i] += h
         ends[1][i] -= h
-        high, low = (engine.rest(e, inputs) for e in ends)
+        high, low = (dynamics.rest(e, inputs) for e in ends)
         columns.append((high - low) / (2 * h))
     return x, np.stack(columns, axis=1)
 

@@ -16,6 +16,7 @@ from bondgraph.graph.parameter import Parameter
 from bondgraph.graph.sensors import Sensor
 from bondgraph.signals.files.checks import map_argument
 from bondgraph.signals.recording import Recording, Split
+from bondgraph.simulation.dynamics import Dynamics
 from bondgraph.simulation.start import HOLDS
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import UnusableInput, real_number, require_known, unknown_name
@@ -33,7 +34,6 @@ from identification.study.admission import (
 )
 from identification.study.calibration import gain_prior, gains_of
 from identification.study.channel_names import renamed, unread
-from identification.study.engine import Engine
 from identification.study.factors import drives, with_gains
 from identification.study.free_parameters import varied
 from identification.study.joint import JointProblem, stack_of
@@ -242,9 +242,9 @@ class Study:
         self._check_offsets()
         self.straight_records  # and that readings tell their turns
         if self.process_noise:
-            engine = self.problem(0, self.first_setting).engine
+            dynamics = self.problem(0, self.first_setting).dynamics
             for place in self.process_noise:
-                diffusion_at(engine, self.graph, place)
+                diffusion_at(dynamics, self.graph, place)
 
     def _check_offsets(self) -> None:
         known = self.graph.parameters
@@ -481,20 +481,20 @@ class Study:
         return {}
 
     def _built(self, made: Problem) -> Problem:
-        """Give the problem its engine, derived once for each choice of sensors."""
+        """Give the problem its dynamics, derived once for each choice of sensors."""
         if made.source_offsets:
             return made  # offsets are bounded by the commands of each record
         key = made.data.names
-        if key not in self._engines:
-            self._engines[key] = made.engine
-        return replace(made, built=self._engines[key])
+        if key not in self._dynamics:
+            self._dynamics[key] = made.dynamics
+        return replace(made, built=self._dynamics[key])
 
     @cached_property
-    def _engines(self) -> dict[tuple[str, ...], Engine]:
+    def _dynamics(self) -> dict[tuple[str, ...], Dynamics]:
         return {}
 
     def _with_states(self, made: Problem) -> Problem:
-        states = made.engine.state_names
+        states = made.dynamics.state_names
         known = self.initial if isinstance(self.initial, Mapping) else {}
         require_known("state", self.graph.name, states, *known)
         if self.initial == "rest":

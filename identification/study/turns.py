@@ -127,12 +127,12 @@ def in_turn(problem: Problem, turns: Mapping[str, Turn]) -> Problem:
     for begin, end, first in _beginnings(problem):
         turned = np.where(np.isfinite(first), first - readings[begin], 0.0) / sizes
         readings[begin:end] += np.where(np.isfinite(sizes), np.round(turned) * sizes, 0.0)
-    return replace(problem, data=replace(data, readings=readings), built=problem.engine)
+    return replace(problem, data=replace(data, readings=readings), built=problem.dynamics)
 
 
 def _beginnings(problem: Problem) -> list[tuple[int, int, Array]]:
     """Return where each recording begins and ends, and what the model reads at first."""
-    data, engine = problem.data, problem.engine
+    data, dynamics = problem.data, problem.dynamics
     ends = (0, *data.breaks, data.n)
     states = {
         w.start: x for w, x in zip(windows(problem), start_point(problem).states, strict=True)
@@ -140,9 +140,9 @@ def _beginnings(problem: Problem) -> list[tuple[int, int, Array]]:
     found = []
     for begin, end in pairwise(ends):
         brief = slice(begin, min(begin + 2, end))
-        ready = engine.prepare(problem.start_vector, data.step(brief), problem.steps, (), False)
+        ready = dynamics.prepare(problem.start_vector, data.step(brief), problem.steps, (), False)
         x = states.get(begin, problem.rest_state)
-        run = engine.run(ready, problem.inputs[brief], x, problem.fine_inputs(brief))
+        run = dynamics.run(ready, problem.inputs[brief], x, problem.fine_inputs(brief))
         found.append((begin, end, np.asarray(run.y[0, : len(data.names)])))
     return found
 

@@ -7,9 +7,9 @@ import numpy as np
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import Source
 from bondgraph.graph.sensors import Sensor
+from bondgraph.simulation.dynamics import dynamics_of
 from bondgraph.simulation.simulate import simulate
 from bondgraph.support.arrays import FloatArray
-from identification.study.engine import engine_of
 from identification.uncertainty.coverage import Case
 from identification.uncertainty.joint_sensitivities import speeds_of
 
@@ -40,8 +40,8 @@ def case_of(
         Highest frequency, Hz; twice that of the slowest pole when not given.
     """
     if top is None:
-        engine = engine_of(graph)
-        top = float(speeds_of(engine, engine.vector({}))[0]) / np.pi
+        dynamics = dynamics_of(graph)
+        top = float(speeds_of(dynamics, dynamics.vector({}))[0]) / np.pi
     time = np.arange(samples) / (8.0 * top)
     rng = np.random.default_rng(seed)
     names = [s.name for s in graph.of_type(Source)]

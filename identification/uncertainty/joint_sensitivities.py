@@ -12,9 +12,9 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from bondgraph.graph.bond_graph import BondGraph
+from bondgraph.simulation.dynamics import Dynamics, dynamics_of
 from bondgraph.support.arrays import FloatArray
 from bondgraph.support.errors import BondsightError, UnusableInput
-from identification.study.engine import Engine, engine_of
 
 SAMPLES = 160
 SIZES = tuple(10.0**k for k in range(-3, 4))
@@ -38,8 +38,8 @@ def rich_nulls(
     UnusableInput
         A name of `free` is no parameter of the equations, or no run is finite.
     """
-    engine = engine_of(graph)
-    missing = [n for n in free if n not in engine.parameter_names]
+    dynamics = dynamics_of(graph)
+    missing = [n for n in free if n not in dynamics.parameter_names]
     if missing:
         raise UnusableInput(
             f"{graph.name}: {', '.join(missing)} is no parameter of the equations (a delay, a "
@@ -48,10 +48,10 @@ def rich_nulls(
     rng = np.random.default_rng(seed)
     found: list[tuple[int, FloatArray, FloatArray, float]] = []
     for _ in range(points):
-        p = engine.vector(values or {})
-        place = [engine.parameter_names.index(n) for n in free]
+        p = dynamics.vector(values or {})
+        place = [dynamics.parameter_names.index(n) for n in free]
         p[place] *= np.exp(rng.uniform(-0.3, 0.3, len(place)))
-        j = rich_jacobian(engine, speeds_of(engine, p), place, p, rng)
+        j = rich_jacobian(dynamics, speeds_of(dynamics, p), place, p, rng)
         null, gap = _null(j)
         found.append((null.shape[1], p[place], null, gap))
     least = min(f[0] for f in found)
@@ -59,11 +59,11 @@ def rich_nulls(
     return [f[1] for f in kept], [f[2] for f in kept], min(f[3] for f in kept)
 
 
-def speeds_of(engine: Engine, p: FloatArray) -> FloatArray:
+def speeds_of(dynamics: Dynamics, p: FloatArray) -> FloatArray:
     """Return speeds (1/s) from the slowest to the fastest small motion about the rest."""
-    still = engine.inputs({n: np.zeros(2) for n in engine.commands}, np.arange(2.0))[0]
-    found = np.abs(engine.small_signal(p, still).eigenvalues())
-    if engine.n_x and not found.size:  # no slope at rest: nothing is known of the speed
+    still = dynamics.inputs({n: np.zeros(2) for n in dynamics.commands}, np.arange(2.0))[0]
+    found = np.abs(dynamics.small_signal(p, still).eigenvalues())
+    if dynamics.n_x and not found.size:  # no slope at rest: nothing is known of the speed
         return np.geomspace(1e-2, 1e4, SPEEDS)
     found = found[found > 1e-12 * max(float(found.max(initial=0.0)), 1e-300)]
     found = found if found.size else np.ones(1)
@@ -71,7 +71,7 @@ def speeds_of(engine: Engine, p: FloatArray) -> FloatArray:
 
 
 def rich_jacobian(
-    engine: Engine,
+    dynamics: Dynamics,
     speeds: FloatArray,
     place: Sequence[int],
     p: FloatArray,
@@ -89,7 +89,7 @@ def rich_jacobian(
         for size in SIZES:
             try:
                 with np.errstate(all="ignore"):
-                    y, dy = _run(engine, size, time, place, p, rng)
+                    y, dy = _run(dynamics, size, time, place, p, rng)
             except BondsightError as refusal:
                 why = str(refusal)
                 continue
@@ -104,19 +104,19 @@ def rich_jacobian(
 
 
 def _run(
-    engine: Engine,
+    dynamics: Dynamics,
     size: float,
     time: FloatArray,
     place: Sequence[int],
     p: FloatArray,
     rng: np.random.Generator,
 ) -> tuple[FloatArray, FloatArray]:
-    names = engine.commands
+    names = dynamics.commands
     waves = size * _mixture(rng, len(names))
-    u = engine.inputs({n: waves[:, i] for i, n in enumerate(names)}, time)
-    ready = engine.prepare(p, float(time[1]), 2, list(place), False)
-    fine = engine.fine_inputs(u, 2, "linear")
-    run = engine.run(ready, u, engine.rest(p, u[0]), fine, every_substep=False)
+    u = dynamics.inputs({n: waves[:, i] for i, n in enumerate(names)}, time)
+    ready = dynamics.prepare(p, float(time[1]), 2, list(place), False)
+    fine = dynamics.fine_inputs(u, 2, "linear")
+    run = dynamics.run(ready, u, dynamics.rest(p, u[0]), fine, every_substep=False)
     return np.asarray(run.y), np.asarray(run.dy)
 
 

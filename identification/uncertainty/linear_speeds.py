@@ -24,15 +24,15 @@ def speeds(problem: Problem) -> tuple[Speed, ...]:
 
     A parameter decides an eigenvalue if doubling it would move that by more than about 5 %.
     """
-    p, engine, mean = np.array(problem.start_vector), problem.engine, problem.mean_inputs
-    rates = engine.small_signal(p, mean).eigenvalues()
+    p, dynamics, mean = np.array(problem.start_vector), problem.dynamics, problem.mean_inputs
+    rates = dynamics.small_signal(p, mean).eigenvalues()
     moved: dict[int, list[str]] = {}
     for f in problem.free:
-        i = engine.parameter_names.index(f.parameter.name)
+        i = dynamics.parameter_names.index(f.parameter.name)
         changed = p.copy()
         step = 1e-4 * (abs(p[i]) or f.scale)
         changed[i] += step
-        other = engine.small_signal(changed, mean).eigenvalues()
+        other = dynamics.small_signal(changed, mean).eigenvalues()
         for k, rate in enumerate(rates if other.size else ()):
             near = other[np.argmin(np.abs(other - rate))]
             if abs(near - rate) > MOVES * 1e-4 * abs(rate) > 0:

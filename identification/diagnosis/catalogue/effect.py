@@ -178,7 +178,7 @@ class Effect:
     meanings: ClassVar[Mapping[str, str]] = {}
     """What the parameters are that belong to no law, as in `Law.meanings`."""
     costly: ClassVar[bool] = False
-    """Leaves the exact engine: fitted only where the screening puts it among the first."""
+    """Leaves the exact dynamics: fitted only where the screening puts it among the first."""
 
     joins: ClassVar[bool] = False
     """Acts at two places at once: what is known of laws at one place says nothing of it."""

@@ -17,7 +17,9 @@ def judged_on(f: Fit, split: Split) -> Fit:
     Recordings of which it has seen nothing begin from states that are fitted to them, as those of
     other held-out recordings are; no parameter moves.
     """
-    problem = replace(f.problem, data=replace(f.problem.data, split=split), built=f.problem.engine)
+    problem = replace(
+        f.problem, data=replace(f.problem.data, split=split), built=f.problem.dynamics
+    )
     known = f.problem.data.mask("train") | f.problem.data.mask("test")
     fresh = [i for i, w in enumerate(windows(problem)) if not known[w].any()]
     if not fresh or problem.window is not None or f.status is FitStatus.BROKEN:

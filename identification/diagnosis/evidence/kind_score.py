@@ -141,8 +141,8 @@ def at_values_of(base: Fit, better: Fit) -> Point:
     theta[at.offsets] = better.point.theta[there.offsets]
     states = base.point.states.copy()
     if states.shape[0] == better.point.states.shape[0]:
-        names = better.problem.engine.state_names
-        for i, n in enumerate(problem.engine.state_names):
+        names = better.problem.dynamics.state_names
+        for i, n in enumerate(problem.dynamics.state_names):
             if n in names:
                 states[:, i] = better.point.states[:, names.index(n)]
     return Point(theta, states)

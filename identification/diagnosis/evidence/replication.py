@@ -26,7 +26,7 @@ def added(trained: Fit) -> float:
     if not test.any():
         return float("nan")
     both = replace(split, train=(*stretches(split.train), *stretches(split.test)), test=())
-    whole = replace(problem, data=replace(problem.data, split=both), built=problem.engine)
+    whole = replace(problem, data=replace(problem.data, split=both), built=problem.dynamics)
     try:
         found = fit(whole, start=trained.point, max_iterations=STEPS)
     except np.linalg.LinAlgError:  # both parts together lead to where nothing is defined

@@ -19,13 +19,13 @@ from bondgraph.analysis.sensor_advice import unmeasured
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.sensors import De, Df, Sensor
 from bondgraph.signals.drive_limits import DriveLimits
+from bondgraph.simulation.dynamics import Dynamics, dynamics_of
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import BondsightError, UnusableInput
 from identification.diagnosis.evidence.answer import Decision
 from identification.diagnosis.explanation.candidate_inputs import CandidateInput, candidate_inputs
 from identification.estimation.single_record import Fit
 from identification.estimation.threads import single_threaded
-from identification.study.engine import Engine, engine_of
 from identification.study.factors import drives
 from identification.study.joint import NUISANCE_LAG
 from identification.study.problem import Problem
@@ -81,7 +81,7 @@ class _Rival:
     """A fitted model that can be run with all further sensors."""
 
     fit: Fit
-    engine: Engine
+    dynamics: Dynamics
     ready: Any
     slopes: Array
     further: tuple[int, ...]
@@ -89,10 +89,10 @@ class _Rival:
     def run(self, commands: Mapping[str, Array]) -> tuple[Array, Array]:
         """Return readings (N, n) and their derivatives by scaled parameters and lags (N, n, k)."""
         problem = self.fit.problem
-        u = self.engine.inputs(commands, problem.data.time)
-        fine = self.engine.fine_inputs(u, problem.steps, problem.data.hold)
-        x0 = self.engine.rest(_vector(self.fit, self.engine), u[0])
-        made = self.engine.run(self.ready, u, x0, fine, every_substep=bool(problem.delays))
+        u = self.dynamics.inputs(commands, problem.data.time)
+        fine = self.dynamics.fine_inputs(u, problem.steps, problem.data.hold)
+        x0 = self.dynamics.rest(_vector(self.fit, self.dynamics), u[0])
+        made = self.dynamics.run(self.ready, u, x0, fine, every_substep=bool(problem.delays))
         seen = read_out(problem, made, self.fit.point.theta, derivatives=True)
         step = problem.steps if problem.delays else 1
         picked = list(self.further)
@@ -304,18 +304,18 @@ def _rival(fit: Fit, extra: Mapping[str, tuple[str, str]]) -> _Rival:
     graph = problem.with_chain
     for name, (junction, letter) in extra.items():
         graph = graph.with_branch(junction, [Df(name) if letter == "f" else De(name)])
-    engine = engine_of(graph) if extra else problem.engine
-    names = engine.parameter_names
+    dynamics = dynamics_of(graph) if extra else problem.dynamics
+    names = dynamics.parameter_names
     directions = [names.index(f.parameter.name) for f in problem.free]
-    p = _vector(fit, engine)
-    ready = engine.prepare(p, problem.data.dt, problem.steps, directions, True)
+    p = _vector(fit, dynamics)
+    ready = dynamics.prepare(p, problem.data.dt, problem.steps, directions, True)
     slopes = problem.slopes(fit.point.theta)
     sensors = [s.name for s in graph.of_type(Sensor)]
-    return _Rival(fit, engine, ready, slopes, tuple(sensors.index(n) for n in extra))
+    return _Rival(fit, dynamics, ready, slopes, tuple(sensors.index(n) for n in extra))
 
 
-def _vector(fit: Fit, engine: Engine) -> Array:
+def _vector(fit: Fit, dynamics: Dynamics) -> Array:
     problem = fit.problem
-    names = problem.engine.parameter_names
+    names = problem.dynamics.parameter_names
     values = dict(zip(names, map(float, parameters_at(problem, fit.point.theta)), strict=True))
-    return engine.vector({n: v for n, v in values.items() if n in engine.parameter_names})
+    return dynamics.vector({n: v for n, v in values.items() if n in dynamics.parameter_names})

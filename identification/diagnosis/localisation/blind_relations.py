@@ -299,7 +299,7 @@ def no_relation(fit: Fit, probed: Probes | None = None) -> str:
     if any(abs(data.step(w) / data.dt - 1.0) > ONE_CLOCK for w in windows(fit.problem)):
         return "the recordings' rates differ: one filter for all of them cannot be blind to a port"
     probed = probed if probed is not None else probes(fit)
-    if probed.engine.lure is None:
+    if probed.dynamics.lure is None:
         return f"{fit.problem.graph.name} is not linear up to scalar laws: no transfer functions"
     return ""
 

@@ -20,12 +20,12 @@ from bondgraph.equations.derivation import equations
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import Source
 from bondgraph.graph.sensors import Df, Sensor
+from bondgraph.simulation.dynamics import dynamics_of
 from bondgraph.simulation.first_order_hold import blocks
 from bondgraph.simulation.lure import exact_form
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import BondsightError, UnusableInput
 from identification.diagnosis.screening.latent_input import probed_graph
-from identification.study.engine import engine_of
 
 PARALLEL = 1e-6
 
@@ -103,9 +103,9 @@ def linear_part(graph: BondGraph) -> tuple[Array, Array, Array, Array, list[str]
     try:
         about = model.linearise()
     except UnusableInput:  # a law with memory or a jump: its linear slope counts, by numbers
-        engine = engine_of(graph)
-        near = engine.small_signal(engine.vector({}), np.zeros(len(engine.input_names)))
-        return near.a, near.b, near.c, near.d, list(engine.input_names)
+        dynamics = dynamics_of(graph)
+        near = dynamics.small_signal(dynamics.vector({}), np.zeros(len(dynamics.input_names)))
+        return near.a, near.b, near.c, near.d, list(dynamics.input_names)
     values = {p.symbol: p.value for p in model.parameters.values()}
     matrices = [
         np.array(m.subs(values).tolist(), float).reshape(m.shape)

@@ -61,7 +61,7 @@ def path(trial: Candidate) -> LawPath | None:
 
 def law_ports(f: Fit) -> list[str]:
     """Elements with a scalar law, in the order of the exact step; empty for general graphs."""
-    lure = f.problem.engine.lure
+    lure = f.problem.dynamics.lure
     return [] if lure is None else [p.element for p in lure.laws]
 
 
@@ -86,7 +86,7 @@ def _seen(trial: Candidate) -> tuple[Array, Array] | None:
     graph = f.problem.graph
     if not isinstance(graph[element], C | R) or law_of(graph[element]) is None:
         return None
-    if f.problem.engine.lure is not None:
+    if f.problem.dynamics.lure is not None:
         return None
     try:
         found = traced(f, element)

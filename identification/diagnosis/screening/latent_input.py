@@ -8,8 +8,8 @@ from dataclasses import dataclass, field
 from bondgraph.graph.bond_graph import Bond, BondGraph
 from bondgraph.graph.composing.renaming import reading_other_bond
 from bondgraph.graph.elements import GY, TF, C, Element, I, One, R, Se, Sf, Source, TwoPort, Zero
+from bondgraph.simulation.dynamics import dynamics_of
 from bondgraph.support.errors import BondsightError
-from identification.study.engine import engine_of
 
 
 @dataclass(frozen=True)
@@ -36,7 +36,7 @@ def probed_graph(graph: BondGraph) -> Probed:
     try:
         for e in everything:
             made = _with_probe(made, e)
-        engine_of(made.graph)
+        dynamics_of(made.graph)
     except BondsightError:
         return _one_by_one(graph, everything)
     return made
@@ -48,7 +48,7 @@ def _one_by_one(graph: BondGraph, elements: Sequence[Element]) -> Probed:
     for e in elements:
         try:
             wider = _with_probe(made, e)
-            engine_of(wider.graph)
+            dynamics_of(wider.graph)
         except BondsightError:
             continue
         made = wider

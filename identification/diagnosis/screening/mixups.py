@@ -361,7 +361,7 @@ def in_windows(graph: BondGraph, data: Data) -> float:
     split = Split(first, slice(first.stop, first.stop), "the very first samples")
     try:
         base = Problem(graph, replace(data, split=split), lags=False, offsets=False)
-        length = max(SHORT, 8 * base.engine.n_x)
+        length = max(SHORT, 8 * base.dynamics.n_x)
         return float(fit(replace(base, window=length), max_iterations=A_FEW).cost)
     except (BondsightError, np.linalg.LinAlgError, ValueError):
         return float("nan")

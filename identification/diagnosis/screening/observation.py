@@ -13,12 +13,12 @@ from bondgraph.graph.domain_check import dimensions_of
 from bondgraph.graph.elements import GY, TF, C, Element, I, One, R, Source, TwoPort, Zero
 from bondgraph.graph.sensors import De, Df, Dq, Sensor
 from bondgraph.signals.units import Dimension
+from bondgraph.simulation.dynamics import Dynamics, dynamics_of
 from bondgraph.simulation.exact_run import prepare, run_prepared
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import BondsightError, UnusableInput
 from identification.diagnosis.screening.port_history import FittedModel, PortHistory, moved_by
 from identification.estimation.single_record import Fit
-from identification.study.engine import Engine, engine_of
 from identification.study.problem import Problem
 from identification.study.residual import by_step, parameters_at, time_memories, windows
 
@@ -158,7 +158,7 @@ def _ends(graph: BondGraph, e: Element) -> tuple[Bond, Bond] | None:
 
 def _observe(nominal: Fit, watched: dict[str, tuple[str, str]]) -> dict[str, Array]:
     problem = nominal.problem
-    if problem.engine.lure is not None:
+    if problem.dynamics.lure is not None:
         return _observe_exact(nominal, sorted({n for pair in watched.values() for n in pair}))
     return _observe_with_sensors(nominal, watched)
 
@@ -166,17 +166,17 @@ def _observe(nominal: Fit, watched: dict[str, tuple[str, str]]) -> dict[str, Arr
 def _observe_exact(nominal: Fit, wanted: list[str]) -> dict[str, Array]:
     problem = nominal.problem
     p = parameters_at(problem, nominal.point.theta)
-    engine, states = problem.engine, nominal.point.states
+    dynamics, states = problem.dynamics, nominal.point.states
 
     def fine(u: Array) -> Array:
-        return engine.fine_inputs(u, problem.steps, problem.data.hold)
+        return dynamics.fine_inputs(u, problem.steps, problem.data.hold)
 
-    return observed(problem, engine, p, problem.inputs, states, wanted, fine)
+    return observed(problem, dynamics, p, problem.inputs, states, wanted, fine)
 
 
 def observed(
     problem: Problem,
-    engine: Engine,
+    dynamics: Dynamics,
     p: Array,
     u: Array,
     states: Array,
@@ -187,7 +187,7 @@ def observed(
 
     Parameters
     ----------
-    engine : Engine
+    dynamics : Dynamics
         The exact one of the problem's graph, or of one with further sources.
     p : ndarray
         Its parameters.
@@ -205,13 +205,13 @@ def observed(
     Raises
     ------
     UnusableInput
-        The engine is not the exact one.
+        The dynamics is not the exact one.
     """
-    if engine.lure is None:
+    if dynamics.lure is None:
         raise UnusableInput(f"{problem.graph.name} is not linear up to scalar laws")
-    model = engine.lure.model
+    model = dynamics.lure.model
     names = tuple(sorted(model.signals & set(wanted)))
-    seen = replace(engine.lure, observed=names)
+    seen = replace(dynamics.lure, observed=names)
     ready = by_step(lambda h: prepare(seen, p, h, problem.steps))
     trace = np.full((problem.data.n, len(names)), np.nan)
     for w, x0 in zip(windows(problem), states, strict=True):
@@ -231,26 +231,26 @@ def _observe_with_sensors(nominal: Fit, watched: dict[str, tuple[str, str]]) -> 
     for name, (argument, output) in watched.items():
         try:
             wider, added = _with_sensors(graph, graph[name], argument, output)
-            engine_of(wider)
+            dynamics_of(wider)
         except BondsightError:
             continue
         graph, sensed = wider, {**sensed, **added}
-    engine = engine_of(graph)
-    values = {n: v for n, v in nominal.values.items() if n in engine.parameters}
-    p = engine.vector(values)
-    ready = by_step(lambda h: engine.prepare(p, h, problem.n_sub, [], False))
+    dynamics = dynamics_of(graph)
+    values = {n: v for n, v in nominal.values.items() if n in dynamics.parameters}
+    p = dynamics.vector(values)
+    ready = by_step(lambda h: dynamics.prepare(p, h, problem.n_sub, [], False))
     rows = nominal.point.states.shape[0]
-    by_name = dict(zip(problem.engine.state_names, nominal.point.states.T, strict=True))
-    x0 = np.zeros((rows, engine.n_x))
-    for i, n in enumerate(engine.state_names):
+    by_name = dict(zip(problem.dynamics.state_names, nominal.point.states.T, strict=True))
+    x0 = np.zeros((rows, dynamics.n_x))
+    for i, n in enumerate(dynamics.state_names):
         x0[:, i] = by_name.get(n, 0.0)
     sensors = [s.name for s in graph.of_type(Sensor)]
     trace = np.full((problem.data.n, len(sensors)), np.nan)
-    u = engine.inputs(problem.data.commands, problem.data.time, problem.data.starts)
+    u = dynamics.inputs(problem.data.commands, problem.data.time, problem.data.starts)
     for w, start in zip(windows(problem), x0, strict=True):
-        fine = engine.fine_inputs(u[w], problem.n_sub, problem.data.hold)
+        fine = dynamics.fine_inputs(u[w], problem.n_sub, problem.data.hold)
         memory = time_memories(problem, w.start)
-        run = engine.run(ready(problem.data.step(w)), u[w], start, fine, memory=memory)
+        run = dynamics.run(ready(problem.data.step(w)), u[w], start, fine, memory=memory)
         trace[w] = run.y[:, : len(sensors)]
     trace = filled(trace)
     return {signal: trace[:, sensors.index(sensor)] for signal, sensor in sensed.items()}

@@ -19,12 +19,12 @@ from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import Source
 from bondgraph.graph.sensors import Sensor
 from bondgraph.signals.fractional_delay import delayed_values
+from bondgraph.simulation.dynamics import Dynamics, dynamics_of
 from bondgraph.simulation.exact_run import KernelRun
 from bondgraph.support.arrays import Array
 from identification.diagnosis.screening.latent_input import probed_graph
 from identification.diagnosis.screening.observation import channel_number, observed
 from identification.estimation.single_record import Fit
-from identification.study.engine import Engine, engine_of
 from identification.study.factors import drives
 from identification.study.problem import Problem
 from identification.study.residual import (
@@ -54,8 +54,8 @@ class Probes:
         The fitted model.
     graph : BondGraph
         The probed graph.
-    engine : Engine
-        Its engine.
+    dynamics : Dynamics
+        Its dynamics.
     ports : dict of str to (str, float)
         Source that stands for a latent addition at each element, and the factor on it.
     flows : dict of str to (str, float)
@@ -64,7 +64,7 @@ class Probes:
 
     fit: Fit
     graph: BondGraph
-    engine: Engine
+    dynamics: Dynamics
     ports: dict[str, tuple[str, float]]
     flows: dict[str, tuple[str, float]]
 
@@ -76,23 +76,23 @@ class Probes:
     @cached_property
     def _vector(self) -> Array:
         values = dict(zip(
-            self.problem.engine.parameter_names,
+            self.problem.dynamics.parameter_names,
             map(float, parameters_at(self.problem, self.fit.point.theta)), strict=True,
         ))  # fmt: skip
-        known = self.engine.parameters
-        return self.engine.vector({n: v for n, v in values.items() if n in known})
+        known = self.dynamics.parameters
+        return self.dynamics.vector({n: v for n, v in values.items() if n in known})
 
     @cached_property
     def _ready(self) -> Callable[[float], Any]:
         return by_step(
-            lambda h: self.engine.prepare(self._vector, h, self.problem.steps, [], False)
+            lambda h: self.dynamics.prepare(self._vector, h, self.problem.steps, [], False)
         )
 
     @cached_property
     def _base_inputs(self) -> Array:
         data = self.problem.data
         extra = {name: np.zeros(data.n) for name in self._sources}
-        return self.engine.inputs({**data.commands, **extra}, data.time, data.starts)
+        return self.dynamics.inputs({**data.commands, **extra}, data.time, data.starts)
 
     @cached_property
     def _sources(self) -> tuple[str, ...]:
@@ -104,10 +104,10 @@ class Probes:
         data = self.problem.data
         names = [*self._sources, *(s.name for s in drives(self.problem.graph))]
         short = {n: np.zeros(4) for n in (*names, *data.commands)}
-        still = self.engine.inputs(short, data.time[:4])
+        still = self.dynamics.inputs(short, data.time[:4])
         found = {}
         for n in names:
-            moved = self.engine.inputs({**short, n: np.ones(4)}, data.time[:4])
+            moved = self.dynamics.inputs({**short, n: np.ones(4)}, data.time[:4])
             hit = np.flatnonzero(np.abs(moved - still).max(axis=0))
             if hit.size == 1:
                 found[n] = int(hit[0])
@@ -116,12 +116,12 @@ class Probes:
     @cached_property
     def _states(self) -> Array:
         """Initial states of the windows in the order of the probed model."""
-        names = self.problem.engine.state_names
+        names = self.problem.dynamics.state_names
         known = {n: self.fit.point.states[:, i] for i, n in enumerate(names)}
         rows = self.fit.point.states.shape[0]
         return (
-            np.stack([known.get(n, np.zeros(rows)) for n in self.engine.state_names], axis=1)
-            if self.engine.n_x
+            np.stack([known.get(n, np.zeros(rows)) for n in self.dynamics.state_names], axis=1)
+            if self.dynamics.n_x
             else np.zeros((rows, 0))
         )
 
@@ -135,7 +135,7 @@ class Probes:
         y = np.zeros((problem.data.n, len(problem.data.names)))
         for w, x0 in zip(windows(problem), states, strict=True):
             step = problem.data.step(w)
-            run: KernelRun = self.engine.run(
+            run: KernelRun = self.dynamics.run(
                 self._ready(step), u[w], x0, self.fine(u[w]), every_substep=bool(problem.delays),
                 memory=time_memories(problem, w.start),
             )  # fmt: skip
@@ -146,11 +146,11 @@ class Probes:
     def fine(self, u: Array) -> Array:
         """Return inputs at both ends of each sub-step; additions run straight in any case."""
         steps, hold = self.problem.steps, self.problem.data.hold
-        made = self.engine.fine_inputs(u, steps, hold)
+        made = self.dynamics.fine_inputs(u, steps, hold)
         if hold == "linear":
             return made
         added, made = self._added, made.copy()
-        made[:, :, added] = self.engine.fine_inputs(u, steps, "linear")[:, :, added]
+        made[:, :, added] = self.dynamics.fine_inputs(u, steps, "linear")[:, :, added]
         return made
 
     @cached_property
@@ -194,7 +194,7 @@ class Probes:
         if flow is not None and element in self.flows:
             other, by = self.flows[element]
             parts.append((self._columns[other], by, flow))
-        if self.engine.exact_step and not problem.clock:
+        if self.dynamics.exact_step and not problem.clock:
             for at, by, c in parts:
                 self._convolved(at, by * c, out)
             return out
@@ -231,7 +231,7 @@ class Probes:
             u[:, self._columns[source]] += values
         moved = self._run(u, self._states) - self._still
         states = self._states
-        return moved, observed(problem, self.engine, self._vector, u, states, names, self.fine)
+        return moved, observed(problem, self.dynamics, self._vector, u, states, names, self.fine)
 
     def _convolved(self, at: int, columns: Array, out: Array) -> None:
         """Add the response of a linear model, by convolution with its answer to one sample."""
@@ -263,8 +263,10 @@ class Probes:
             u[EARLY, at] = 1.0
             n_y = len(problem.data.names)
             straight = at in self._added  # nothing else moves
-            fine = self.engine.fine_inputs(u, problem.steps, "linear") if straight else self.fine(u)
-            run = self.engine.run(self._ready(h), u, np.zeros(self.engine.n_x), fine)
+            fine = (
+                self.dynamics.fine_inputs(u, problem.steps, "linear") if straight else self.fine(u)
+            )
+            run = self.dynamics.run(self._ready(h), u, np.zeros(self.dynamics.n_x), fine)
             y = run.y[:, :n_y].copy()
             lags = output_delays(problem, self.fit.point.theta) * (problem.data.dt / h)
             for c in np.flatnonzero(lags):
@@ -313,5 +315,5 @@ def probes(fit: Fit, plain: BondGraph | None = None) -> Probes:
     graph = fit.problem.with_chain if plain is None else plain
     known = {n: v for n, v in fit.values.items() if n in graph.parameters}
     probed = probed_graph(graph.with_values(known))
-    engine = engine_of(probed.graph)
-    return Probes(fit, probed.graph, engine, dict(probed.ports), dict(probed.flows))
+    dynamics = dynamics_of(probed.graph)
+    return Probes(fit, probed.graph, dynamics, dict(probed.ports), dict(probed.flows))

@@ -55,7 +55,7 @@ def freedom(fit: Fit) -> Array:
     spans = windows(problem)
     for train, test in ((data.split.train, data.split.test), (data.split.test, data.split.train)):
         turned = replace(data, split=Split(train, test, data.split.rule))
-        one = replace(problem, data=turned, whitening=(), built=problem.engine)
+        one = replace(problem, data=turned, whitening=(), built=problem.dynamics)
         mask = turned.mask("train")
         if mask.any():
             parts.append((mask, evaluate(one, fit.point)))

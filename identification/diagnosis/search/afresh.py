@@ -52,7 +52,7 @@ def _afresh(trial: Candidate, options: DiagnosisOptions) -> Candidate:
     declared = {n: old.graph.parameters[n].value for n in free if n in old.starts}
     plainly = replace(old, known_states={}, known_offsets=(), correction=None)
     short: list[Fit] = []
-    for hold in possible(options.holds, old.engine.input_rates):
+    for hold in possible(options.holds, old.dynamics.input_rates):
         posed = replace(
             plainly, data=replace(old.data, hold=hold), n_sub=4 if hold == "band-limited" else 1
         )

@@ -33,7 +33,7 @@ class Base:
 def base_of(f: Fit) -> Base:
     """Start candidates where `f` ended."""
     problem = f.problem
-    states = problem.engine.state_names
+    states = problem.dynamics.state_names
     known = {n: f.point.states[:, i] for i, n in enumerate(states)}
     offsets = tuple(float(v) for v in f.point.theta[slots(problem).offsets])
     start: dict[str, Any] = {

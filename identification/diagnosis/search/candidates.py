@@ -347,7 +347,7 @@ def attempt(
     """
     short: list[Fit] = []
     try:
-        problem = replace(problem, built=problem.engine)
+        problem = replace(problem, built=problem.dynamics)
     except BondsightError:
         return insertion.label, None
     starts = promising(problem, insertion, far, plain)

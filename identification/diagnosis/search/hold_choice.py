@@ -27,7 +27,7 @@ def with_best_hold(result: Fit, iterations: int, holds: Sequence[str]) -> Fit:
     candidate chooses again; where the behaviour does not show, nothing is refitted.
     """
     best = result
-    for hold in possible(holds, result.problem.engine.input_rates):
+    for hold in possible(holds, result.problem.dynamics.input_rates):
         if hold == result.problem.data.hold:
             continue
         problem = _otherwise_held(result, hold, best.problem.n_sub)
@@ -78,7 +78,7 @@ def hold_margin(result: Fit, holds: Collection[str]) -> str:
     holds : collection of str
         Behaviours that were possible.
     """
-    own, holds = result.problem.data.hold, possible(holds, result.problem.engine.input_rates)
+    own, holds = result.problem.data.hold, possible(holds, result.problem.dynamics.input_rates)
     others = [h for h in holds if h != own]
     if not others:
         return "as given"

@@ -61,14 +61,14 @@ def nominal_fit(
     runs_away = integrates(graph)
     base = replace(asked or Problem(graph, data), graph=graph, data=data)
     base = replace(base, source_offsets=runs_away or base.source_offsets, built=None)
-    base = replace(base, built=base.engine)
+    base = replace(base, built=base.dynamics)
     result = _fine(_integrating(base) if runs_away else _first_fit(base))
     if hold:
         result = to_its_end(result if hold == data.hold else _held(result, hold, base.n_sub))
         result = revived(result)
         return result.problem, result
     fits = {data.hold: result}
-    for h in possible(HOLDS, base.engine.input_rates):
+    for h in possible(HOLDS, base.dynamics.input_rates):
         if h not in fits and _shows(result, h, base.n_sub):
             fits[h] = _held(result, h, base.n_sub)
     # a converter holds; every law that is fitted later chooses again
@@ -212,7 +212,7 @@ def _held(result: Fit, hold: str, n_sub: int) -> Fit:
 
 def _fine(result: Fit) -> Fit:
     """Refine the sub-steps of a model with laws: what a step gets wrong must not look missing."""
-    if result.problem.engine.exact_step or result.status is FitStatus.BROKEN:
+    if result.problem.dynamics.exact_step or result.status is FitStatus.BROKEN:
         return result
     return settled_fit(result.problem, 15, result.point, FINEST)
 
@@ -230,9 +230,9 @@ def _first_fit(base: Problem) -> Fit:
     fits = [fit(base, max_iterations=25)]
     if base.window is not None or fits[0].cost < GOOD:
         return fits[0]
-    if not base.engine.exact_step:
+    if not base.dynamics.exact_step:
         return _calmed(base, fits[0])
-    length = max(24, 8 * base.engine.n_x)
+    length = max(24, 8 * base.dynamics.n_x)
     inside = np.flatnonzero(base.data.mask("train"))
     begin, end = int(inside[0]), int(inside[-1]) + 1
     few = slice(begin, min(end, begin + FEW))
@@ -250,7 +250,7 @@ def _first_fit(base: Problem) -> Fit:
             offsets=False,
             clock=0.0,  # clocks reach over the edges of windows
             fixed=(*base.fixed, *base.skews),
-            built=base.engine,
+            built=base.dynamics,
         )
         found = fit(brief, max_iterations=8, judged=False)
         if found.status is FitStatus.BROKEN:

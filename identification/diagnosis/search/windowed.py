@@ -35,13 +35,13 @@ def through_windows(
     begun = fit(short, max_iterations=iterations, judged=not first)
     if begun.status is FitStatus.BROKEN:
         return problem
-    names = problem.engine.state_names
+    names = problem.dynamics.state_names
     known = {n: begun.point.states[:1, i] for i, n in enumerate(names)}
     begin, whole = windows(short)[0].start, windows(problem)[0].start
     for n, course in (insertion.courses if insertion is not None else {}).items():
         if n in known:
             known[n] = known[n] - (course[begin] - course[whole])
-    values = {k: v for k, v in begun.values.items() if k in problem.engine.parameters}
+    values = {k: v for k, v in begun.values.items() if k in problem.dynamics.parameters}
     return replace(problem, starts={**problem.starts, **values}, known_states=known)
 
 
@@ -55,7 +55,7 @@ def _placed(short: Problem, insertion: Insertion) -> Problem:
     found = fit(plain, max_iterations=FEW, judged=False)
     if found.status is FitStatus.BROKEN:
         return short
-    names = plain.engine.state_names
+    names = plain.dynamics.state_names
     known = {n: found.point.states[:, i] for i, n in enumerate(names)}
     begin = [w.start for w in windows(short)]
     for n, course in insertion.courses.items():

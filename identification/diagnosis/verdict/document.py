@@ -322,7 +322,7 @@ def _possible(step: Decision, d: Diagnosis) -> list[dict[str, Any]]:
 
 def effect_parameters(trial: Candidate, d: Diagnosis) -> list[Estimate]:
     """Parameters that the effect brought in, as the last repair has them."""
-    known = set(d.nominal.problem.engine.parameter_names) if d.nominal else set()
+    known = set(d.nominal.problem.dynamics.parameter_names) if d.nominal else set()
     last = {e.name: e for e in d.repaired.estimates} if d.repaired else {}
     for step in d.findings:
         if step.chosen is not None and step.chosen.insertion.label == trial.insertion.label:

@@ -72,14 +72,14 @@ class Matching:
 
 def _responses(problem: Problem, local: Array, m: Measured) -> ComplexArray:
     """Responses of the model's small motions, shape (S, F, n_y, n_m)."""
-    engine, names = problem.engine, problem.engine.parameter_names
+    dynamics, names = problem.dynamics, problem.dynamics.parameter_names
     p = np.tile(problem.start_vector, (local.shape[0], 1))
     for i, f in enumerate(problem.free):
         at = names.index(f.parameter.name)
         p[:, at] = f.start * np.exp(local[:, i]) if f.log else f.start + f.scale * local[:, i]
     s = np.asarray(1j * m.omega, complex)
-    drive = engine.drive([engine.input_names[i] for i in m.inputs], s)
-    made = engine.small_signal(p, problem.mean_inputs)
+    drive = dynamics.drive([dynamics.input_names[i] for i in m.inputs], s)
+    made = dynamics.small_signal(p, problem.mean_inputs)
     response = made.response(s, drive)[:, :, : len(problem.data.names)]
     turn = 1j * m.omega * problem.data.dt
     lags = output_delays(problem, np.zeros(slots(problem).size) + local[0])
@@ -107,7 +107,7 @@ def matched(
     at = np.asarray(vary, int)
     low, high = _range(matching.stack, start, at)
     lines = sum(m.omega.size for m in matching.measured if m is not None)
-    states = max(p.engine.n_x for p in matching.stack.problems)
+    states = max(p.dynamics.n_x for p in matching.stack.problems)
     most = int(np.clip(SOLVES / max(lines * states, 1), 256, 4096))
     unit = sobol(most, at.size, seed)
     points = np.tile(start, (most + 1, 1))

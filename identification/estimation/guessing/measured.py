@@ -74,7 +74,7 @@ def measured_response(problem: Problem, points: int = 60) -> Measured | None:
     moving = [n for n, v in data.commands.items() if np.ptp(v[train]) > 0.0]
     if not moving or train.stop - train.start < 64:
         return None
-    columns = problem.engine.inputs(
+    columns = problem.dynamics.inputs(
         {n: np.full(2, float(i + 1)) for i, n in enumerate(data.commands)}, np.arange(2.0)
     )[0]
     order = list(data.commands)

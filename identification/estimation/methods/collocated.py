@@ -30,7 +30,7 @@ class CollocatedRecord:
     last : int
         Samples that take part.
     order : ndarray of int
-        Position of each state of the programme among those of the engine.
+        Position of each state of the programme among those of the dynamics.
     u, nodes, t : ndarray
         Inputs at the stages and at the nodes, begin of each step.
     """
@@ -83,7 +83,7 @@ def record_of(
     """Transcribe a recording; algebraic unknowns have unit scales unless `scales` are given."""
     problem = stack.problems[r]
     made = program(problem.with_chain) if made is None else made
-    order = np.array([problem.engine.state_names.index(n) for n in made.states], int)
+    order = np.array([problem.dynamics.state_names.index(n) for n in made.states], int)
     n_z = len(made.algebraic)
     if scales is None:
         scales = Scales(problem.state_scale[order], np.ones(n_z), np.ones(n_z))
@@ -99,8 +99,8 @@ def record_of(
 
 def _parameters(stack: JointProblem, r: int, names: tuple[str, ...], theta: ca.SX) -> ca.SX:
     p = stack.problems[r]
-    engine = p.engine
-    start = dict(zip(engine.parameter_names, parameters_at(p, np.zeros(0)), strict=True))
+    dynamics = p.dynamics
+    start = dict(zip(dynamics.parameter_names, parameters_at(p, np.zeros(0)), strict=True))
     local = theta[stack.columns[r].tolist()] * stack.factors[r]
     value: dict[str, Any] = dict(start)
     for i, f in enumerate(p.free):

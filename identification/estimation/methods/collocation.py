@@ -14,6 +14,7 @@ from typing import ClassVar, final
 import numpy as np
 
 from bondgraph.laws.law import Law
+from bondgraph.simulation.dynamics import Dynamics
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import UnusableInput
 from identification.estimation.levenberg_marquardt import FitStatus
@@ -30,7 +31,6 @@ from identification.estimation.methods.trajectory import (
     windows_of,
 )
 from identification.estimation.methods.transcription import Programme, programme
-from identification.study.engine import Engine
 from identification.study.free_parameters import refuse_clocks
 from identification.study.joint import JointPoint, JointProblem
 from identification.study.residual import offset_scale, parameters_at, slots
@@ -230,12 +230,12 @@ def _shown(
         return y
     r = stack.problems.index(p)
     local = theta[stack.columns[r]] * stack.factors[r]
-    engine: Engine = p.engine
+    dynamics: Dynamics = p.dynamics
     x = np.empty(record.step.n_x)
     x[record.order] = stages[-record.size :, -1][: record.step.n_x] * record.scales.x
-    ready = engine.prepare(parameters_at(p, local), p.data.dt, FINE_RUNS[-1], (), False)
+    ready = dynamics.prepare(parameters_at(p, local), p.data.dt, FINE_RUNS[-1], (), False)
     rest = slice(record.last - 1, p.data.n)
-    fine = engine.fine_inputs(p.inputs, FINE_RUNS[-1], p.data.hold)
-    run = engine.run(ready, p.inputs[rest], x, fine[rest.start * FINE_RUNS[-1] :])
+    fine = dynamics.fine_inputs(p.inputs, FINE_RUNS[-1], p.data.hold)
+    run = dynamics.run(ready, p.inputs[rest], x, fine[rest.start * FINE_RUNS[-1] :])
     later = run.y[1:, : y.shape[1]] + local[slots(p).offsets] * offset_scale(p)
     return np.concatenate([y, later])

@@ -106,7 +106,7 @@ def _with_transient(problem: Problem, lines: Lines) -> Problem:
     if problem.initial == wanted:
         return problem
     # the derived model is the same: it need not be derived once more
-    return replace(problem, initial=wanted, built=problem.engine)
+    return replace(problem, initial=wanted, built=problem.dynamics)
 
 
 def _covariance(fit: _LineStack, made: Descent) -> tuple[Array, tuple[str, ...]]:

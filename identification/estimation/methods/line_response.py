@@ -17,6 +17,7 @@ import numpy as np
 
 from bondgraph.simulation.first_order_hold import continuous, discretise
 from bondgraph.simulation.lure import Compiled
+from bondgraph.simulation.small_signal import SmallSignal
 from bondgraph.support.arrays import ComplexArray
 from bondgraph.support.arrays import FloatArray as Array
 from identification.estimation.methods.periodic_lines import Lines
@@ -29,7 +30,6 @@ from identification.study.residual import (
     parameters_at,
     slots,
 )
-from identification.study.small_signal import SmallSignal
 
 
 def line_evaluation(

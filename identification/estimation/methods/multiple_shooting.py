@@ -126,15 +126,15 @@ def _swept(stack: JointProblem, cut: list[list[slice]], nodes: _Nodes) -> _Sweep
     first = 0
     for r, p in enumerate(stack.problems):
         theta = nodes.theta[stack.columns[r]] * stack.factors[r]
-        at, engine, data = slots(p), p.engine, p.data
+        at, dynamics, data = slots(p), p.dynamics, p.data
         slopes = p.slopes(theta)
-        ready = engine.prepare(parameters_at(p, theta), data.dt, p.n_sub, p.directions, True)
-        n_f, n_x, n_y = slopes.size, engine.n_x, len(data.names)
+        ready = dynamics.prepare(parameters_at(p, theta), data.dt, p.n_sub, p.directions, True)
+        n_f, n_x, n_y = slopes.size, dynamics.n_x, len(data.names)
         y, dy = np.empty((data.n, n_y)), np.empty((data.n, n_y, n_f))
         local: list[Array] = []
         memory = None
         for k, w in enumerate(cut[r]):
-            run = engine.run(ready, p.inputs[w], nodes.states[r][k], _fine(p, w), memory=memory)
+            run = dynamics.run(ready, p.inputs[w], nodes.states[r][k], _fine(p, w), memory=memory)
             memory = run.memory or None
             y[w], dy[w] = run.y[:, :n_y], run.dy[:, :n_y, :n_f]
             local.append(run.dy[:, :n_y, n_f:])
@@ -193,7 +193,7 @@ class _System:
 def _assembled(
     stack: JointProblem, cut: list[list[slice]], nodes: _Nodes, sweep: _Sweep
 ) -> _System:
-    sizes = [p.engine.n_x for p, c in zip(stack.problems, cut, strict=True) for _ in c]
+    sizes = [p.dynamics.n_x for p, c in zip(stack.problems, cut, strict=True) for _ in c]
     place = stack.n + np.concatenate([[0], np.cumsum(sizes)]).astype(int)
     total = int(place[-1])
     weight, centre = stack.prior
@@ -229,7 +229,7 @@ def _held(stack: JointProblem, cut: list[list[slice]], fixed: Array) -> Array:
     free = [~fixed]
     for p, c in zip(stack.problems, cut, strict=True):
         for k in range(len(c)):
-            moving = np.ones(p.engine.n_x, bool)
+            moving = np.ones(p.dynamics.n_x, bool)
             if k == 0:
                 moving[:] = False
                 moving[p.free_states] = True
@@ -276,7 +276,7 @@ def _stepped(
 def _moved(stack: JointProblem, cut: list[list[slice]], nodes: _Nodes, delta: Array) -> _Nodes:
     at, states = stack.n, []
     for p, c, old in zip(stack.problems, cut, nodes.states, strict=True):
-        n = p.engine.n_x * len(c)
+        n = p.dynamics.n_x * len(c)
         states.append(old + delta[at : at + n].reshape(len(c), -1) * p.state_scale)
         at += n
     return _Nodes(nodes.theta + delta[: stack.n], states)

@@ -75,7 +75,7 @@ def require_lines(problem: Problem) -> None:
             "frequency_domain: a clock that runs away smears the lines; use "
             "method='single_shooting', or leave clock= out"
         )
-    for source in problem.engine.input_names:
+    for source in problem.dynamics.input_names:
         if re.fullmatch(r"ramp\d*", source):
             raise UnusableInput(
                 f"frequency_domain: {problem.graph.name} drifts ({source}), which never repeats; "
@@ -85,7 +85,7 @@ def require_lines(problem: Problem) -> None:
 
 def mixes(problem: Problem) -> bool:
     """Whether something that is not linear mixes the lines."""
-    return not problem.engine.exact_step
+    return not problem.dynamics.exact_step
 
 
 def lines_of(problem: Problem) -> Lines:
@@ -195,7 +195,7 @@ def _chosen(problem: Problem, u: NDArray[np.complex128], n: int) -> NDArray[np.i
 
 def _integrates(problem: Problem) -> bool:
     mean = problem.mean_inputs
-    poles = np.abs(problem.engine.small_signal(problem.start_vector, mean).eigenvalues())
+    poles = np.abs(problem.dynamics.small_signal(problem.start_vector, mean).eigenvalues())
     return bool(poles.size and poles.min() < 1e-12 * max(float(poles.max()), 1e-300))
 
 

@@ -57,7 +57,7 @@ class PredictionError(Method):
                 "method='single_shooting'"
             )
         for p in kalman_filter(study).problems:
-            p.engine.prepare(p.start_vector, p.data.dt, 1, [], False)
+            p.dynamics.prepare(p.start_vector, p.data.dt, 1, [], False)
 
     def solve(self, task: FitTask) -> MethodSolution:
         """Climb from `start`."""

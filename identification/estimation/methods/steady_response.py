@@ -26,7 +26,7 @@ class Course:
     ----------
     u : ndarray, shape (R N + 1, n_u)
     fine : ndarray
-        Their values between the samples, as the engine takes them.
+        Their values between the samples, as the dynamics takes them.
     """
 
     u: Array
@@ -59,18 +59,18 @@ def settled_course(problem: Problem, lines: Lines, point: Point) -> Course:
 
 def _course(problem: Problem, lines: Lines, repeats: int) -> Course:
     u = np.concatenate([np.tile(lines.drive, (repeats, 1)), lines.drive[:1]])
-    return Course(u, problem.engine.fine_inputs(u, problem.n_sub, problem.data.hold))
+    return Course(u, problem.dynamics.fine_inputs(u, problem.n_sub, problem.data.hold))
 
 
 def _run(
     problem: Problem, course: Course, point: Point, *, derivatives: bool
 ) -> tuple[Array, Array]:
     """Return readings (R N, n_y) and their derivatives by the free parameters, from rest."""
-    engine, n_y = problem.engine, len(problem.data.names)
+    dynamics, n_y = problem.dynamics, len(problem.data.names)
     wanted = problem.directions if derivatives else []
     p = parameters_at(problem, point.theta)
-    ready = engine.prepare(p, problem.data.dt, problem.n_sub, wanted, False)
-    run = engine.run(ready, course.u, engine.rest(p, course.u[0]), course.fine)
+    ready = dynamics.prepare(p, problem.data.dt, problem.n_sub, wanted, False)
+    run = dynamics.run(ready, course.u, dynamics.rest(p, course.u[0]), course.fine)
     # the sample that closes a period is where the next one begins
     return run.y[1:, :n_y], run.dy[1:, :n_y]
 

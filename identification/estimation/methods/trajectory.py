@@ -46,7 +46,7 @@ def observed(
     found = refine_states(loose, replace(local, states=states), passes=PASSES).states
     at = np.array([w.start for w in windows(loose)])
     picked = found[[int(np.abs(at - c.start).argmin()) for c in cut]]
-    held = np.setdiff1d(np.arange(p.engine.n_x), p.free_states)
+    held = np.setdiff1d(np.arange(p.dynamics.n_x), p.free_states)
     picked[0, held] = (p.rest_state if p.initial == "rest" else local.states[0])[held]
     return np.asarray(picked)
 
@@ -58,7 +58,7 @@ def followed(
 
     Parameters
     ----------
-    states : ndarray, shape (windows, n_x), SI, in the order of the engine
+    states : ndarray, shape (windows, n_x), SI, in the order of the dynamics
     cut : list of slice
         Windows that share their edges.
     """

@@ -85,7 +85,7 @@ class Programme:
         record, stack = self.records[r], self.stack
         p, columns = record.problem, stack.columns[r]
         local = theta[columns] * stack.factors[r]
-        x, by_p = rest_under(p.engine, parameters_at(p, local), p.inputs[0], p.directions)
+        x, by_p = rest_under(p.dynamics, parameters_at(p, local), p.inputs[0], p.directions)
         unit = record.scales.x
         slope = np.zeros((record.step.n_x, stack.n))
         slope[:, columns[slots(p).free]] = by_p[record.order] * p.slopes(local) / unit[:, None]

@@ -67,7 +67,7 @@ def assemble(kalman: KalmanFilter, theta: Array, record: int, derivatives: bool)
         if i >= first:
             dz[i - first, column] = 1.0
     if problem.initial == "rest" and derivatives:
-        _, by_p = rest_under(problem.engine, at.p, problem.inputs[0], problem.directions)
+        _, by_p = rest_under(problem.dynamics, at.p, problem.inputs[0], problem.directions)
         resting = np.zeros((n, where.size))
         resting[:, : at.slopes.size] = by_p * at.slopes / at.x[:, None]
         dz[:n] += resting[:, alive]

@@ -70,9 +70,9 @@ class FilterFit:
         problem = self.kalman.problems[record]
         local = self.kalman.local(self.theta, record)
         p, n_sub = parameters_at(problem, local), self.kalman.n_sub
-        ready = problem.engine.prepare(p, problem.data.dt, n_sub, [], False)
+        ready = problem.dynamics.prepare(p, problem.data.dt, n_sub, [], False)
         fine = problem.fine_inputs(slice(0, problem.data.n), n_sub)
-        run = problem.engine.run(
+        run = problem.dynamics.run(
             ready, problem.inputs, self.kalman.initial(self.theta, record), fine
         )
         return np.asarray(

@@ -59,13 +59,13 @@ class KalmanFilter:
     @cached_property
     def plants(self) -> tuple[FilterPlant, ...]:
         """What the filter needs to know of each record's model."""
-        return tuple(plant_of(p.engine) for p in self.problems)
+        return tuple(plant_of(p.dynamics) for p in self.problems)
 
     @property
     def coarse(self) -> bool:
         """Whether sub-steps change something: laws that bend, or a step that is not exact."""
         laws = [law for _, law in self.plants[0].laws]
-        return self.first.engine.lure is None or any(not law.slides_level for law in laws)
+        return self.first.dynamics.lure is None or any(not law.slides_level for law in laws)
 
     @cached_property
     def names(self) -> tuple[str, ...]:
@@ -84,7 +84,7 @@ class KalmanFilter:
         found: list[Diffusion | None] = []
         for place in self.sigma:
             try:
-                found.append(diffusion_at(p.engine, self.study.graph, place))
+                found.append(diffusion_at(p.dynamics, self.study.graph, place))
             except UnknownName:
                 if not record:
                     raise
@@ -94,7 +94,7 @@ class KalmanFilter:
     @cached_property
     def slots(self) -> FilterSlots:
         """Layout of theta."""
-        states = tuple(0 if p.initial == "rest" else p.engine.n_x for p in self.problems)
+        states = tuple(0 if p.initial == "rest" else p.dynamics.n_x for p in self.problems)
         return FilterSlots(self.stack.n, len(self.sigma), len(self.estimated), states)
 
     def local(self, theta: Array, record: int) -> Array:
@@ -105,7 +105,7 @@ class KalmanFilter:
         """Return the state that a record starts from, SI, shape (n_x,)."""
         p = self.problems[record]
         if p.initial == "rest":
-            return p.engine.rest(parameters_at(p, self.local(theta, record)), p.inputs[0])
+            return p.dynamics.rest(parameters_at(p, self.local(theta, record)), p.inputs[0])
         x0 = self.rest[record]
         if self.slots.n_states[record]:
             x0 = x0 + theta[self.slots.states(record)] * self.state_scale[record]
@@ -166,7 +166,7 @@ class KalmanFilter:
         each = []
         for r, (p, plant) in enumerate(zip(self.problems, self.plants, strict=True)):
             sizes = state_scale(p, plant, self.reading_scale(r))
-            each.append(dict(zip(p.engine.state_names, sizes, strict=True)))
+            each.append(dict(zip(p.dynamics.state_names, sizes, strict=True)))
         return tuple(np.array([max(e.get(n, 0.0) for e in each) for n in own]) for own in each)
 
     @property
@@ -220,7 +220,7 @@ class KalmanFilter:
         lower[at.noise], upper[at.noise] = np.log(1e-6 * scale), np.log(10.0 * scale)
         for r, p in enumerate(self.problems):
             if at.n_states[r]:
-                known = np.setdiff1d(np.arange(p.engine.n_x), p.free_states) + at.states(r).start
+                known = np.setdiff1d(np.arange(p.dynamics.n_x), p.free_states) + at.states(r).start
                 lower[known] = upper[known] = 0.0
         return lower, upper
 
@@ -238,8 +238,8 @@ def kalman_filter(
     fresh = study.first_setting
     setting = fresh if setting is None else setting
     stack = study.stack(setting) if stack is None else stack
-    engine, given = stack.problems[0].engine, study.process_noise
-    places = engine.state_names if given is None else given
+    dynamics, given = stack.problems[0].dynamics, study.process_noise
+    places = dynamics.state_names if given is None else given
     sigma = {n: given[n] if isinstance(given, Mapping) else None for n in places}
     made = KalmanFilter(study, stack, fresh.floors[: len(stack.problems)], sigma)
     n_sub = max(*setting.n_sub, 2 if made.coarse and study.n_sub is None else 1)

@@ -10,8 +10,8 @@ from functools import lru_cache
 import casadi as ca
 
 from bondgraph.laws.law import Law
+from bondgraph.simulation.dynamics import Dynamics
 from bondgraph.support.arrays import Array
-from identification.study.engine import Engine
 from identification.study.process_noise import Diffusion
 
 
@@ -161,13 +161,13 @@ def _steps(plant: FilterPlant) -> FilterSteps:
     return plant.build()
 
 
-def plant_of(engine: Engine) -> FilterPlant:
-    """Return what a filter needs of an engine."""
-    if engine.lure is not None:
+def plant_of(dynamics: Dynamics) -> FilterPlant:
+    """Return what a filter needs of a model."""
+    if dynamics.lure is not None:
         from identification.estimation.prediction.exact_plant import ExactPlant
 
-        return ExactPlant(engine.lure)
+        return ExactPlant(dynamics.lure)
     from identification.estimation.prediction.general_plant import GeneralPlant
 
-    assert engine.implicit is not None
-    return GeneralPlant(engine.implicit)
+    assert dynamics.implicit is not None
+    return GeneralPlant(dynamics.implicit)

@@ -23,16 +23,16 @@ def state_scale(problem: Problem, plant: FilterPlant, reading: Array) -> Array:
     reading : ndarray, shape (n_y,)
         Size of each reading.
     """
-    engine, data, p = problem.engine, problem.data, problem.start_vector
+    dynamics, data, p = problem.dynamics, problem.data, problem.start_vector
     balanced = _balanced(problem, plant, reading)
     whole = slice(0, data.n)
     with np.errstate(all="ignore"):
-        ready = engine.prepare(p, data.dt, 1, [], False)
+        ready = dynamics.prepare(p, data.dt, 1, [], False)
         fine = problem.fine_inputs(whole, 1)
-        y = engine.run(ready, problem.inputs, problem.rest_state, fine).y[:, : reading.size]
+        y = dynamics.run(ready, problem.inputs, problem.rest_state, fine).y[:, : reading.size]
         if not np.isfinite(y).all() or (np.ptp(y, axis=0) > ESCAPED * reading).any():
             return balanced
-        spread = engine.spreads(p, problem.inputs, data.dt, problem.rest_state, 1, data.hold)
+        spread = dynamics.spreads(p, problem.inputs, data.dt, problem.rest_state, 1, data.hold)
     return np.where(spread > 1e-8 * balanced, spread, balanced)
 
 
@@ -40,7 +40,7 @@ def _balanced(problem: Problem, plant: FilterPlant, reading: Array) -> Array:
     """Units in which the way from the inputs through the states to the readings is balanced."""
     from scipy.linalg import matrix_balance
 
-    n, dt, u = problem.engine.n_x, problem.data.dt, problem.inputs
+    n, dt, u = problem.dynamics.n_x, problem.data.dt, problem.inputs
     a, b, c = plant.linear(problem.start_vector, problem.rest_state, u[0])
     loop = np.zeros((n + 1, n + 1))
     loop[:n, :n] = np.abs(a) * dt

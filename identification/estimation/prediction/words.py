@@ -24,7 +24,7 @@ def remarks(fit: FilterFit) -> tuple[str, ...]:
 
 
 def _about_laws(fit: FilterFit) -> list[str]:
-    found, engine = [], fit.kalman.first.engine
+    found, dynamics = [], fit.kalman.first.dynamics
     for element, law in fit.kalman.plants[0].laws:
         if law.n_memory:
             found.append(
@@ -39,8 +39,8 @@ def _about_laws(fit: FilterFit) -> list[str]:
             )
         elif not law.n_memory:
             found.append(f"{element} {LINEARISED}")
-    if not found and engine.lure is None:
-        found.append(f"{engine.name} {LINEARISED}")
+    if not found and dynamics.lure is None:
+        found.append(f"{dynamics.name} {LINEARISED}")
     return found
 
 

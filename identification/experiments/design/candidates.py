@@ -14,6 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from bondgraph.simulation.dynamics import Dynamics, Model, dynamics_of
 from bondgraph.simulation.exact_run import KernelRun, relative_change
 from bondgraph.support.arrays import FloatArray
 from bondgraph.support.errors import UnusableInput, require_known
@@ -28,7 +29,6 @@ from identification.experiments.design.expected import (
 from identification.experiments.design.multisine import multisine
 from identification.experiments.design.signal import Signal
 from identification.experiments.design.weights import CRITERIA, Weights, optimal_weights
-from identification.study.engine import Engine, Model, engine_of
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -111,20 +111,20 @@ def record_information(
         Sub-steps a sample.
     """
     require_known("initial state", "design", ("free", "rest"), initial)
-    engine = engine_of(model)
-    sources = engine.commands
-    require_known("input", engine.name, sources, signal.name)
-    require_known("input", engine.name, sources, *(others or {}))
-    u = _inputs(engine, signal, others)
+    dynamics = dynamics_of(model)
+    sources = dynamics.commands
+    require_known("input", dynamics.name, sources, signal.name)
+    require_known("input", dynamics.name, sources, *(others or {}))
+    u = _inputs(dynamics, signal, others)
     if initial == "rest":
-        engine.at_rest(p, u[0])  # or it says that there is none
-    at = [engine.parameter_names.index(n) for n in names]
-    free = initial == "free" and engine.n_x > 0
-    run = _run(engine, p, u, signal, n_sub, at, free)
+        dynamics.at_rest(p, u[0])  # or it says that there is none
+    at = [dynamics.parameter_names.index(n) for n in names]
+    free = initial == "free" and dynamics.n_x > 0
+    run = _run(dynamics, p, u, signal, n_sub, at, free)
     blocks = []
-    outputs = list(engine.output_names)
+    outputs = list(dynamics.output_names)
     for k, (name, level) in enumerate(noise.items()):
-        require_known("sensor", engine.name, outputs, name)
+        require_known("sensor", dynamics.name, outputs, name)
         if not level > 0.0:
             raise UnusableInput(f"design: the noise of {name} must be positive")
         slope = run.dy[:, outputs.index(name)] / level
@@ -148,16 +148,16 @@ def record_information(
     return np.asarray(wanted_part.T @ wanted_part)
 
 
-def _inputs(engine: Engine, signal: Signal, others: Mapping[str, float] | None) -> FloatArray:
+def _inputs(dynamics: Dynamics, signal: Signal, others: Mapping[str, float] | None) -> FloatArray:
     """Commands of zero for every source but the signal's and `others`, shape (N, n_u)."""
-    commands = {n: np.zeros(signal.time.size) for n in engine.commands}
+    commands = {n: np.zeros(signal.time.size) for n in dynamics.commands}
     for n, value in (others or {}).items():
         commands[n] = np.full(signal.time.size, float(value))
-    return engine.inputs({**commands, signal.name: signal.values}, signal.time)
+    return dynamics.inputs({**commands, signal.name: signal.values}, signal.time)
 
 
 def _run(
-    engine: Engine,
+    dynamics: Dynamics,
     p: FloatArray,
     u: FloatArray,
     signal: Signal,
@@ -166,8 +166,10 @@ def _run(
     states: bool = False,
 ) -> KernelRun:
     """Run from rest under the first inputs, differentiated as asked."""
-    ready = engine.prepare(p, 1.0 / signal.rate, n_sub, directions, states)
-    return engine.run(ready, u, engine.rest(p, u[0]), engine.fine_inputs(u, n_sub, signal.between))
+    ready = dynamics.prepare(p, 1.0 / signal.rate, n_sub, directions, states)
+    return dynamics.run(
+        ready, u, dynamics.rest(p, u[0]), dynamics.fine_inputs(u, n_sub, signal.between)
+    )
 
 
 def flat_like(signal: Signal) -> Signal:
@@ -225,20 +227,20 @@ def rank_signals(
     UnusableInput
         If no candidate determines the chosen parameters.
     """
-    engine = engine_of(model)
+    dynamics = dynamics_of(model)
     require_known("criterion", "design", CRITERIA, criterion)
     if not signals:
         raise UnusableInput("rank_signals: there is no candidate; give at least one signal")
-    first, rest = wanted(engine, chosen, nuisances)
+    first, rest = wanted(dynamics, chosen, nuisances)
     names = (*first, *rest)
-    vectors, scale = prior_samples(engine, names, values, prior, samples, seed)
+    vectors, scale = prior_samples(dynamics, names, values, prior, samples, seed)
 
     def of(signal: Signal) -> FloatArray:
-        n_sub = _steps(engine, vectors[0], signal, others)
+        n_sub = _steps(dynamics, vectors[0], signal, others)
         return np.stack(
             [
                 record_information(
-                    engine, p, signal, noise, names, scale,
+                    dynamics, p, signal, noise, names, scale,
                     others=others, initial=initial, offsets=offsets, n_sub=n_sub,
                 )
                 for p in vectors
@@ -270,7 +272,7 @@ def rank_signals(
     deviations = np.stack([standard_deviations(found[i][0], len(first)) for i in order])
     return Ranking(
         tuple(signals[i] for i in order), tuple(score),
-        table(engine, vectors[0], first, scale, found[order[0]][0], base[0],
+        table(dynamics, vectors[0], first, scale, found[order[0]][0], base[0],
               f"{against.kind}, rms {against.rms:.4g} {against.unit}, {against.time[-1]:.4g} s"),
         shares, criterion, first, deviations * scale[: len(first)],
     )  # fmt: skip
@@ -294,17 +296,17 @@ def _merit(information: FloatArray, chosen: int, criterion: str) -> float:
 
 
 def _steps(
-    engine: Engine, p: FloatArray, signal: Signal, others: Mapping[str, float] | None
+    dynamics: Dynamics, p: FloatArray, signal: Signal, others: Mapping[str, float] | None
 ) -> int:
     """Sub-steps that change the readings by less than a thousandth beside half as many."""
     n_sub = 2 if signal.between == "band-limited" else 1
-    if engine.exact_step and n_sub == 1:
+    if dynamics.exact_step and n_sub == 1:
         return n_sub
-    u = _inputs(engine, signal, others)
-    before = _run(engine, p, u, signal, n_sub).y
+    u = _inputs(dynamics, signal, others)
+    before = _run(dynamics, p, u, signal, n_sub).y
     while n_sub < FINEST:
         n_sub *= 2
-        after = _run(engine, p, u, signal, n_sub).y
+        after = _run(dynamics, p, u, signal, n_sub).y
         if relative_change(before, after) < ACCURACY:
             break
         before = after

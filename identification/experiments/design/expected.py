@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 
 from bondgraph.signals.files.checks import optional
+from bondgraph.simulation.dynamics import Dynamics
 from bondgraph.support.arrays import FloatArray
 from bondgraph.support.errors import UnusableInput, require_known, unknown_name
-from identification.study.engine import Engine
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,7 +103,7 @@ class ExpectedTable:
 
 
 def wanted(
-    engine: Engine, chosen: Sequence[str] | None, nuisances: Sequence[str] | None
+    dynamics: Dynamics, chosen: Sequence[str] | None, nuisances: Sequence[str] | None
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Return chosen parameters and nuisances: by default all that are not fixed, and the rest.
 
@@ -114,20 +114,20 @@ def wanted(
     UnusableInput
         If nothing is chosen, or something is both.
     """
-    known = engine.parameters
+    known = dynamics.parameters
     free = [n for n, p in known.items() if not p.fixed]
     first = tuple(free) if chosen is None else tuple(chosen)
     rest = tuple(n for n in free if n not in first) if nuisances is None else tuple(nuisances)
-    require_known("parameter", engine.name, known, *first, *rest)
+    require_known("parameter", dynamics.name, known, *first, *rest)
     if not first or set(first) & set(rest) or len({*first, *rest}) != len(first) + len(rest):
         raise UnusableInput(
-            f"{engine.name}: choose at least one parameter, and none twice or also as a nuisance"
+            f"{dynamics.name}: choose at least one parameter, and none twice or also as a nuisance"
         )
     return first, rest
 
 
 def prior_samples(
-    engine: Engine,
+    dynamics: Dynamics,
     names: Sequence[str],
     values: Mapping[str, float] | None,
     prior: Mapping[str, float] | None,
@@ -151,25 +151,25 @@ def prior_samples(
     scale : ndarray, shape (len(names),)
         Size of each nominal value, 1 where it is zero: information is per relative change.
     """
-    nominal = engine.vector(values or {})
-    at = [engine.parameter_names.index(n) for n in names]
+    nominal = dynamics.vector(values or {})
+    at = [dynamics.parameter_names.index(n) for n in names]
     scale = np.where(nominal[at] != 0.0, np.abs(nominal[at]), 1.0)
     if not prior:
         return nominal[None], scale
     for n, s in prior.items():
-        require_known("parameter", engine.name, engine.parameter_names, n)
+        require_known("parameter", dynamics.name, dynamics.parameter_names, n)
         if not 0.0 <= s < 5.0:
             raise UnusableInput(f"prior of {n}: {s} is no relative standard deviation")
     rng = np.random.default_rng(seed)
     vectors = np.tile(nominal, (max(2, samples), 1))
     for n, s in prior.items():
-        column = engine.parameter_names.index(n)
+        column = dynamics.parameter_names.index(n)
         vectors[1:, column] *= np.exp(s * rng.standard_normal(vectors.shape[0] - 1))
     return vectors, scale
 
 
 def table(
-    engine: Engine,
+    dynamics: Dynamics,
     nominal: FloatArray,
     chosen: Sequence[str],
     scale: FloatArray,
@@ -181,8 +181,8 @@ def table(
     rows = []
     sd, other = (standard_deviations(m, len(chosen)) for m in (proposed, reference))
     for i, n in enumerate(chosen):
-        value = float(nominal[engine.parameter_names.index(n)])
-        unit = engine.parameters[n].unit
+        value = float(nominal[dynamics.parameter_names.index(n)])
+        unit = dynamics.parameters[n].unit
         rows.append(Expected(n, value, unit, float(sd[i] * scale[i]), float(other[i] * scale[i])))
     return ExpectedTable(tuple(rows), words)
 

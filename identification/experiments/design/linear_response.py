@@ -6,9 +6,9 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from bondgraph.simulation.dynamics import Model, dynamics_of
 from bondgraph.support.arrays import ComplexArray, FloatArray
 from bondgraph.support.errors import UnusableInput, require_known
-from identification.study.engine import Model, engine_of
 
 
 def response_and_sensitivity(
@@ -24,7 +24,7 @@ def response_and_sensitivity(
 
     Parameters
     ----------
-    model : BondGraph, Compiled or Engine
+    model : BondGraph, Compiled or Dynamics
         Linear up to scalar laws: these count with their linear slope. Any other is linearised
         about the rest under `bias`; that the rest moves with the parameters is counted.
     p : ndarray, shape (n_p,), SI
@@ -49,28 +49,28 @@ def response_and_sensitivity(
     UnusableInput
         The model has no slope at its rest.
     """
-    engine = engine_of(model)
+    dynamics = dynamics_of(model)
     for kind, names, known in (
-        ("input", (source, *(bias or {})), engine.commands),
-        ("sensor", outputs, engine.output_names),
-        ("parameter", parameters, engine.parameter_names),
+        ("input", (source, *(bias or {})), dynamics.commands),
+        ("sensor", outputs, dynamics.output_names),
+        ("parameter", parameters, dynamics.parameter_names),
     ):
-        require_known(kind, engine.name, known, *names)
+        require_known(kind, dynamics.name, known, *names)
     if not (np.asarray(frequency) > 0.0).all():
-        raise UnusableInput(f"{engine.name}: frequencies of a response must be positive")
-    held = {n: np.full(2, (bias or {}).get(n, 0.0)) for n in engine.commands}
-    u = engine.inputs(held, np.arange(2.0))[0]
-    rows = [engine.output_names.index(o) for o in outputs]
-    wanted = [engine.parameter_names.index(n) for n in parameters]
+        raise UnusableInput(f"{dynamics.name}: frequencies of a response must be positive")
+    held = {n: np.full(2, (bias or {}).get(n, 0.0)) for n in dynamics.commands}
+    u = dynamics.inputs(held, np.arange(2.0))[0]
+    rows = [dynamics.output_names.index(o) for o in outputs]
+    wanted = [dynamics.parameter_names.index(n) for n in parameters]
     s = np.asarray(2j * np.pi * np.asarray(frequency), complex)
-    drive = engine.drive([source], s)
-    small = engine.small_signal(p, u)
+    drive = dynamics.drive([source], s)
+    small = dynamics.small_signal(p, u)
     response = small.response(s, drive)[:, rows, 0]
-    slopes = engine.small_signal_slopes(p, u, wanted)
+    slopes = dynamics.small_signal_slopes(p, u, wanted)
     sensitivity = small.response_slopes(slopes, s, drive)[:, rows, 0]
     if not (np.isfinite(response).all() and np.isfinite(sensitivity).all()):
         raise UnusableInput(
-            f"{engine.name}: the equations have no slope at rest under these constant commands; "
+            f"{dynamics.name}: the equations have no slope at rest under these constant commands; "
             "give others in bias="
         )
     return response, sensitivity

@@ -22,6 +22,7 @@ import numpy as np
 
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.signals.drive_limits import DriveLimits
+from bondgraph.simulation.dynamics import Model, dynamics_of
 from bondgraph.support.arrays import FloatArray
 from bondgraph.support.errors import UnusableInput
 from identification.experiments.design.expected import ExpectedTable, prior_samples, table, wanted
@@ -30,7 +31,6 @@ from identification.experiments.design.linear_response import response_and_sensi
 from identification.experiments.design.multisine import multisine
 from identification.experiments.design.signal import Signal
 from identification.experiments.design.weights import Weights, optimal_weights
-from identification.study.engine import Model, engine_of
 
 Noise = float | Callable[[FloatArray], FloatArray]
 
@@ -161,7 +161,7 @@ def optimal_multisine(
 
     Parameters
     ----------
-    model : BondGraph, Compiled or Engine
+    model : BondGraph, Compiled or Dynamics
         Any that has slopes at its rest.
     source : str
         The input designed; other inputs rest.
@@ -212,13 +212,13 @@ def optimal_multisine(
         raise UnusableInput(f"design: the corner of {corner} Hz must be positive")
     if not 0.0 <= flat_share < 1.0:
         raise UnusableInput(f"design: flat_share = {flat_share} must lie within 0 .. 1")
-    engine = engine_of(model)
-    first, rest = wanted(engine, chosen, nuisances)
+    dynamics = dynamics_of(model)
+    first, rest = wanted(dynamics, chosen, nuisances)
     names = (*first, *rest)
     if unit is None:
         unit = getattr(model[source], "unit", "") if isinstance(model, BondGraph) else ""
     unit = unit or "1"
-    vectors, scale = prior_samples(engine, names, values, prior, samples, seed)
+    vectors, scale = prior_samples(dynamics, names, values, prior, samples, seed)
     designed = partial(
         multisine, rate, period, rms=rms, periods=periods, seed=seed, name=source, unit=unit,
         bias=(bias or {}).get(source, 0.0),
@@ -226,7 +226,7 @@ def optimal_multisine(
     even = designed(band=band, kind=kind, phases="schroeder")
     f = even.frequencies
     each = np.stack(
-        [line_information(engine, p, source, noise, f, names, scale, bias) for p in vectors]
+        [line_information(dynamics, p, source, noise, f, names, scale, bias) for p in vectors]
     )
     _must_show(each, names)
     cost = np.ones(f.size) if corner is None else 1.0 + (f / corner) ** 2
@@ -248,12 +248,12 @@ def optimal_multisine(
         notes += [f"to fit the envelope: {both[0]}; flat: amplitude times {both[1].amplitude:.4g}"]
         words = f"a flat multisine of {f.size} lines as large as the envelope allows"
     information = [
-        information_of_signal(engine, vectors[0], s, noise, names, scale, bias)
+        information_of_signal(dynamics, vectors[0], s, noise, names, scale, bias)
         for s in (made, flat)
     ]
     return Proposal(
         made, flat, found, f,
-        table(engine, vectors[0], first, scale, information[0], information[1], words),
+        table(dynamics, vectors[0], first, scale, information[0], information[1], words),
         criterion, tuple(notes),
     )  # fmt: skip
 

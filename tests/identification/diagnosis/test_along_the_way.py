@@ -14,6 +14,7 @@ from bondgraph import BondGraph, C, Dq, I, One, R, Se
 from bondgraph.laws import Coulomb, Periodic
 from bondgraph.signals.recording import Recording
 from bondgraph.signals.split import interleaved
+from bondgraph.simulation.dynamics import dynamics_of
 from bondgraph.support.arrays import FloatArray
 from identification.diagnosis.catalogue.transduction.position_periodic_force import (
     periods,
@@ -27,7 +28,6 @@ from identification.diagnosis.search.candidates import DiagnosisOptions
 from identification.diagnosis.search.nominal import nominal_fit
 from identification.estimation.single_record import fit
 from identification.report.numbers import quantity
-from identification.study.engine import engine_of
 from identification.study.origins import own_origins
 from identification.study.priors import Normal
 from identification.study.problem import Problem, data_for
@@ -124,7 +124,7 @@ def test_short_periods_are_seen_to_repeat() -> None:
 
 @pytest.mark.parametrize("spring", [0.0, 0.1])
 def test_where_a_wave_begins_is_said_by_its_own_numbers(spring: float) -> None:
-    names = engine_of(with_wave(motor(spring))).state_names
+    names = dynamics_of(with_wave(motor(spring))).state_names
     assert [names[i] for i in _origins(with_wave(motor(spring)))] == ["q_cogs"]
 
 
@@ -147,7 +147,7 @@ def test_a_reading_with_a_gain_tells_the_way_before_it(recorded: Recording) -> N
 def test_windows_and_known_positions_leave_it_free(recorded: Recording) -> None:
     g = with_wave(motor())
     data = data_for(g, recorded, interleaved(0, recorded.n), {"phi": 2e-4})
-    names = engine_of(g).state_names
+    names = dynamics_of(g).state_names
     assert "q_cogs" in names
     free = {
         "one run": Problem(g, data),
@@ -192,6 +192,6 @@ def _problem(recorded: Recording) -> Problem:
 
 
 def _origins(g: BondGraph) -> tuple[int, ...]:
-    compiled = engine_of(g).lure
+    compiled = dynamics_of(g).lure
     assert compiled is not None
     return own_origins(compiled, {"a_cogs", "b_cogs"})

@@ -150,7 +150,7 @@ def test_known_initial_states_reach_every_fit(initial: object) -> None:
     given = {"q_k": start} if isinstance(initial, dict) else initial
     d = diagnose(Study(spring(), r, initial=given, hold="linear"), options=OPTIONS)  # type: ignore[arg-type]
     assert d.nominal is not None
-    at = d.nominal.problem.engine.state_names.index("q_k")
+    at = d.nominal.problem.dynamics.state_names.index("q_k")
     assert d.nominal.point.states[0, at] == pytest.approx(start, rel=1e-3)
     assert d.kind in ("explained", "parameters_only")
     assert d.nominal.problem.free_states.size == (1 if isinstance(initial, dict) else 0)

@@ -104,7 +104,7 @@ class Bench:
     def readings(self, graph: BondGraph, starts: dict[str, float]) -> Array:
         """Readings over their spread, from the nominal values and initial state."""
         f = self.nominal
-        states = dict(zip(f.problem.engine.state_names, f.point.states.T, strict=True))
+        states = dict(zip(f.problem.dynamics.state_names, f.point.states.T, strict=True))
         known = {n: v for n, v in f.values.items() if n in self.scene.graph.parameters}
         problem = Problem(graph, self.scene.data, starts={**known, **starts}, known_states=states)
         y = evaluate(problem, start_point(problem), derivatives=False).y
@@ -156,7 +156,7 @@ def test_insertion_and_its_first_order(
     shape = dict(i.starts[0])
     without = bench.readings(i.graph, {**shape, **dict.fromkeys(i.strengths, nothing)})
     nominal = bench.readings(bench.scene.graph, {})
-    # the general engine takes steps of another order
+    # the general dynamics takes steps of another order
     assert np.abs(without - nominal).max() < (1e-4 if exact else 0.05)
     strong = dict(zip(i.strengths, map(float, weights), strict=True))
     change = bench.readings(i.graph, {**shape, **strong}) - without

@@ -106,7 +106,7 @@ def scene() -> FittedModel:
 def readings(graph: BondGraph, scene: FittedModel, values: Mapping[str, float]) -> np.ndarray:
     """Readings of a model from the initial state of the nominal one."""
     nominal = Problem(scene.graph, scene.data, lags=False, offsets=False)
-    begun = dict(zip(nominal.engine.state_names, start_point(nominal).states.T, strict=True))
+    begun = dict(zip(nominal.dynamics.state_names, start_point(nominal).states.T, strict=True))
     problem = Problem(
         graph, scene.data, starts=values, known_states=begun, lags=False, offsets=False
     )

@@ -71,8 +71,8 @@ def test_an_empty_part_stays_empty() -> None:
 
 def test_recordings_that_begin_later_take_their_states_with_them() -> None:
     long = record(2 * BRIEF)
-    engine = long.engine
-    known = {n: np.array([0.01, 0.02]) for n in engine.state_names}
+    dynamics = long.dynamics
+    known = {n: np.array([0.01, 0.02]) for n in dynamics.state_names}
     joined = replace(long, data=replace(long.data, breaks=(BRIEF + 100,)), known_states=known)
     shorter = brief(joined)
     assert shorter is not None

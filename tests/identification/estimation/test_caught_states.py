@@ -55,7 +55,7 @@ def begun(stretch: float) -> Fit:
     p = problem()
     start = start_point(p)
     states = start.states.copy()
-    states[0, p.engine.state_names.index("q_k")] = stretch
+    states[0, p.dynamics.state_names.index("q_k")] = stretch
     return fit(p, start=Point(start.theta, states))
 
 

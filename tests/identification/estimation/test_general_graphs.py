@@ -1,4 +1,4 @@
-"""Guesses, lines and descents on graphs that only the general engine runs."""
+"""Guesses, lines and descents on graphs that only the general dynamics runs."""
 
 from __future__ import annotations
 
@@ -73,9 +73,9 @@ def test_measured_response_is_that_of_small_motions() -> None:
     (p,) = Study(graph, record).stack().problems
     m = measured_response(p)
     assert m is not None
-    made = p.engine.small_signal(p.start_vector, p.mean_inputs)
+    made = p.dynamics.small_signal(p.start_vector, p.mean_inputs)
     s = np.asarray(1j * m.omega, complex)
-    exact = made.response(s, p.engine.drive(["T"], s))[:, 0, 0]
+    exact = made.response(s, p.dynamics.drive(["T"], s))[:, 0, 0]
     exact = exact * np.sinc(m.omega * p.data.dt / (2 * np.pi)) ** 2
     error = np.abs(np.exp(m.logarithm[:, 0, 0]) / exact - 1.0) * m.weight[:, 0, 0]
     assert np.median(error) < 1.5

@@ -1,4 +1,4 @@
-"""Plants that only the general engine runs, and recordings of them with known truths."""
+"""Plants that only the general dynamics runs, and recordings of them with known truths."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from bondgraph.equations.derivation import equations
 from bondgraph.graph.elements import MTF, CField, RField
 from bondgraph.graph.modulation import displacement, port_variables
 from bondgraph.signals.recording import Recording
+from bondgraph.simulation.dynamics import GeneralDynamics
 from identification.experiments.design import multisine
-from identification.study.engine import GeneralEngine
 from tests.settled import simulate
 
 
-def general(graph: BondGraph) -> GeneralEngine:
-    """Return the general engine of any graph, of linear ones as well."""
-    return GeneralEngine(program_of(equations(graph)), graph.parameters)
+def general(graph: BondGraph) -> GeneralDynamics:
+    """Return the general dynamics of any graph, of linear ones as well."""
+    return GeneralDynamics(program_of(equations(graph)), graph.parameters)
 
 
 def pendulum() -> BondGraph:
@@ -70,7 +70,7 @@ def tank() -> BondGraph:
 
 
 def coupled() -> BondGraph:
-    """Two masses on a coupled spring: linear, so that both engines run it."""
+    """Two masses on a coupled spring: linear, so that both dynamics run it."""
     with BondGraph("coupled") as g:
         k1, k12 = g.parameter("k1", 300.0, "N/m"), g.parameter("k12", 80.0, "N/m")
         k2 = g.parameter("k2", 200.0, "N/m")

@@ -303,7 +303,7 @@ def judged(stack: JointProblem) -> JointProblem:
     """Return the first record alone, of whose windows the last half judges."""
     p = stack.problems[0]
     split = Split(slice(0, p.data.n // 2), slice(p.data.n // 2, p.data.n), "halves")
-    return stack_of((replace(p, data=replace(p.data, split=split), built=p.engine),))
+    return stack_of((replace(p, data=replace(p.data, split=split), built=p.dynamics),))
 
 
 def test_what_is_scored_is_the_same_without_the_windows_that_judge() -> None:
@@ -324,15 +324,15 @@ def test_what_is_scored_is_the_same_without_the_windows_that_judge() -> None:
 def test_no_window_runs_without_need() -> None:
     stack = judged(made("windows"))
     p, point = stack.problems[0], stack.start()
-    run, runs = type(p.engine).run, Counter[int]()
+    run, runs = type(p.dynamics).run, Counter[int]()
 
-    def counted(engine: Any, ready: Any, u: Array, *more: Any, **named: Any) -> Any:
+    def counted(dynamics: Any, ready: Any, u: Array, *more: Any, **named: Any) -> Any:
         runs[u.ctypes.data] += 1
-        return run(engine, ready, u, *more, **named)
+        return run(dynamics, ready, u, *more, **named)
 
     own = {p.inputs[windows(p)[i]].ctypes.data for i in stack.scored(0)}
     assert p.state_scale.all()  # known from a run of its own
-    with patch.object(type(p.engine), "run", counted):
+    with patch.object(type(p.dynamics), "run", counted):
         refine_states(p, stack.local(point, 0), passes=1)
         assert runs == dict.fromkeys(own, 2)
         runs.clear()
@@ -345,7 +345,9 @@ def test_windows_with_nothing_to_gain_run_once() -> None:
     stack = judged(made("windows"))
     p = stack.problems[0]
     settled = refine_states(p, stack.local(stack.start(), 0))
-    with patch.object(type(p.engine), "run", autospec=True, side_effect=type(p.engine).run) as run:
+    with patch.object(
+        type(p.dynamics), "run", autospec=True, side_effect=type(p.dynamics).run
+    ) as run:
         again = refine_states(p, settled)
     assert run.call_count == len(stack.scored(0))
     assert np.array_equal(again.states, settled.states)

@@ -1,4 +1,4 @@
-"""Identifiability, speeds, checks, profiles and coverage of graphs of the general engine."""
+"""Identifiability, speeds, checks, profiles and coverage of graphs of the general dynamics."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from bondgraph.laws import Coulomb
+from bondgraph.simulation.dynamics import dynamics_of
 from identification.estimation import Study, Vary, estimate
 from identification.estimation.guess import explained_guess
-from identification.study.engine import engine_of
 from identification.uncertainty.cases import case_of
 from identification.uncertainty.coverage import coverage
 from identification.uncertainty.fitted import from_estimation
@@ -41,7 +41,7 @@ def test_speeds_are_those_of_the_twin() -> None:
                     strict=True):  # fmt: skip
         assert b.rate == pytest.approx(a.rate, rel=1e-9)
         assert set(b.names) == set(a.names)
-    both = [speeds_of(e, e.vector({})) for e in (engine_of(coupled()), general(coupled()))]
+    both = [speeds_of(e, e.vector({})) for e in (dynamics_of(coupled()), general(coupled()))]
     assert both[1] == pytest.approx(both[0], rel=1e-9)
 
 

@@ -58,7 +58,7 @@ class LatentModel:
     Attributes
     ----------
     probes : Probes
-        The fitted model with a source at every port; its engine must be the exact one.
+        The fitted model with a source at every port; its dynamics must be the exact one.
     """
 
     probes: Probes
@@ -66,7 +66,7 @@ class LatentModel:
     @cached_property
     def compiled(self) -> Compiled:
         """Linear rest and laws of the probed graph."""
-        compiled = self.probes.engine.lure
+        compiled = self.probes.dynamics.lure
         if compiled is None:
             raise UnusableInput(
                 f"{self.probes.problem.graph.name} is not linear up to scalar laws: relations blind"
@@ -95,10 +95,10 @@ class LatentModel:
         """Discrete model of a latent signal at `element`, at the unknowns `theta` of the fit."""
         problem = self.probes.problem
         n_y = len(problem.data.names)
-        names = problem.engine.parameter_names
+        names = problem.dynamics.parameter_names
         values = dict(zip(names, map(float, parameters_at(problem, theta)), strict=True))
-        known = self.probes.engine.parameters
-        p = self.probes.engine.vector({n: v for n, v in values.items() if n in known})
+        known = self.probes.dynamics.parameters
+        p = self.probes.dynamics.vector({n: v for n, v in values.items() if n in known})
         compiled = self.compiled
         parts = blocks(compiled, compiled.block(p))
         at = [self._inputs[s] for s in self.ports[element]]

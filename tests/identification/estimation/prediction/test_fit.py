@@ -116,7 +116,7 @@ def test_filtered_states_are_nearer_than_a_free_run() -> None:
     record = recording_of(x + 2e-3 * rng.standard_normal(x.shape), DT, u[:, 0])
     found = estimate(study_of(spring(), record, ("m",)), method="prediction_error")
     assert found.filtered is not None
-    i = found.problem().engine.state_names.index("q_k")
+    i = found.problem().dynamics.state_names.index("q_k")
     filtered = np.std(found.filtered.state[0][:, i] - x[:, 0])
     assert filtered < 0.8 * 2e-3
     assert filtered < 0.3 * np.std(found.simulated[0] - x)

@@ -15,11 +15,11 @@ from bondgraph.equations.codegen import program
 from bondgraph.graph.elements import MTF
 from bondgraph.graph.modulation import displacement
 from bondgraph.laws import Coulomb, Polynomial
+from bondgraph.simulation.dynamics import GeneralDynamics
 from bondgraph.support.errors import BondsightError
 from identification.estimation import FitStatus, Vary, estimate
 from identification.estimation.prediction.kalman import KalmanFilter
 from identification.estimation.prediction.likelihood import evaluate, pass_over
-from identification.study.engine import GeneralEngine
 from identification.study.free_parameters import idle
 from identification.study.joint import stack_of
 from tests.bondgraph.simulation.test_general_kernel import MODELS
@@ -41,10 +41,10 @@ SLOWER = ("Bouc-Wen", "creep", "LuGre", "time and modulation", "duffing")
 
 
 def general(kalman: KalmanFilter) -> KalmanFilter:
-    """Return the same filter on the general engine, also where the exact one is to be had."""
+    """Return the same filter on the general dynamics, also where the exact one is to be had."""
     (p,) = kalman.problems
-    engine = GeneralEngine(program(p.with_chain), p.with_chain.parameters)
-    return replace(kalman, stack=stack_of([replace(p, built=engine)]))
+    dynamics = GeneralDynamics(program(p.with_chain), p.with_chain.parameters)
+    return replace(kalman, stack=stack_of([replace(p, built=dynamics)]))
 
 
 def driven(name: str, n: int = 60, **more: Any) -> KalmanFilter:
@@ -98,8 +98,8 @@ def test_without_process_noise_it_predicts_the_free_run(name: str) -> None:
     made = driven(name, process_noise=(), n_sub=2)
     theta = made.start()
     p = made.first
-    ready = p.engine.prepare(p.start_vector, DT, 2, [], False)
-    run = p.engine.run(ready, p.inputs, made.initial(theta, 0), p.fine_inputs(slice(0, 60), 2))
+    ready = p.dynamics.prepare(p.start_vector, DT, 2, [], False)
+    run = p.dynamics.run(ready, p.inputs, made.initial(theta, 0), p.fine_inputs(slice(0, 60), 2))
     passed, _ = pass_over(made, theta, 0, np.ones_like(p.data.readings))
     assert np.allclose(passed.reading * made.reading_scale(0), run.y, rtol=1e-8, atol=1e-9)
 

@@ -123,7 +123,7 @@ def test_equals_a_dense_gaussian(initial: str) -> None:
         spring(True), recording_of(y, DT, u, ("x", "s")), {"m": 0.3, "q_k": 0.02},
         noise={"x": 2e-3, "s": 0.05}, initial=initial, readings=seen,
     )  # fmt: skip
-    assert model.first.engine.state_names == ("p_m", "q_k")
+    assert model.first.dynamics.state_names == ("p_m", "q_k")
     theta = model.start()
     found = evaluate(model, theta, False)
     s, r = np.diag([0.3**2, 0.02**2]), np.array([2e-3, 0.05]) ** 2
@@ -138,9 +138,9 @@ def test_a_record_at_rest_begins_at_the_rest_of_its_values() -> None:
     )
     theta = moved(model)
     p = parameters_at(model.first, model.local(theta, 0))
-    stiffness = p[model.first.engine.parameter_names.index("k")]
+    stiffness = p[model.first.dynamics.parameter_names.index("k")]
     assert abs(stiffness / STIFFNESS - 1.0) > 0.01
-    x = model.initial(theta, 0)[model.first.engine.state_names.index("q_k")]
+    x = model.initial(theta, 0)[model.first.dynamics.state_names.index("q_k")]
     assert x == pytest.approx((u[0] + 4.0) / stiffness, rel=1e-9)
     assert_gradient(model)
 

@@ -11,6 +11,7 @@ from bondgraph.equations.codegen import program_of
 from bondgraph.equations.derivation import equations
 from bondgraph.graph.elements import CField
 from bondgraph.signals.drive_limits import DriveLimits
+from bondgraph.simulation.dynamics import GeneralDynamics, dynamics_of
 from bondgraph.simulation.lure import compile_model
 from bondgraph.support.errors import BondsightError, UnknownName, UnusableInput
 from identification.experiments.design import (
@@ -26,10 +27,9 @@ from identification.experiments.design import (
     within,
 )
 from identification.experiments.design.linear_response import response_and_sensitivity
-from identification.study.engine import GeneralEngine, engine_of
 from tests.identification.experiments.design.plants import NOISE, stage
 from tests.identification.study.general_plants import coupled, general, pendulum, tank
-from tests.identification.study.test_engine import drum
+from tests.identification.study.test_dynamics import drum
 from tests.spring import spring
 
 
@@ -210,8 +210,8 @@ def test_a_model_of_the_general_engine_is_ranked_too() -> None:
     assert found.score[0] > 10 * found.score[1]
     assert found.expected["c"].sd < np.inf
     names, scale = ("m", "d", "k"), np.array([0.5, 2.0, 200.0])
-    exact = engine_of(spring())
-    other = GeneralEngine(program_of(equations(spring())), spring().parameters)
+    exact = dynamics_of(spring())
+    other = GeneralDynamics(program_of(equations(spring())), spring().parameters)
     one, two = (
         record_information(e, e.vector({}), fast, NOISE, names, scale, n_sub=8)
         for e in (exact, other)
@@ -260,11 +260,11 @@ def test_design_of_a_twin_is_that_of_the_linear_graph() -> None:
 
 def test_spectrum_of_small_swings_tells_what_the_record_does() -> None:
     """About a tilted rest: the linearised information is that of the simulated record."""
-    engine = engine_of(pendulum())
-    p, names, scale = engine.vector({}), ("mgl", "J", "b"), np.array([3.0, 0.05, 0.04])
+    dynamics = dynamics_of(pendulum())
+    p, names, scale = dynamics.vector({}), ("mgl", "J", "b"), np.array([3.0, 0.05, 0.04])
     u = multisine(50.0, 1000, band=(0.1, 4.0), periods=6, rms=0.02, bias=1.5, name="T", unit="N*m")
-    spectral = information_of_signal(engine, p, u, {"phi": 1e-3}, names, scale)
-    late = record_information(engine, p, u, {"phi": 1e-3}, names, scale)
+    spectral = information_of_signal(dynamics, p, u, {"phi": 1e-3}, names, scale)
+    late = record_information(dynamics, p, u, {"phi": 1e-3}, names, scale)
     size = np.sqrt(np.outer(np.diag(spectral), np.diag(spectral)))
     # the record has its offset taken out, and begins at rest
     assert np.abs(late - spectral).max() < 0.15 * size.max()

@@ -50,7 +50,7 @@ class SmallSignal:
         s : ndarray, shape (F,)
             ``j omega``, rad/s; ``exp(j omega dt)`` where the matrices are those of a step.
         drive : ndarray, shape (F, n_u, n_m)
-            The inputs for each of n_m commands of one, see `Engine.drive`.
+            The inputs for each of n_m commands of one, see `Dynamics.drive`.
         """
         x = self._states(s, drive)
         return np.asarray(self.c[..., None, :, :] @ x + self.d[..., None, :, :] @ drive)

@@ -21,15 +21,15 @@ from bondgraph.simulation.lure import Compiled, exact_form
 from bondgraph.simulation.radau.native import prepare_general, run_general
 from bondgraph.simulation.radau.start import evaluated, relaxed_rest
 from bondgraph.simulation.radau.start import inputs_of as general_inputs
+from bondgraph.simulation.small_signal import SmallSignal, of_program, slopes_of_program
 from bondgraph.simulation.start import fine_inputs, inputs_of, own_input
 from bondgraph.support.arrays import Array, ComplexArray
 from bondgraph.support.errors import BondsightError
-from identification.study.small_signal import SmallSignal, of_program, slopes_of_program
 
 STRETCHES = 200
 
 
-class Engine(ABC):
+class Dynamics(ABC):
     """A compiled model that fits can run; abstract.
 
     Parameters enter as vectors in the order of `parameter_names`, states in that of `state_names`.
@@ -181,7 +181,7 @@ class Engine(ABC):
 
 
 @dataclass(frozen=True)
-class ExactEngine(Engine):
+class ExactDynamics(Dynamics):
     """Models linear up to scalar laws: exact linear part, see `bondgraph.simulation.lure`."""
 
     compiled: Compiled
@@ -259,7 +259,7 @@ class ExactEngine(Engine):
 
 
 @dataclass(frozen=True, eq=False)
-class GeneralEngine(Engine):
+class GeneralDynamics(Dynamics):
     """Any other model of the language: L-stable steps, see `bondgraph.simulation.radau.native`."""
 
     program: Program
@@ -336,24 +336,24 @@ class GeneralEngine(Engine):
         return np.asarray(np.where(np.isfinite(found), found, 0.0).std(axis=0))
 
 
-Model = BondGraph | Compiled | Engine
+Model = BondGraph | Compiled | Dynamics
 
 
-def engine_of(model: Model) -> Engine:
-    """Return the exact engine where a graph allows it, else the general one.
+def dynamics_of(model: Model) -> Dynamics:
+    """Return the exact dynamics where a graph allows it, else the general one.
 
     Raises
     ------
     BondsightError
         The graph has no equations; one line says why.
     """
-    if isinstance(model, Engine):
+    if isinstance(model, Dynamics):
         return model
     if isinstance(model, Compiled):
-        return ExactEngine(model)
+        return ExactDynamics(model)
     if (compiled := exact_form(model)) is not None:
-        return ExactEngine(compiled)
+        return ExactDynamics(compiled)
     from bondgraph.equations.derivation import equations
     from bondgraph.simulation.radau.jumping import stepping_program
 
-    return GeneralEngine(stepping_program(equations(model)), model.parameters)
+    return GeneralDynamics(stepping_program(equations(model)), model.parameters)

@@ -1,4 +1,4 @@
-"""The general engine gives what the exact one gives, and fits what the exact one cannot run."""
+"""The general dynamics gives what the exact one gives, and fits what the exact one cannot run."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from bondgraph.graph.elements import MTF
 from bondgraph.graph.modulation import displacement
 from bondgraph.laws import StopSum
 from bondgraph.signals.recording import Recording
+from bondgraph.simulation.dynamics import ExactDynamics, GeneralDynamics, dynamics_of
 from identification.estimation import FitStatus, Study, estimate
 from identification.estimation.levenberg_marquardt import minimise
 from identification.estimation.single_record import fit
-from identification.study.engine import ExactEngine, GeneralEngine, engine_of
 from identification.study.joint import JointPoint, JointProblem, stack_of
 from identification.validation import judge
 from tests.identification.estimation.plants import TRUTH, misses, record, spring, study
@@ -25,25 +25,25 @@ from tests.settled import simulate
 from tests.spring import spring as plain_spring
 
 
-def general(graph: BondGraph) -> GeneralEngine:
-    return GeneralEngine(program_of(equations(graph)), graph.parameters)
+def general(graph: BondGraph) -> GeneralDynamics:
+    return GeneralDynamics(program_of(equations(graph)), graph.parameters)
 
 
 def both(n_sub: int = 8) -> tuple[JointProblem, JointProblem]:
-    """Return one problem with each engine."""
+    """Return one problem with each dynamics."""
     stack = study(record(400), n_sub=n_sub).stack()
     (p,) = stack.problems
     other = replace(p, built=general(p.graph))
-    return stack_of([replace(p, built=engine_of(p.graph))]), stack_of([other])
+    return stack_of([replace(p, built=dynamics_of(p.graph))]), stack_of([other])
 
 
 def test_plain_graph_takes_the_exact_engine() -> None:
-    assert isinstance(engine_of(spring()), ExactEngine)
-    assert isinstance(engine_of(drum()), GeneralEngine)
+    assert isinstance(dynamics_of(spring()), ExactDynamics)
+    assert isinstance(dynamics_of(drum()), GeneralDynamics)
 
 
 def test_engines_agree_on_names_rest_and_inputs() -> None:
-    exact, other = engine_of(spring()), general(spring())
+    exact, other = dynamics_of(spring()), general(spring())
     assert set(exact.parameter_names) == set(other.parameter_names)
     assert set(exact.state_names) == set(other.state_names)
     assert exact.n_x == other.n_x == 2
@@ -60,7 +60,7 @@ def test_engines_agree_on_names_rest_and_inputs() -> None:
 def test_a_law_with_memory_is_relaxed_at_the_rest_of_either_engine() -> None:
     """A sum of stops that had to come there from zero would carry a part of the force."""
     graph = plain_spring(law=StopSum((0.005,), height=100.0))
-    exact, other = engine_of(graph), general(graph)
+    exact, other = dynamics_of(graph), general(graph)
     u = np.array([2.0])
     place = [
         float(e.rest(e.vector({}), u)[[n.startswith("q_") for n in e.state_names]][0])
@@ -115,7 +115,7 @@ def drum() -> BondGraph:
 def test_derivatives_of_a_modulated_model_match_differences() -> None:
     stack = Study(drum(), record(200), n_sub=2).stack()
     begin = stack.start()
-    assert isinstance(stack.problems[0].engine, GeneralEngine)
+    assert isinstance(stack.problems[0].dynamics, GeneralDynamics)
     theta = begin.theta + 0.05 * np.cos(1 + np.arange(stack.n))
     point = JointPoint(theta, tuple(s + 1e-3 for s in begin.states))
     found = stack.evaluate(point)[0]
