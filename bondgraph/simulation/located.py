@@ -45,7 +45,7 @@ def located(
     not settle. `seen` is a rougher run.
     """
     runner = located_runner(compiled)
-    if runner is None or hold == "band-limited":
+    if runner is None or hold == "band-limited" or compiled.model.recorded:
         return None
     model = continuous(compiled, p)
     ready = prepare(compiled, p, step, model=model)

@@ -31,7 +31,7 @@ def located_general(
     None where the program has no such loop, inputs are no lines between samples, or the outputs do
     not settle. `columns` are the outputs that must.
     """
-    if hold == "band-limited" or located_recorder(program) is None:
+    if hold == "band-limited" or program.recorded or located_recorder(program) is None:
         return None
     ready = PreparedGeneral(program, p, step, 1, (), False, False)
 
