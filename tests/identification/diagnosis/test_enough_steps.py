@@ -2,13 +2,22 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
+from bondgraph.equations.derivation import equations
+from bondgraph.laws import Coulomb
+from bondgraph.signals.recording import Recording
+from bondgraph.simulation.exact_run import run_record
+from bondgraph.simulation.lure import lure_of
+from identification.diagnosis.diagnose import diagnose
+from identification.diagnosis.search.candidates import DiagnosisOptions
 from identification.diagnosis.verdict import in_words
 from identification.estimation import enough_steps
 from identification.estimation.estimate import estimate
-from tests.identification.diagnosis import rubbing_spring
 from tests.identification.diagnosis.dragged_spring import TRUE, diagnosed
+from tests.identification.diagnosis.rubbing_spring import FORCE, T, U
+from tests.spring import spring
 
 
 def test_no_number_of_a_repair_is_off_by_too_few_sub_steps() -> None:
@@ -35,7 +44,14 @@ def test_where_enough_sub_steps_would_take_too_long_it_is_said(
 
 
 def test_steps_in_which_a_recording_was_simulated_are_kept() -> None:
-    found = rubbing_spring.diagnosed()  # simulated in the steps of its samples
+    """What a tool has simulated in steps of a sample is no motion: those steps explain it best."""
+    made = lure_of(equations(spring().with_element("d", law=Coulomb(FORCE))))
+    run = run_record(made, made.nominal(), U[:, None], float(T[1] - T[0]), np.zeros(made.n_x))
+    x = run.y[:, made.model.output_names.index("x")]
+    x = x + 1e-5 * np.random.default_rng(1).standard_normal(T.size)
+    recorded = Recording.from_arrays("steps", {"t[s]": T, "F[N]": U, "x[m]": x})
+    options = DiagnosisOptions(jobs=1, effects=1, keep=4, more=0)
+    found = diagnose(spring(), recorded, options=options)
     assert found.repaired is not None
     (said,) = [n for n in found.notes if "sub-steps a sample" in n]
     assert "fit worse" in said
