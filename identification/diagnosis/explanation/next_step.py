@@ -103,13 +103,18 @@ def _signal_at(graph: BondGraph, place: str) -> str:
     """Word on the signal of a place's own junction where no sensor reads it, nor its integral."""
     if place not in graph.elements or isinstance(graph[place], Sensor):
         return ""
-    read = {graph.neighbour(s.name) for s in graph.of_type(Sensor)}
-    beside = {n for b in graph.bonds_of(place) for n in (b.tail, b.head)} - read
+    read = {n for s in graph.of_type(Sensor) for n in _bonded(graph, s.name)}
+    beside = _bonded(graph, place) - read
     for kind, junction in unmeasured(graph):
         if junction.name in beside:
             signal = f"{'f' if kind is Df else 'e'}_{junction.name}"
             return f"measure {junction_signal(graph, signal)} too: it shows {place} by itself"
     return ""
+
+
+def _bonded(graph: BondGraph, name: str) -> set[str]:
+    """Return an element and its neighbours; a reading of what others carry has none."""
+    return {n for b in graph.bonds_of(name) for n in (b.tail, b.head)}
 
 
 def junction_signal(graph: BondGraph, signal: str) -> str:

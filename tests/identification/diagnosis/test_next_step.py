@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bondgraph import BondGraph, C, Dq, I, One, R, Se, Zero
+from bondgraph import BondGraph, C, Dq, I, One, R, Reading, Se, Zero, effort
 from identification.diagnosis.diagnose import Diagnosis
 from identification.diagnosis.evidence.nearest import Nearest
 from identification.diagnosis.explanation.advice import ANYTHING, advice
@@ -72,6 +72,7 @@ def test_a_signal_that_nobody_reads_at_the_place_is_told() -> None:
         load >> node >> C("k", stiffness=200.0, unit="N/m")
         node >> body >> R("d", 2.0, unit="N*s/m")
         load >> Dq("x", unit="m")
+        Reading("force", effort("k"), unit="N")  # of no junction: it has no bond
     d = replace(untold(), graph=rod)
     says = "measure the velocity v (the flow at body) too: it shows d by itself"
     assert says in advice(d, np.array([1.0]))
