@@ -240,9 +240,10 @@ def settle(
     memory: Memories | None = None,
     loud: bool = False,
 ) -> tuple[int, KernelRun]:
-    """Double the sub-steps until the outputs settle; returns the number and the last run.
+    """Find steps in which the outputs settle; returns how many a sample and the last run.
 
-    A run that does not settle says so in `KernelRun.settled`.
+    Sub-steps are doubled, and halved where a law switches, see `located`. A run that does not
+    settle says so in `KernelRun.settled`.
 
     Raises
     ------
@@ -253,13 +254,20 @@ def settle(
     def run_with(n_sub: int) -> KernelRun:
         return run_record(compiled, p, u, step, x0, n_sub=n_sub, hold=hold, memory=memory)
 
-    n_sub, run = settled_run(compiled, run_with, hold, accuracy, min(LOCATED, largest))
-    if run.settled or largest <= LOCATED:
+    # one sub-step and two may end at rest alike where the motion has turned: a law that jumps is
+    # always followed to where it does
+    jumps = any(port.law.set_valued for port in compiled.laws)
+    rough = min(2 if jumps else LOCATED, largest)
+    n_sub, run = settled_run(compiled, run_with, hold, accuracy, rough)
+    if run.settled and not jumps:
         return n_sub, run
-    from bondgraph.simulation.located import located
+    if largest > LOCATED:
+        from bondgraph.simulation.located import located
 
-    found = located(compiled, p, u, step, x0, hold, accuracy, memory, run)
-    return found or settled_run(compiled, run_with, hold, accuracy, largest, loud)
+        found = located(compiled, p, u, step, x0, hold, accuracy, memory, run)
+        if found is not None:
+            return found
+    return settled_run(compiled, run_with, hold, accuracy, largest, loud)
 
 
 LOCATED = 16

@@ -337,7 +337,11 @@ void run_record(const laws_t* laws, const double* u, const double* before, casad
       if (sub >= 0) {
         const double jump_by = place.phase < 2 ? 0.0
                              : jumping(z, kept, m + G1 + NX * NU, NX, NW, NB, s, began, quiet, allowed);
+        const casadi_int level = place.level;
         if (!gone_on(&place, z, kept, NZ, NB, allowed, jump_by, left)) {
+          /* a step that is taken back begins again with the arguments that it began with */
+          if (place.level > level)
+            for (j = 0; j < NW; ++j) FIRST(s[j * NB], began[j]);
           --sub;
           continue;
         }

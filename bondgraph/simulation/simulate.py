@@ -62,9 +62,10 @@ def simulate(
     Nothing has to be chosen: the linear part is integrated exactly, stiff or not, and the number
     of sub-steps doubles until the outputs change by less than `accuracy` (relative to their
     range), so only the shape of the nonlinear laws within a step costs anything. Where 16 are not
-    enough, steps are halved only where they and their halves differ: where a law switches, such as
-    at a stop or where a mass begins to slide, that moment is found within the step. Where this does
-    not settle either, and 256 sub-steps do not, a warning says so, and `Trajectory.settled`.
+    enough, and always where a law jumps, steps are halved only where they and their halves differ:
+    where a law switches, such as at a stop or where a mass begins to slide, that moment is found
+    within the step. Where this does not settle either, and 256 sub-steps do not, a warning says so,
+    and `Trajectory.settled`.
 
     Parameters
     ----------

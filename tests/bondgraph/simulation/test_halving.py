@@ -93,6 +93,25 @@ def test_a_mass_that_turns_under_friction(accuracy: float) -> None:
     assert off(made["x"], expected) < accuracy
 
 
+@native
+def test_what_is_turned_by_a_force_without_a_spring() -> None:
+    """A step and its halves both end at rest where the motion has turned: the law tells them."""
+    with BondGraph("pushed") as g:
+        body = One("body")
+        Se("F", unit="N") >> body >> I("m", MASS, unit="kg")
+        body >> R("d", 1e-12, unit="N*s/m", law=Coulomb(FRICTION))
+        body >> Df("v", unit="m/s")
+    time, force = TIME[:40], -1.0
+    for begin in np.linspace(0.01, 0.1, 60):
+        slowed, sped = (force - FRICTION) / MASS, (force + FRICTION) / MASS
+        turn = -begin / slowed
+        expected = np.where(time < turn, begin + slowed * time, sped * (time - turn))
+        push = {"F": np.full(time.size, force)}
+        made = simulate(g, time, push, x0={"p_m": MASS * begin}, accuracy=1e-7)
+        assert made.settled
+        assert off(made["v"], expected) < 1e-7, begin
+
+
 def run(engine: str, accuracy: float, force: float = 4.0) -> tuple[Trajectory, Array]:
     by = simulate if engine == "exact" else simulate_general
     time = TIME[:801]
