@@ -220,10 +220,13 @@ def _fits(law: Scored, kinds: Sequence[KindScore], e: Evidence, t: Thresholds) -
     best = best_of([law, *e.kinds])
     assert best is not None
     own = law.trial.insertion.kind
+    if own == "time" and _follows(law, e, t):
+        return False
     if own in SHAPELESS and not law.left.is_noise(t.noise):
         # a law of time alone has to take the right course; a value that changes is told by the
         # motion as well, so that beside a further effect it may lead all laws and forms instead
-        return own == "time" and law is best
+        mostly = e.plain.square - law.score.square > HALF * (e.plain.square - 1.0)
+        return own == "time" and law is best and mostly
 
     # where no form at its own place, or one that looks the same, explains as much, nothing is
     # discounted
@@ -239,6 +242,17 @@ def _fits(law: Scored, kinds: Sequence[KindScore], e: Evidence, t: Thresholds) -
     least = EXACT if odd else min(NEAR, t.law) if alone else t.law
     rivals = e.kinds if odd else kinds
     return explained(law, e.plain, best.score) >= least * max(map(part, rivals), default=0.0)
+
+
+def _follows(course: Scored, e: Evidence, t: Thresholds) -> bool:
+    """Whether what happened at its place explains a change as well as the clock does.
+
+    A fluid that thins while it is sheared has a coefficient that changes; it is no drift.
+    """
+    return any(
+        k.kind == "slow" and k.element == course.element and k.score.behind(course.score) < t.z
+        for k in e.kinds
+    )
 
 
 def _spoils(law: Scored, e: Evidence) -> bool:

@@ -118,6 +118,8 @@ def kind_told(
     physics = plainest(k.kind for k in kinds) if here else _common(kinds)
     if physics in ANYTHING and _follows_anything(kind, e, t):
         physics = ""
+    if physics == "slow" and any(_as_clock(kind, k, t) for k in e.kinds):
+        physics = ""
     # so does one with few numbers that explains nearly as much as a form with many
     near = {
         s.element for s in e.laws
@@ -209,6 +211,12 @@ def _follows_anything(kind: KindScore, e: Evidence, t: Thresholds) -> bool:
         return True
     usual = [explained(k, e.plain, kind.score) for k in e.kinds if k.kind not in ANYTHING]
     return len(e.before.over_noise) == 1 and max(usual, default=0.0) > 0.5
+
+
+def _as_clock(kind: KindScore, course: KindScore, t: Thresholds) -> bool:
+    """Whether a mere course in time of the same coefficient does clearly better."""
+    same = course.kind == "time" and course.element == kind.element
+    return same and kind.score.behind(course.score) > t.z
 
 
 CURVES = {"restoring", "dissipative"}

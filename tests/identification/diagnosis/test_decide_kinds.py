@@ -307,6 +307,31 @@ def test_a_value_that_changes_is_named_beside_a_rest_if_it_leads_everything(
     assert (d.kind == "missing_physics") is named
 
 
+def test_a_value_that_changes_is_not_named_where_it_takes_little_of_the_misfit() -> None:
+    def answer(left: float) -> str:
+        case = Case(6.0).law("time_varying_parameter at d", left)
+        return case.kind("time", "d", left + lag(0.1)).decided().answer
+
+    assert (answer(3.0), answer(5.0)) == ("approximate", "unknown")
+
+
+@pytest.mark.parametrize(("lags", "name"), [(9.0, "time_varying_parameter"), (1.0, "")])
+def test_a_change_that_what_happened_there_explains_as_well_is_no_drift(
+    lags: float, name: str
+) -> None:
+    case = Case(2.0).law("time_varying_parameter at d", lag(0.1))
+    d = case.kind("time", "d", lag(0.5)).kind("slow", "d", lag(lags)).decided()
+    assert (d.chosen.effect if d.kind == "missing_physics" and d.chosen else "") == name
+
+
+def test_an_after_effect_is_not_told_where_the_clock_does_clearly_better() -> None:
+    def physics(course: float) -> str:
+        case = Case(5.0).law("time_varying_parameter at d", 3.0).kind("slow", "d", 1.0)
+        return case.kind("time", "d", course).decided().physics
+
+    assert (physics(2.0), physics(0.5)) == ("slow", "")
+
+
 def test_what_shows_in_one_stretch_only_is_no_push_alone() -> None:
     """A push fits whatever happens once; a law of the plant that does nearly as well stays in."""
 
