@@ -19,7 +19,7 @@ from bondgraph.support.arrays import Array
 from identification.estimation.levenberg_marquardt import FitStatus
 from identification.estimation.single_record import Fit, fit
 from identification.study.problem import Problem
-from identification.study.residual import Point, ResidualEvaluation, evaluate
+from identification.study.residual import Point, ResidualEvaluation, evaluate, start_point
 
 PASSES = 6
 """Corrections at the most; one that is small is right after two."""
@@ -76,28 +76,51 @@ def tried_from(problem: Problem, start: Point, iterations: int) -> Fit:
 def begun_from(problem: Problem, start: Point, iterations: int) -> Fit:
     """Go a few steps from a point as `tried_from`; what is said of it is of all sub-steps.
 
-    Where the correction does not hold to the end, all steps are taken with all sub-steps. Held-out
-    windows are not judged.
+    Where the correction does not hold to the end it is taken anew; only where that leads nowhere
+    all steps are taken with all sub-steps. Held-out windows are not judged.
     """
-    made = tried_from(problem, start, iterations)
-    if made.problem.correction is None:
+    problem = replace(problem, correction=None, built=problem.dynamics)
+    few, first, best = None, np.inf, None
+    if problem.n_sub > 1 and not problem.exact:
+        there = evaluate(problem, start, derivatives=False)
+        few, first = with_few(problem, start, there), there.cost
+    made = fit(few or problem, start=start, max_iterations=iterations, judged=False)
+    if few is None:
         return made
-    there = evaluate(problem, made.point, derivatives=False)
-    cost = there.cost
-    if not abs(cost - made.cost) <= (NEAR - 1.0) * made.cost:
-        return fit(problem, start=start, max_iterations=iterations, judged=False)
-    return replace(made, problem=problem, cost=cost, simulated=there.y)
+    for again in range(ANEW):
+        if again:
+            made = fit(few, start=made.point, max_iterations=iterations, judged=False)
+        if made.status is FitStatus.BROKEN:
+            break
+        there = evaluate(problem, made.point, derivatives=False)
+        reached = replace(made, problem=problem, cost=there.cost, simulated=there.y)
+        if best is None or there.cost < best.cost:
+            best = reached
+        if abs(there.cost - made.cost) <= (NEAR - 1.0) * made.cost:
+            return reached
+        few = corrected(few, made.simulated, there.y)
+    if best is not None and best.cost < first:
+        return best
+    return fit(problem, start=start, max_iterations=iterations, judged=False)
 
 
-def with_few(problem: Problem, point: Point, there: ResidualEvaluation) -> Problem | None:
+ANEW = 3
+"""Descents of a beginning at the most, each beside a correction of its own."""
+
+
+def with_few(
+    problem: Problem, point: Point, there: ResidualEvaluation, least: int = 1
+) -> Problem | None:
     """Return the problem with fewer sub-steps, corrected at a point; None if that is too coarse.
 
     Parameters
     ----------
     there : ResidualEvaluation
         Of `problem` at `point`.
+    least : int
+        Sub-steps that are taken at least.
     """
-    n_sub = replace(problem, n_sub=1).steps
+    n_sub = max(least, replace(problem, n_sub=1).steps)
     while n_sub < problem.n_sub:
         few = replace(problem, n_sub=n_sub, correction=None)
         few = corrected(few, evaluate(few, point, derivatives=False).y, there.y)
@@ -105,6 +128,33 @@ def with_few(problem: Problem, point: Point, there: ResidualEvaluation) -> Probl
             return few
         n_sub *= 2
     return None
+
+
+def coarse(problem: Problem) -> Problem:
+    """Return the problem with as few sub-steps as its start needs: enough to find a better one."""
+    return problem if (few := _few_at_start(problem)) is None else replace(few, correction=None)
+
+
+def eased(problem: Problem) -> Problem:
+    """Return a problem of many sub-steps with a part of them, corrected where it starts.
+
+    Whatever is tried beside its law begins with the errors of that law made up for.
+    """
+    least = problem.n_sub // EASED
+    few = _few_at_start(problem, least) if least > 1 else None
+    return problem if few is None else few
+
+
+EASED = 8
+"""Part of the sub-steps with which laws are tried beside those that need many."""
+
+
+def _few_at_start(problem: Problem, least: int = 1) -> Problem | None:
+    if problem.n_sub == 1 or problem.exact:
+        return None
+    problem = replace(problem, correction=None, built=problem.dynamics)
+    point = start_point(problem)
+    return with_few(problem, point, evaluate(problem, point, derivatives=False), least)
 
 
 def corrected(few: Problem, simulated: Array, whole: Array) -> Problem:

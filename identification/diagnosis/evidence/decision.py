@@ -217,6 +217,8 @@ def _fits(law: Scored, kinds: Sequence[KindScore], e: Evidence, t: Thresholds) -
         return False
     if _spoils(law, e) or borne_elsewhere(law, e, t):
         return False
+    if not law.left.is_noise(t.noise) and any(_halves(k, law, t) for k in e.kinds):
+        return False
     best = best_of([law, *e.kinds])
     assert best is not None
     own = law.trial.insertion.kind
@@ -253,6 +255,13 @@ def _follows(course: Scored, e: Evidence, t: Thresholds) -> bool:
         k.kind == "slow" and k.element == course.element and k.score.behind(course.score) < t.z
         for k in e.kinds
     )
+
+
+def _halves(k: KindScore, law: Scored, t: Thresholds) -> bool:
+    """Whether a form elsewhere leads a law surely and leaves less than half of its rest."""
+    left = k.score.square - 1.0 < HALF * (law.score.square - 1.0)
+    usual = k.element != law.element and k.kind not in ANYTHING
+    return usual and left and law.score.behind(k.score) > FURTHER * t.z
 
 
 def _spoils(law: Scored, e: Evidence) -> bool:

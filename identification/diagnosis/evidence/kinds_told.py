@@ -120,6 +120,9 @@ def kind_told(
         physics = ""
     if physics == "slow" and any(_as_clock(kind, k, t) for k in e.kinds):
         physics = ""
+    foretold = bool(quiet.reasons)
+    if physics in CURVES and not foretold and any(_may_remember(k, kind, t) for k in kinds):
+        physics = ""
     # so does one with few numbers that explains nearly as much as a form with many
     near = {
         s.element for s in e.laws
@@ -138,7 +141,7 @@ def kind_told(
     if physics:
         places = _with_kind(physics, kinds, e)
     else:
-        places += sorted(open_places)
+        places += [*_attached_to(kinds, e), *sorted(open_places)]
     gain = e.plain.behind(kind.score)
     # a course that may follow anything follows a single push too, wherever that acted
     placed = len(set(places)) <= PLACES and (kind.kind not in ANYTHING or gain > CLEAR * t.z)
@@ -177,10 +180,26 @@ def _with_kind(physics: str, kinds: Sequence[KindScore], e: Evidence) -> list[st
         if k.kind in able and any(together(k.element, f, e.classes) for f in found)
         and (k.kind != physics or explained(k, e.plain, best, usual=True) > 0.5)
     ]  # fmt: skip
-    return list(dict.fromkeys([*found, *same]))
+    # a coefficient of any course does not choose between places that the structure leaves open
+    open_ones = e.located if physics == "time" else ()
+    return list(dict.fromkeys([*found, *same, *open_ones]))
 
 
-ATTACHED = ("restoring", "dissipative", "surface")
+def _attached_to(kinds: Sequence[KindScore], e: Evidence) -> list[str]:
+    """Places at which whatever explains alike could be attached instead of standing where it does.
+
+    Only where one part of the model is in question: else they are too many to be told.
+    """
+    first = kinds[0]
+    if not all(k.kind in ATTACHED and together(k.element, first.element, e.classes) for k in kinds):
+        return []
+    return [
+        k.element for k in e.kinds
+        if k.kind == "exogenous" and together(k.element, first.element, e.classes)
+    ]  # fmt: skip
+
+
+ATTACHED = ("restoring", "dissipative", "surface", "memory")
 """Kinds of what may be attached to a moving part or a store."""
 
 
@@ -192,6 +211,8 @@ def _common(kinds: Sequence[KindScore]) -> str:
     at = [{k.kind for k in kinds if k.element == p} for p in {k.element for k in kinds}]
     common = plainest(set.intersection(*at) & LOCAL)
     allowed = {common, *RICHER, *(CURVES if common in RICHER else ())}
+    if kinds[0].kind in RICHER and kinds[0].kind != common and common not in CURVES:
+        return ""  # neither of two rich ones holds the other
     return common if set.union(*at) <= allowed else ""
 
 
@@ -211,6 +232,12 @@ def _follows_anything(kind: KindScore, e: Evidence, t: Thresholds) -> bool:
         return True
     usual = [explained(k, e.plain, kind.score) for k in e.kinds if k.kind not in ANYTHING]
     return len(e.before.over_noise) == 1 and max(usual, default=0.0) > 0.5
+
+
+def _may_remember(k: KindScore, curve: KindScore, t: Thresholds) -> bool:
+    """Whether a memory explains alike where the curve is not all there is."""
+    same = k.kind == "memory" and k.element == curve.element
+    return same and float(curve.score.noise.max()) > t.noise
 
 
 def _as_clock(kind: KindScore, course: KindScore, t: Thresholds) -> bool:

@@ -36,6 +36,7 @@ from identification.estimation.levenberg_marquardt import FitStatus
 from identification.estimation.single_record import Fit, fit, judge
 from identification.estimation.sub_steps import (
     begun_from,
+    eased,
     fit_from,
     refined,
     settled_fit,
@@ -45,7 +46,7 @@ from identification.report.numbers import times_noise
 from identification.statistics.blocks import block_means
 from identification.study.factors import stated_gains
 from identification.study.problem import Data, Problem
-from identification.study.residual import start_point
+from identification.study.residual import Point, start_point
 
 BLOCKS = 40
 Progress = Callable[[str, float], None]
@@ -279,8 +280,9 @@ def fitted_insertions(
     """Fit insertions as `fitted` does, each with whether it is at a usual place."""
     far, lost, plain = scene.nominal.chi2("train") > FAR, astray(scene.nominal), misfit_at(template)
     early = not lost and tells_early(scene.nominal)
+    quick = replace(eased(template), built=None, known_scale=template.known_scale)
     tasks = [
-        (m, home, replace(template, graph=m.graph, built=None), far, lost, plain, early)
+        (m, home, replace(quick, graph=m.graph), far, lost, plain, early, template.n_sub)
         for m, home in made
     ]
     alive = _round(attempt, tasks, options, progress, begin, begin + 0.5 * (end - begin))
@@ -337,15 +339,18 @@ def attempt(
     lost: bool = False,
     plain: float = np.inf,
     early: bool = False,
+    n_sub: int | None = None,
 ) -> tuple[str, Candidate | None]:
     """Fit one insertion a few steps from its best starts; None when it cannot be simulated.
 
     `far`: the nominal fit may be bent so much that the declared values are tried as well. `lost`:
     it does not follow the readings at all, so that the fit starts from short windows too. `plain`:
     what `start_cost` says of the model without the law. `early`: the first samples of a long record
-    tell which start is the best.
+    tell which start is the best. `n_sub`: sub-steps of what is found, where starts are tried with
+    fewer.
     """
     short: list[Fit] = []
+    begin = begun_from if n_sub in (None, problem.n_sub) else beside
     try:
         problem = replace(problem, built=problem.dynamics)
     except BondsightError:
@@ -356,20 +361,31 @@ def attempt(
     begun = best_first(starts) if quick else [(p, None) for p in starts]
     for number, (candidate, point) in enumerate(begun):
         try:
-            short.append(begun_from(candidate, point or start_point(candidate), FIRST))
+            short.append(begin(candidate, point or start_point(candidate), FIRST))
             if point is not None and sound(short[-1]):
                 break  # the others only where it runs away on the rest of the record
             # windows forgive a start: one way through them is enough of the fitted values, one of
             # the declared ones; where the fit follows nothing no start is known to be any good
             if lost or (loses_way and number in (0, len(begun) - 1)):
                 again = through_windows(candidate, 3 * FIRST, insertion)
-                short.append(fit(again, max_iterations=FIRST, judged=False))
+                short.append(begin(again, start_point(again), FIRST))
         except (BondsightError, np.linalg.LinAlgError, ValueError):
             continue
     short = [r for r in short if sound(r)]
     if not short:
         return insertion.label, None
-    return insertion.label, trial_of(insertion, home, judge(min(short, key=lambda r: r.cost)))
+    best = min(short, key=lambda r: r.cost)
+    if n_sub is not None and n_sub != problem.n_sub:
+        whole = replace(best.problem, n_sub=n_sub, correction=None, built=problem.dynamics)
+        best = begun_from(whole, best.point, FIRST)
+        if not sound(best):
+            return insertion.label, None
+    return insertion.label, trial_of(insertion, home, judge(best))
+
+
+def beside(problem: Problem, start: Point, iterations: int) -> Fit:
+    """Go a few steps beside the correction that a problem has."""
+    return fit(problem, start=start, max_iterations=iterations, judged=False)
 
 
 def go_on(trial: Candidate, iterations: int) -> tuple[str, Candidate | None]:

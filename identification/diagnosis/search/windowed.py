@@ -9,6 +9,7 @@ import numpy as np
 from identification.diagnosis.catalogue.effect import Insertion
 from identification.estimation.levenberg_marquardt import FitStatus
 from identification.estimation.single_record import fit
+from identification.estimation.sub_steps import coarse
 from identification.study.problem import Problem
 from identification.study.residual import windows
 
@@ -18,7 +19,8 @@ def through_windows(
 ) -> Problem:
     """Return the problem with start values fitted on windows; itself where that leads nowhere.
 
-    On windows an error of the start does not add up; judged is the whole record. Where they begin
+    On windows an error of the start does not add up, and none of the sub-steps; judged is the whole
+    record. Where they begin
     is asked of the model without the law of an `insertion` first: a law along the way has to know
     which part of the way.
     """
@@ -27,12 +29,13 @@ def through_windows(
     train = int(problem.data.mask("train").sum())
     short = replace(
         problem, window=max(100, min(500, train // 20)), known_states={}, initial="free",
-        clock=0.0, fixed=(*problem.fixed, *problem.skews),  # clocks reach over the edges
+        clock=0.0, correction=None,
+        fixed=(*problem.fixed, *problem.skews),  # clocks reach over the edges
     )  # fmt: skip
     first = bool(problem.data.mask("train")[0])  # then nobody asks where held-out windows begin
     if insertion is not None:
-        short = _placed(short, insertion)
-    begun = fit(short, max_iterations=iterations, judged=not first)
+        short = _placed(coarse(short), insertion)
+    begun = fit(coarse(short), max_iterations=iterations, judged=not first)
     if begun.status is FitStatus.BROKEN:
         return problem
     names = problem.dynamics.state_names

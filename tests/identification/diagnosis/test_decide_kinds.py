@@ -332,6 +332,35 @@ def test_an_after_effect_is_not_told_where_the_clock_does_clearly_better() -> No
     assert (physics(2.0), physics(0.5)) == ("slow", "")
 
 
+def test_a_coefficient_of_any_course_leaves_places_open_that_the_structure_leaves_open() -> None:
+    def places(kind: str) -> set[str]:
+        case = Case(9.0, located=("d", "m")).kind(kind, "d", 0.0)
+        return set(case.decided().places)
+
+    assert (places("time"), places("dissipative")) == ({"d", "m"}, {"d"})
+
+
+def test_a_curve_beside_a_memory_is_told_where_it_leaves_noise() -> None:
+    def physics(left: float) -> str:
+        case = Case(9.0).kind("restoring", "k", left).kind("memory", "k", left)
+        return case.decided().physics
+
+    assert (physics(0.5), physics(2.0)) == ("restoring", "")
+
+
+def test_a_memory_at_two_places_is_no_kind_where_a_surface_leads() -> None:
+    case = Case(3.0).kind("surface", "d", 0.0).kind("memory", "d", lag(0.5))
+    assert case.kind("memory", "b", lag(0.5)).decided().answer == "unknown"
+
+
+def test_no_law_is_named_that_leaves_twice_what_a_form_elsewhere_does() -> None:
+    def kind(elsewhere: float) -> str:
+        case = Case(20.0).law("coulomb_friction at d", 4.0).kind("dissipative", "d", 4.0)
+        return case.kind("restoring", "k", elsewhere).decided().kind
+
+    assert (kind(3.9), kind(2.0)) == ("missing_physics", "unknown_physics")
+
+
 def test_what_shows_in_one_stretch_only_is_no_push_alone() -> None:
     """A push fits whatever happens once; a law of the plant that does nearly as well stays in."""
 
