@@ -20,6 +20,8 @@ SMALL = 0.5
 """The same for one of which a word is enough: without it the answer would be the same."""
 AMBIENT = 5.0
 """Kelvin: an offset of a temperature beyond it is the scale's, no sensor is so far off."""
+OPEN = 200.0
+"""Width of an interval over the value from which that is told by nothing."""
 LITTLE = ": little"
 """How one ends that is not leant on."""
 ZERO = "where the model's zero lies on the scale of"
@@ -68,6 +70,11 @@ class Leaning:
         return f"{e.name} = {quantity(e.value, unit)} (95 %: {ends}), {which}{self.does}"
 
 
+def made_up_for(e: Estimate, none: float = 0.0) -> bool:
+    """Whether others make up for a nuisance: it may be anything, and nothing leans on it."""
+    return e.ci95[1] - e.ci95[0] > OPEN * abs(e.value - none)
+
+
 def leanings(made: Fit) -> tuple[Leaning, ...]:
     """Return the nuisances that a fit makes use of, in their order.
 
@@ -89,6 +96,6 @@ def leanings(made: Fit) -> tuple[Leaning, ...]:
         y = evaluate(problem, replace(made.point, theta=theta), derivatives=False).y
         change = np.sqrt(np.mean((y - still)[mask] ** 2, axis=0)) / problem.data.floor
         c = int(np.argmax(change))
-        if (WORTH if sure else LOUD) <= change[c] < np.inf:
+        if not made_up_for(e, none) and (WORTH if sure else LOUD) <= change[c] < np.inf:
             found.append(Leaning(e, problem.data.names[c], float(change[c])))
     return tuple(found)

@@ -31,7 +31,8 @@ ANYTHING = (
 def advice(d: Diagnosis, frequencies: Array) -> tuple[str, ...]:
     """Return what to record next, computed from the structure, after what to mend."""
     load = (d.load.advice,) if d.load is not None else ()
-    said = (*file_first(d), *load, *_surroundings(d), *_to_record(d, frequencies))
+    known = (*_surroundings(d), *_to_record(d, frequencies), *_incomplete(d))
+    said = (*file_first(d), *load, *known)
     if said or d.kind != "unknown_physics":
         return said
     beyond = _beyond_training(d)
@@ -78,13 +79,17 @@ def _to_record(d: Diagnosis, frequencies: Array) -> tuple[str, ...]:
                 f"{chosen.element} from {name}"
             )
     lines += [e.sentence for e in d.experiments[:2]]
+    return tuple(lines)
+
+
+def _incomplete(d: Diagnosis) -> Iterator[str]:
+    """Yield that a repaired model leaves more than noise."""
     if d.kind == "missing_physics" and d.left is not None and not d.left.is_noise(d.limits.noise):
-        lines.append(
+        yield (
             f"the repaired model is better, not complete: it leaves {d.left.most:.3g} times the "
             "noise; record another amplitude, another speed, a rest after a step, and diagnose "
             "all recordings together"
         )
-    return tuple(lines)
 
 
 def _beyond_training(d: Diagnosis) -> str:

@@ -16,6 +16,8 @@ SEEN = 0.05
 """Share of what is left that its own past must foretell: of long records any trace is sure."""
 NOISE = 2.0
 """Times the noise, rms, below which what is left may be noise with a memory."""
+WELL_BELOW = 0.2
+"""Times the noise below which what is left is nothing to speak of, whatever its colour."""
 COLOURED = "what is left is coloured"
 """How the note begins."""
 
@@ -30,7 +32,7 @@ def coloured(last: Fit) -> dict[str, float]:
     scored = data.mask("train") | data.mask("held-out")
     left = data.readings - last.simulated
     for c, n in enumerate(data.names):
-        if not level[c] < NOISE:
+        if not WELL_BELOW <= level[c] < NOISE:
             continue
         try:
             seen = whiteness(left[:, c], data.dt, scored, level=SURE)

@@ -8,7 +8,7 @@ from bondgraph.graph.elements import C, Element, Source
 from bondgraph.support.errors import BondsightError
 from identification.diagnosis.catalogue import by_name
 from identification.diagnosis.catalogue.words import briefly, spoken
-from identification.diagnosis.diagnose import Diagnosis
+from identification.diagnosis.diagnose import STOPPED_AT_ONCE, Diagnosis
 from identification.diagnosis.evidence.answer import Decision
 from identification.diagnosis.evidence.kinds_told import EXACT, open_kinds
 from identification.diagnosis.explanation.doubts import doubts, forgotten_units
@@ -99,6 +99,13 @@ def _answered(d: Diagnosis) -> str:
         return (
             "; ".join(parts) + f"; with {told} the held-out error of {n} falls from "
             f"{100 * before[n]:.3g} % to {100 * after[n]:.3g} % of its standard deviation."
+        )
+    if d.stopped == STOPPED_AT_ONCE and d.left is not None:
+        near = d.steps[0].nearest[:1] if d.steps else ()
+        hint = f"; what comes nearest is {coming_near(near_of(near, d))}" if near else ""
+        return (
+            f"The search was stopped before its first step had ended: {d.model}, fitted as it is, "
+            f"leaves {d.left.most:.3g} times the noise, and why is not known yet{hint}."
         )
     said = _without_name(d)
     return f"{SOONER}: {said[0].lower()}{said[1:]}" if d.stopped else said

@@ -15,7 +15,7 @@ from identification.diagnosis.report.sections import beside
 from identification.diagnosis.search.candidates import DiagnosisOptions
 from identification.diagnosis.verdict import in_words, parse_verdict, retold, sentence, verdict
 from identification.estimation.estimates import Estimate
-from identification.estimation.leaning import Leaning, leaning_words
+from identification.estimation.leaning import Leaning, leaning_words, made_up_for
 from tests.identification.diagnosis import dragged_spring
 from tests.identification.diagnosis.rubbing_spring import T, U
 from tests.settled import simulate
@@ -76,6 +76,12 @@ def test_what_moves_a_reading_by_less_than_its_noise_is_nothing_to_lean_on() -> 
     said = leaning_words(str(Leaning(offset, "x", 0.33)))
     assert said.startswith("offset x = 3 µm")
     assert said.endswith("which moves x by 0.33 times its noise: little")
+
+
+@pytest.mark.parametrize(("half", "open_one"), [(0.48, True), (1e-5, False)])
+def test_nothing_leans_on_an_offset_that_a_start_makes_up_for(half: float, open_one: bool) -> None:
+    """Where a position integrates, its offset and where it starts are one number."""
+    assert made_up_for(Estimate("offset x", -8.6e-7, "m", (-half, half))) is open_one
 
 
 def test_the_gain_of_a_sensor_is_a_number() -> None:

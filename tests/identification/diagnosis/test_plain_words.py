@@ -186,6 +186,7 @@ def test_residuals_with_a_memory_are_told_beside_the_answer(found: Diagnosis) ->
     assert colour_notes(with_residuals(found.repaired, white)) == ()
     share = coloured(with_residuals(found.repaired, slow))["x"]
     assert 0.25 < share < 0.45  # 0.36 of an autoregression with 0.6
+    assert colour_notes(with_residuals(found.repaired, 0.05 * slow)) == ()  # far below the noise
     (note,) = colour_notes(with_residuals(found.repaired, slow))
     assert note.startswith(COLOURED)
     assert "The 95 % intervals allow for such noise" in note

@@ -177,8 +177,10 @@ def test_without_a_step_it_says_what_the_model_leaves(word: str, tmp_path: Path)
     assert d.left is not None
     assert d.left.most > d.limits.noise
     assert d.left.words in str(d)
-    assert sentence(d).startswith("The search was stopped before all was tried: something is mis")
-    assert "cannot name" not in sentence(d)
+    left = f"leaves {d.left.most:.3g} times the noise, and why is not known yet"
+    assert sentence(d).startswith("The search was stopped before its first step had ended: ")
+    assert left in sentence(d)
+    assert "is missing" not in sentence(d)
     assert bool(d.ranking) == (word != "screening")
     assert d.report(tmp_path).exists()
     found = read_verdict(tmp_path / "verdict.json")
