@@ -11,6 +11,7 @@ from bondgraph.graph.elements import Element, Se, Source
 from bondgraph.support.arrays import Array
 from identification.diagnosis.catalogue.outside.external_disturbance import ExternalDisturbance
 from identification.diagnosis.catalogue.places import has_unit
+from identification.diagnosis.catalogue.storage.leakage import Leakage
 from identification.diagnosis.explanation.doubts import file_first
 from identification.diagnosis.explanation.next_step import junction_signal, next_step
 from identification.diagnosis.localisation.recording.variables import variables_of
@@ -85,6 +86,13 @@ def _to_record(d: Diagnosis, frequencies: Array) -> tuple[str, ...]:
 def _incomplete(d: Diagnosis) -> Iterator[str]:
     """Yield that a repaired model leaves more than noise."""
     if d.kind == "missing_physics" and d.left is not None and not d.left.is_noise(d.limits.noise):
+        losing = [t.element for s in d.findings for t in s.possible if t.effect == Leakage.name]
+        for name in losing:
+            if _warm(d.graph[name]):
+                yield (
+                    f"declare a resistor from {name} to the ambient and diagnose again: then the "
+                    "law of that loss can be told, such as radiation or free convection"
+                )
         yield (
             f"the repaired model is better, not complete: it leaves {d.left.most:.3g} times the "
             "noise; record another amplitude, another speed, a rest after a step, and diagnose "

@@ -12,7 +12,9 @@ from bondgraph import BondGraph, C, De, One, R, Se, Sf, Zero
 from bondgraph.signals.recording import Recording
 from bondgraph.support.arrays import Array
 from identification.diagnosis.diagnose import diagnose
-from identification.diagnosis.explanation.advice import _surroundings
+from identification.diagnosis.evidence.hypotheses import Thresholds
+from identification.diagnosis.evidence.remaining import Remaining
+from identification.diagnosis.explanation.advice import _incomplete, _surroundings
 from identification.diagnosis.search.candidates import DiagnosisOptions
 from tests.identification.diagnosis.decision_cases import trial
 
@@ -83,3 +85,17 @@ def test_what_acts_on_a_warm_store_may_be_the_ambient(recorded: bool) -> None:
     said = list(_surroundings(d))
     assert len(said) == (0 if recorded else 1)
     assert all("that is what acts on C_1" in s for s in said)
+
+
+@pytest.mark.parametrize(("left", "lines"), [(7.0, 2), (1.02, 0)])
+def test_a_body_that_loses_heat_without_a_way_out_asks_for_a_resistor(
+    left: float, lines: int
+) -> None:
+    step = SimpleNamespace(possible=(trial("leakage at C_1", 0.0, 1.0),))
+    d: Any = SimpleNamespace(
+        kind="missing_physics", findings=(step,), graph=heater(), limits=Thresholds(),
+        left=Remaining({"T1": left}, True, 0.0),
+    )  # fmt: skip
+    said = list(_incomplete(d))
+    assert len(said) == lines
+    assert not said or said[0].startswith("declare a resistor from C_1 to the ambient")
