@@ -30,7 +30,7 @@ from identification.diagnosis.explanation.rivals import standings
 from identification.diagnosis.explanation.undetermined import remark_of
 from identification.diagnosis.localisation.element_kind import element_kind
 from identification.diagnosis.localisation.places_without_name import places_of
-from identification.diagnosis.localisation.recording.variables import restoring_words
+from identification.diagnosis.localisation.recording.variables import losing_words, restoring_words
 from identification.diagnosis.localisation.regions import summary
 from identification.diagnosis.screening.flexible_forms import SORTS
 from identification.diagnosis.search.candidates import Candidate
@@ -48,7 +48,10 @@ _PART = {"name": str, "sha256": str, "samples": int}
 
 def sort_at(kind: str, element: Element) -> str:
     """Return a kind of physics in words of the element's domain."""
-    return restoring_words(element) if kind == "restoring" else SORTS.get(kind, f"something {kind}")
+    if kind == "restoring":
+        return restoring_words(element)
+    own = losing_words(element, kind == "surface") if kind in ("dissipative", "surface") else ""
+    return own or SORTS.get(kind, f"something {kind}")
 
 
 def verdict(d: Diagnosis) -> dict[str, Any]:

@@ -71,6 +71,27 @@ def restoring_words(element: Element) -> str:
     return f"{'an' if bent[0] in 'aeiou' else 'a'} {bent} that depends on the {on}"
 
 
+def losing_words(element: Element, both: bool = False) -> str:
+    """Say what depends on an element's flow, or on its displacement and flow, in its domain.
+
+    Empty where the domain is not known.
+
+    Examples
+    --------
+    >>> losing_words(R("b", 1.0, unit="N*m*s/rad"))
+    'a loss that depends on the angular velocity'
+    >>> losing_words(C("k", stiffness=1.0, unit="N/m"), both=True)
+    'a force that depends on position and velocity together'
+    """
+    v = variables_of(element)
+    if v is GENERIC or (both and isinstance(element, I) and v.displacement not in MOVES):
+        return ""
+    if not both:
+        return f"a loss that depends on the {v.flow}"
+    article = "an" if v.effort[0] in "aeiou" else "a"
+    return f"{article} {v.effort} that depends on {v.displacement} and {v.flow} together"
+
+
 def displacement_words(element: Element) -> str:
     """Return what the integral of an element's flow is called, such as ``charge through L``."""
     v = variables_of(element)
