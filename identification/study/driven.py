@@ -14,6 +14,8 @@ from bondgraph.support.arrays import Array
 from bondgraph.support.errors import UnusableInput
 from identification.study.factors import drives
 
+STANDS = "nothing but the start says what it does; check the channel"
+"""What is said of an input that stands still."""
 SMOOTH = 0.5
 """Rms of the differences of samples over that of their values: 1.4 for white noise."""
 
@@ -46,8 +48,7 @@ def require_driven(graph: BondGraph, recordings: Sequence[Recording]) -> tuple[s
         columns = f"; columns that are no reading: {', '.join(unused)}" if unused else ""
         return (f"{graph.name} has no source, so nothing but the start says what it does{columns}",)
     return tuple(
-        f"input {n} is {v:.4g} in all {many} samples: nothing but the start says what it does; "
-        "check the channel"
+        f"input {n} is {v:.4g} in all {many} samples: {STANDS}"
         for n, v in still.items()
         if moved and (len(still) == len(names) or v)
     )

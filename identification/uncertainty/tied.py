@@ -18,6 +18,9 @@ from identification.uncertainty.postflight import practical_of
 from identification.uncertainty.practical import Practical
 from identification.uncertainty.weighted_sums import WeightedSum, weighted_sum
 
+ANYTHING = 1e9
+"""Upper end over the lower one from which an interval tells nothing."""
+
 
 @dataclass(frozen=True, slots=True)
 class Told:
@@ -42,7 +45,10 @@ class Told:
 
     def __str__(self) -> str:
         """Name, number and interval."""
-        ends = interval(*self.ci95, self.unit, self.value)
+        low, high = self.ci95
+        if low > 0.0 and high > ANYTHING * low:
+            return f"{self.text}, which is not determined either"
+        ends = interval(low, high, self.unit, self.value)
         return f"{self.text} = {quantity(self.value, self.unit)}, 95 %: {ends}"
 
 

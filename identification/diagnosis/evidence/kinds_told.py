@@ -121,7 +121,8 @@ def kind_told(
     if physics == "slow" and any(_as_clock(kind, k, t) for k in e.kinds):
         physics = ""
     foretold = bool(quiet.reasons)
-    if physics in CURVES and not foretold and any(_may_remember(k, kind, t) for k in kinds):
+    curves = [k for k in kinds if k.kind == physics and k.element == kind.element][:1]
+    if physics in CURVES and not foretold and any(_may_remember(m, curves, t) for m in kinds):
         physics = ""
     # so does one with few numbers that explains nearly as much as a form with many
     near = {
@@ -234,10 +235,14 @@ def _follows_anything(kind: KindScore, e: Evidence, t: Thresholds) -> bool:
     return len(e.before.over_noise) == 1 and max(usual, default=0.0) > 0.5
 
 
-def _may_remember(k: KindScore, curve: KindScore, t: Thresholds) -> bool:
-    """Whether a memory explains alike where the curve is not all there is."""
-    same = k.kind == "memory" and k.element == curve.element
-    return same and float(curve.score.noise.max()) > t.noise
+def _may_remember(memory: KindScore, curves: Sequence[KindScore], t: Thresholds) -> bool:
+    """Whether a memory there leaves no more than a curve that is not all there is."""
+    return memory.kind == "memory" and any(
+        memory.element == c.element
+        and float(c.score.noise.max()) > t.noise
+        and memory.score.square <= c.score.square
+        for c in curves
+    )
 
 
 def _as_clock(kind: KindScore, course: KindScore, t: Thresholds) -> bool:

@@ -44,6 +44,7 @@ from identification.diagnosis.verdict.said_again import (
     much,
 )
 from identification.report.words import ended, gathered, listed, shortened, spaced, stopped
+from identification.study.driven import STANDS
 
 
 def sentence(d: Diagnosis) -> str:
@@ -57,6 +58,8 @@ def sentence(d: Diagnosis) -> str:
         # a header that is to be mended comes before the name that stands in for it
         first, doubted = f"First check a unit: {'; or '.join(doubted)}", ()
         said = f"{first}; taken as it is: {said[0].lower()}{said[1:]}"
+    if d.kind == "unknown_physics" and (still := [n for n in d.notes if n.endswith(STANDS)]):
+        said = f"First check the recording: {'; '.join(still)}. Taken as it is: {said}"
     return ended("; but ".join((said.removesuffix("."), *doubted, *load)))
 
 
@@ -202,6 +205,10 @@ def _fits(step: Decision, d: Diagnosis) -> str:
         assert step.chosen is not None
         said = f"{sort_at(step.physics, d.graph[step.chosen.element])}, {said}"
     if np.isfinite(step.law_fit) and step.answer != "exact":
+        assert step.chosen is not None
+        caused = step.chosen.insertion.kind != "time"
+        if step.answer == "approximate" and caused and step.law_fit >= EXACT:
+            return f" ({said}; no freer form does better there, but more than noise is left)"
         near = ": near, not exact" if step.answer == "approximate" else ""
         said += f"; the law fits to {min(100 * step.law_fit, 99.9):.3g} %{near}"
     return f" ({said})"

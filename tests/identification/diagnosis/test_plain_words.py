@@ -32,8 +32,15 @@ from identification.diagnosis.report.sections import beside
 from identification.diagnosis.screening.undoing import Mixup
 from identification.diagnosis.search.candidates import Candidate
 from identification.diagnosis.studio import page
-from identification.diagnosis.verdict import normalised_error, parse_verdict, retold, verdict
+from identification.diagnosis.verdict import (
+    normalised_error,
+    parse_verdict,
+    retold,
+    sentence,
+    verdict,
+)
 from identification.estimation.single_record import Fit
+from identification.study.driven import STANDS
 from tests.identification.diagnosis import rubbing_spring
 from tests.identification.diagnosis.effect_plants import scene
 
@@ -170,6 +177,24 @@ def test_a_percentage_does_not_depend_on_which_stretches_were_held_out(found: Di
 
 def with_residuals(made: Fit, left: np.ndarray) -> Fit:
     return replace(made, simulated=made.problem.data.readings - left[:, None])
+
+
+def test_a_command_that_stands_still_comes_before_what_is_said_of_the_file_as_it_is(
+    found: Diagnosis,
+) -> None:
+    note = f"input F is 2 in all 1200 samples: {STANDS}"
+    said = sentence(replace(found, kind="unknown_physics", notes=(note,)))
+    assert said.startswith(f"First check the recording: {note}. Taken as it is: ")
+    assert "First check" not in sentence(replace(found, notes=(note,)))
+
+
+def test_a_law_as_good_as_any_form_beside_a_rest_is_not_called_near(found: Diagnosis) -> None:
+    def said(fit: float) -> str:
+        steps = (replace(found.steps[0], answer="approximate", law_fit=fit), *found.steps[1:])
+        return sentence(replace(found, steps=steps))
+
+    assert "no freer form does better there, but more than noise is left" in said(0.999)
+    assert "the law fits to 95 %: near, not exact" in said(0.95)
 
 
 def test_residuals_with_a_memory_are_told_beside_the_answer(found: Diagnosis) -> None:

@@ -19,7 +19,7 @@ from identification.estimation import Estimation, Study, estimate
 from identification.estimation.values import write_values
 from identification.uncertainty.fitted import from_estimation
 from identification.uncertainty.postflight import postflight
-from identification.uncertainty.tied import tied
+from identification.uncertainty.tied import Told, tied
 from identification.validation import judge
 from tests.settled import simulate
 
@@ -149,3 +149,8 @@ def test_a_sum_in_which_each_counts_by_a_factor(b: float, lead_known: bool) -> N
     assert "d_g only as a weighted sum: b + " in in_words(found)
     known = {p["name"]: p for p in verdict(found)["parameters"]}
     assert known["d_g"]["ci95"] == [None, None]
+
+
+def test_a_combination_of_any_size_is_told_as_not_determined() -> None:
+    assert str(Told("d/m", 3e-7, "1/s", (3e-311, 3e297))) == "d/m, which is not determined either"
+    assert str(Told("k/m", 2.0, "1/s2", (1.0, 4.0))).startswith("k/m = 2")
