@@ -34,6 +34,7 @@ from identification.diagnosis.evidence.kinds_told import (
     RICHER,
     SHAPELESS,
     best_of,
+    follows_what_happened,
     kind_told,
     kinds_alike,
     plainest,
@@ -43,6 +44,7 @@ from identification.diagnosis.evidence.places_of_laws import (
     admissible,
     also_there,
     borne_elsewhere,
+    outdone_elsewhere,
 )
 from identification.diagnosis.evidence.shares import ANYTHING, UNUSUAL, explained, law_fit, together
 from identification.diagnosis.evidence.unseen import (
@@ -217,12 +219,12 @@ def _fits(law: Scored, kinds: Sequence[KindScore], e: Evidence, t: Thresholds) -
         return False
     if _spoils(law, e) or borne_elsewhere(law, e, t):
         return False
-    if not law.left.is_noise(t.noise) and any(_halves(k, law, t) for k in e.kinds):
+    if not law.left.is_noise(t.noise) and outdone_elsewhere(law, e, FURTHER * t.z):
         return False
     best = best_of([law, *e.kinds])
     assert best is not None
     own = law.trial.insertion.kind
-    if own == "time" and _follows(law, e, t):
+    if own == "time" and follows_what_happened(law, e, t):
         return False
     if own in SHAPELESS and not law.left.is_noise(t.noise):
         # a law of time alone has to take the right course; a value that changes is told by the
@@ -244,24 +246,6 @@ def _fits(law: Scored, kinds: Sequence[KindScore], e: Evidence, t: Thresholds) -
     least = EXACT if odd else min(NEAR, t.law) if alone else t.law
     rivals = e.kinds if odd else kinds
     return explained(law, e.plain, best.score) >= least * max(map(part, rivals), default=0.0)
-
-
-def _follows(course: Scored, e: Evidence, t: Thresholds) -> bool:
-    """Whether what happened at its place explains a change as well as the clock does.
-
-    A fluid that thins while it is sheared has a coefficient that changes; it is no drift.
-    """
-    return any(
-        k.kind == "slow" and k.element == course.element and k.score.behind(course.score) < t.z
-        for k in e.kinds
-    )
-
-
-def _halves(k: KindScore, law: Scored, t: Thresholds) -> bool:
-    """Whether a form elsewhere leads a law surely and leaves less than half of its rest."""
-    left = k.score.square - 1.0 < HALF * (law.score.square - 1.0)
-    usual = k.element != law.element and k.kind not in ANYTHING
-    return usual and left and law.score.behind(k.score) > FURTHER * t.z
 
 
 def _spoils(law: Scored, e: Evidence) -> bool:

@@ -120,10 +120,6 @@ def kind_told(
         physics = ""
     if physics == "slow" and any(_as_clock(kind, k, t) for k in e.kinds):
         physics = ""
-    foretold = bool(quiet.reasons)
-    curves = [k for k in kinds if k.kind == physics and k.element == kind.element][:1]
-    if physics in CURVES and not foretold and any(_may_remember(m, curves, t) for m in kinds):
-        physics = ""
     # so does one with few numbers that explains nearly as much as a form with many
     near = {
         s.element for s in e.laws
@@ -142,7 +138,7 @@ def kind_told(
     if physics:
         places = _with_kind(physics, kinds, e)
     else:
-        places += [*_attached_to(kinds, e), *sorted(open_places)]
+        places += sorted(open_places)
     gain = e.plain.behind(kind.score)
     # a course that may follow anything follows a single push too, wherever that acted
     placed = len(set(places)) <= PLACES and (kind.kind not in ANYTHING or gain > CLEAR * t.z)
@@ -186,21 +182,7 @@ def _with_kind(physics: str, kinds: Sequence[KindScore], e: Evidence) -> list[st
     return list(dict.fromkeys([*found, *same, *open_ones]))
 
 
-def _attached_to(kinds: Sequence[KindScore], e: Evidence) -> list[str]:
-    """Places at which whatever explains alike could be attached instead of standing where it does.
-
-    Only where one part of the model is in question: else they are too many to be told.
-    """
-    first = kinds[0]
-    if not all(k.kind in ATTACHED and together(k.element, first.element, e.classes) for k in kinds):
-        return []
-    return [
-        k.element for k in e.kinds
-        if k.kind == "exogenous" and together(k.element, first.element, e.classes)
-    ]  # fmt: skip
-
-
-ATTACHED = ("restoring", "dissipative", "surface", "memory")
+ATTACHED = ("restoring", "dissipative", "surface")
 """Kinds of what may be attached to a moving part or a store."""
 
 
@@ -235,20 +217,21 @@ def _follows_anything(kind: KindScore, e: Evidence, t: Thresholds) -> bool:
     return len(e.before.over_noise) == 1 and max(usual, default=0.0) > 0.5
 
 
-def _may_remember(memory: KindScore, curves: Sequence[KindScore], t: Thresholds) -> bool:
-    """Whether a memory there leaves no more than a curve that is not all there is."""
-    return memory.kind == "memory" and any(
-        memory.element == c.element
-        and float(c.score.noise.max()) > t.noise
-        and memory.score.square <= c.score.square
-        for c in curves
-    )
-
-
 def _as_clock(kind: KindScore, course: KindScore, t: Thresholds) -> bool:
     """Whether a mere course in time of the same coefficient does clearly better."""
     same = course.kind == "time" and course.element == kind.element
     return same and kind.score.behind(course.score) > t.z
+
+
+def follows_what_happened(course: Scored, e: Evidence, t: Thresholds) -> bool:
+    """Whether what happened at its place explains a change as well as the clock does.
+
+    A fluid that thins while it is sheared has a coefficient that changes; it is no drift.
+    """
+    return any(
+        k.kind == "slow" and k.element == course.element and k.score.behind(course.score) < t.z
+        for k in e.kinds
+    )
 
 
 CURVES = {"restoring", "dissipative"}

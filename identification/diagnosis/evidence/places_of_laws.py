@@ -9,7 +9,7 @@ import numpy as np
 from identification.diagnosis.evidence.hypotheses import Evidence, Scored, Thresholds
 from identification.diagnosis.evidence.kind_score import KindScore
 from identification.diagnosis.evidence.kinds_told import EXACT, FAR, SHAPELESS
-from identification.diagnosis.evidence.shares import explained, together
+from identification.diagnosis.evidence.shares import ANYTHING, explained, together
 from identification.diagnosis.search.candidates import Candidate
 
 LAGS = 2.0
@@ -55,6 +55,20 @@ def borne_elsewhere(law: Scored, e: Evidence, t: Thresholds) -> bool:
     return far and any(
         k.element != law.element and k.score.behind(law.score) < t.z for k in e.kinds
     )
+
+
+def outdone_elsewhere(law: Scored, e: Evidence, lead: float) -> bool:
+    """Whether a form elsewhere leads a law by so many errors and leaves less than half its rest."""
+    least = HALF * (law.score.square - 1.0)
+    return any(
+        k.element != law.element and k.kind not in ANYTHING
+        and k.score.square - 1.0 < least and law.score.behind(k.score) > lead
+        for k in e.kinds
+    )  # fmt: skip
+
+
+HALF = 0.5
+"""Part of what a law leaves that something elsewhere leaves if the law is not what is missing."""
 
 
 def also_there(law: Scored, e: Evidence, t: Thresholds) -> tuple[Candidate, ...]:

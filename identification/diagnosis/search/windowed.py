@@ -19,10 +19,9 @@ def through_windows(
 ) -> Problem:
     """Return the problem with start values fitted on windows; itself where that leads nowhere.
 
-    On windows an error of the start does not add up, and none of the sub-steps; judged is the whole
-    record. Where they begin
-    is asked of the model without the law of an `insertion` first: a law along the way has to know
-    which part of the way.
+    On windows no error of the start adds up, and none of the sub-steps; judged is the whole record.
+    Where they begin is asked of the model without the law of an `insertion` first: a law along the
+    way has to know which part of the way.
     """
     if problem.data.breaks:
         return problem

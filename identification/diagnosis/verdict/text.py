@@ -45,6 +45,7 @@ from identification.diagnosis.verdict.said_again import (
 )
 from identification.report.words import ended, gathered, listed, shortened, spaced, stopped
 from identification.study.driven import STANDS
+from identification.study.factors import drives
 
 
 def sentence(d: Diagnosis) -> str:
@@ -58,7 +59,8 @@ def sentence(d: Diagnosis) -> str:
         # a header that is to be mended comes before the name that stands in for it
         first, doubted = f"First check a unit: {'; or '.join(doubted)}", ()
         said = f"{first}; taken as it is: {said[0].lower()}{said[1:]}"
-    if d.kind == "unknown_physics" and (still := [n for n in d.notes if n.endswith(STANDS)]):
+    still = [n for n in d.notes if n.endswith(STANDS)]
+    if d.kind == "unknown_physics" and still and len(still) == len(drives(d.graph)):
         said = f"First check the recording: {'; '.join(still)}. Taken as it is: {said}"
     return ended("; but ".join((said.removesuffix("."), *doubted, *load)))
 

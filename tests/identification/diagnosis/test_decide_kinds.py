@@ -340,16 +340,6 @@ def test_a_coefficient_of_any_course_leaves_places_open_that_the_structure_leave
     assert (places("time"), places("dissipative")) == ({"d", "m"}, {"d"})
 
 
-def test_a_curve_beside_a_memory_is_told_where_it_leaves_noise_or_less() -> None:
-    def physics(left: float, memory: float) -> str:
-        case = Case(9.0).kind("restoring", "k", left).kind("memory", "k", memory)
-        return case.decided().physics
-
-    assert (physics(0.5, 0.4), physics(2.0, 1.9), physics(2.0, 2.1)) == (
-        "restoring", "", "restoring",
-    )  # fmt: skip
-
-
 def test_a_memory_at_two_places_is_no_kind_where_a_surface_leads() -> None:
     case = Case(3.0).kind("surface", "d", 0.0).kind("memory", "d", lag(0.5))
     assert case.kind("memory", "b", lag(0.5)).decided().answer == "unknown"

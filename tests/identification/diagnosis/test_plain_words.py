@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
+from bondgraph.graph.elements import Se
 from bondgraph.signals.recording import Split
 from bondgraph.support.errors import UnknownName
 from bondsight.cli.main import main
@@ -186,6 +187,9 @@ def test_a_command_that_stands_still_comes_before_what_is_said_of_the_file_as_it
     said = sentence(replace(found, kind="unknown_physics", notes=(note,)))
     assert said.startswith(f"First check the recording: {note}. Taken as it is: ")
     assert "First check" not in sentence(replace(found, notes=(note,)))
+    pulled = found.graph.with_branch(found.graph.neighbour("F"), [Se("F_2", unit="N")])
+    two = replace(found, kind="unknown_physics", notes=(note,), graph=pulled)
+    assert "First check" not in sentence(two)  # the other one moves
 
 
 def test_a_law_as_good_as_any_form_beside_a_rest_is_not_called_near(found: Diagnosis) -> None:

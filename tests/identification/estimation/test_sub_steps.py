@@ -17,10 +17,13 @@ from bondgraph.simulation.start import HOLDS
 from identification.estimation import sub_steps
 from identification.estimation.single_record import Fit, fit
 from identification.estimation.sub_steps import (
+    EASED,
     FINEST,
     IN_ALL,
     LEAST,
     begun_from,
+    coarse,
+    eased,
     finest_of,
     fit_from,
     refined,
@@ -171,3 +174,21 @@ def test_a_beginning_with_few_is_said_of_many(law: str) -> None:
     there = evaluate(p, found.point, derivatives=False)
     assert found.cost == pytest.approx(float(np.mean(there.residual**2)), rel=1e-9)
     assert found.cost < 2.0 * whole.cost
+
+
+@pytest.mark.parametrize("law", NOISE)
+def test_a_problem_that_is_eased_begins_where_the_whole_one_does(law: str) -> None:
+    p = problem(law)
+    light, point = eased(p), start_point(p)
+    whole = evaluate(p, point, derivatives=False)
+    assert MANY // EASED <= light.n_sub < MANY
+    assert evaluate(light, point, derivatives=False).y == pytest.approx(whole.y, rel=1e-9)
+    rough = coarse(p)
+    assert rough.n_sub <= light.n_sub
+    assert rough.correction is None
+
+
+def test_what_needs_no_sub_steps_is_not_eased() -> None:
+    p = replace(problem("cubic"), n_sub=1)
+    assert eased(p) is p
+    assert coarse(p) is p
