@@ -44,9 +44,8 @@ def carried_away(nominal: Fit) -> bool:
 
 def bent(nominal: Fit) -> bool:
     """Whether a fit ended at a bound, or far from a value that is declared."""
-    declared = {n: p.value for n, p in nominal.problem.graph.parameters.items()}
-    ratios = [e.value / declared[e.name] for e in nominal.estimates if declared.get(e.name)]
-    far = any(r > 0.0 and not 1 / BENT < r < BENT for r in ratios)
+    moved = ratios(nominal, nominal.problem.graph.parameters)
+    far = any(r > 0.0 and not 1 / BENT < r < BENT for r in moved.values())
     return far or any(e.at_bound for e in nominal.estimates)
 
 
@@ -56,13 +55,14 @@ BENT = 3.0
 
 def far_off(last: Fit, declared: Mapping[str, Parameter]) -> dict[str, float]:
     """Return the ratios of fitted to declared values that no data sheet is wrong by."""
-    found = {}
-    for e in last.estimates:
-        start = declared[e.name].value if e.name in declared else 0.0
-        ratio = e.value / start if start else 1.0
-        if ratio > 0 and not 1 / MOVED < ratio < MOVED:
-            found[e.name] = ratio
-    return found
+    found = ratios(last, declared)
+    return {n: r for n, r in found.items() if r > 0 and not 1 / MOVED < r < MOVED}
+
+
+def ratios(last: Fit, declared: Mapping[str, Parameter]) -> dict[str, float]:
+    """Return the ratio of every fitted value to the declared one, where that is not zero."""
+    known = {n: p.value for n, p in declared.items() if p.value}
+    return {e.name: e.value / known[e.name] for e in last.estimates if e.name in known}
 
 
 MOVED = 30.0

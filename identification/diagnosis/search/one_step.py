@@ -6,6 +6,7 @@ from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
 from itertools import zip_longest
 
+import numpy as np
 from joblib import Parallel, delayed
 
 from bondgraph.graph.sensors import Sensor
@@ -27,7 +28,7 @@ from identification.diagnosis.screening.carried import FAR, astray, bent, carrie
 from identification.diagnosis.screening.port_history import FittedModel
 from identification.diagnosis.screening.score_test import Screened
 from identification.diagnosis.search.afresh import begun_afresh
-from identification.diagnosis.search.base import Base
+from identification.diagnosis.search.base import Base, base_of
 from identification.diagnosis.search.candidates import (
     Candidate,
     DiagnosisOptions,
@@ -41,6 +42,7 @@ from identification.diagnosis.search.candidates import (
     to_their_ends,
 )
 from identification.diagnosis.search.looks import Looks
+from identification.diagnosis.search.near_declared import near_declared
 from identification.diagnosis.search.passed_over import by_merit, elsewhere, overlooked
 from identification.estimation.levenberg_marquardt import FitStatus
 from identification.estimation.single_record import Fit, fit
@@ -112,17 +114,54 @@ def searched(base: Base, task: SearchTask, number: int, named: tuple[str, ...] =
         return Searched(base, number, seen, ranked, options, quiet, quiet=True)
     asked = number == 0 and not carried_away(base.fit)
     where = done.where(base.fit, task.classes) if asked else ()
+    tell, near = _told_within(task, number), None
+    if number == 0 and not astray(base.fit) and (near := near_declared(base.fit)):
+        kinds = _merged(kinds, done.kinds(base.fit, near))
     if where:
-        ranked = [s for s in ranked if s.element.name in where or s.effect.joins]
         kinds = [k for k in kinds if k.element in where]
     evidence = replace(evidence, kinds=tuple(kinds), located=where)
-    tell = _told_within(task, number)
-    found = search(seen, base.template, ranked, options, tell)
+    scenes = [(seen, base, _at(ranked, where))]
+    if near is not None:
+        looks = done.of(near)
+        scenes.insert(0, (looks[0], Base(base.fit, base_of(near).template), _at(looks[1], where)))
+    found, (seen, base, ranked) = _in_scenes(scenes, options, tell)
     trials = _finished(found, options, limits.noise)
     lost = trials and min(t.train for t in trials) > FAR
     if number == 0 and lost and bent(base.fit):
         trials = begun_afresh(trials, options)
     return Searched(base, number, seen, ranked, options, evidence, tuple(trials))
+
+
+Scene = tuple[FittedModel, Base, list[Screened]]
+"""A course of the model, what candidates are built from along it, and how they rank there."""
+
+
+def _at(ranked: list[Screened], where: Collection[str]) -> list[Screened]:
+    """Return what may be in question where only some places are."""
+    if not where:
+        return ranked
+    return [s for s in ranked if s.element.name in where or s.effect.joins]
+
+
+def _in_scenes(
+    scenes: Sequence[Scene], options: DiagnosisOptions, tell: Progress
+) -> tuple[list[Candidate], Scene]:
+    """Search along one course after the other until a law explains most; the best scene is kept."""
+    found: list[Candidate] = []
+    best, kept, plain = np.inf, scenes[0], scenes[0][1].fit.chi2("train")
+    for scene in scenes:
+        made = search(scene[0], scene[1].template, scene[2], options, tell)
+        least = min((t.train for t in made), default=np.inf)
+        if least < best:
+            best, kept = least, scene
+        found = each_once([*found, *made])
+        if best < MOST * plain:
+            break
+    return sorted(found, key=lambda t: t.test), kept
+
+
+MOST = 0.05
+"""Part of a misfit that a law leaves whose course is followed alone."""
 
 
 def _told_within(task: SearchTask, number: int) -> Progress:
