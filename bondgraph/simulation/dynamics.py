@@ -135,6 +135,24 @@ class Dynamics(ABC):
     @abstractmethod
     def _run(ready: Any, u: Array, x0: Array, **options: Any) -> KernelRun: ...
 
+    def followed(
+        self,
+        p: Array,
+        u: Array,
+        step: float,
+        x0: Array,
+        hold: str,
+        memory: Memories | None,
+        seen: KernelRun,
+        moves: Sequence[tuple[Array | None, Array | None]] = (),
+    ) -> tuple[Array, Array] | None:
+        """Return readings followed to where laws jump, (N, n_y), and what `moves` change of them.
+
+        None where no law jumps, or they do not settle soon; `seen` is a run in whole steps. Moves
+        are of the parameters or of the start; the differences have shape (N, n_y, moves).
+        """
+        return None
+
     @abstractmethod
     def spreads(self, p: Array, u: Array, step: float, x0: Array, n_sub: int, hold: str) -> Array:
         """Spread of each state in a simulation, shape (n_x,)."""
@@ -215,6 +233,24 @@ class ExactDynamics(Dynamics):
     def jumps(self) -> bool:
         """Whether a law is set-valued."""
         return any(port.law.set_valued for port in self.compiled.laws)
+
+    def followed(
+        self,
+        p: Array,
+        u: Array,
+        step: float,
+        x0: Array,
+        hold: str,
+        memory: Memories | None,
+        seen: KernelRun,
+        moves: Sequence[tuple[Array | None, Array | None]] = (),
+    ) -> tuple[Array, Array] | None:
+        """Return readings followed to where laws jump, see `bondgraph.simulation.located`."""
+        if not self.jumps or not np.isfinite(seen.s).all():
+            return None
+        from bondgraph.simulation.located import followed
+
+        return followed(self.compiled, p, u, step, x0, hold, memory, seen, moves)
 
     def inputs(
         self, commands: Mapping[str, Array], time: Array, breaks: Sequence[int] = ()

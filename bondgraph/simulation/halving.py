@@ -53,6 +53,7 @@ def halved(
     counted: Array,
     samples: int,
     accuracy: float,
+    most: int = MOST,
 ) -> tuple[int, Run] | None:
     """Run in ever finer steps until the outputs settle; returns steps a sample and the last run.
 
@@ -70,10 +71,12 @@ def halved(
         Which of them have to agree.
     samples : int
     accuracy : float
+    most : int
+        Steps a sample that a run may take on the average.
     """
 
     def within(allowed: Array) -> Within:
-        return Within(allowed, np.array([MOST * samples]), np.stack([start, start]))
+        return Within(allowed, np.array([most * samples]), np.stack([start, start]))
 
     seen = within(np.zeros(start.size))
     run_with(seen)  # how far each number goes
@@ -86,6 +89,6 @@ def halved(
         if seen.left[0] <= 0 or not (run.settled and np.isfinite(run.y).all()):
             return None
         if last is not None and change(last, run) < accuracy:
-            return -(-(MOST * samples - int(seen.left[0])) // samples), run
+            return -(-(most * samples - int(seen.left[0])) // samples), run
         last, tolerance = run, FINER * tolerance
     return None

@@ -19,7 +19,7 @@ from bondgraph.support.arrays import Array
 from identification.estimation.levenberg_marquardt import FitStatus
 from identification.estimation.single_record import Fit, fit
 from identification.study.problem import Problem
-from identification.study.residual import Point, ResidualEvaluation, evaluate, start_point
+from identification.study.residual import LOCATED, Point, ResidualEvaluation, evaluate, start_point
 
 PASSES = 6
 """Corrections at the most; one that is small is right after two."""
@@ -141,7 +141,9 @@ def eased(problem: Problem) -> Problem:
     Whatever is tried beside its law begins with the errors of that law made up for.
     """
     least = problem.n_sub // EASED
-    few = _few_at_start(problem, least) if least > 1 else None
+    # what is followed to a jump costs more than its few sub-steps say
+    worth = least > 1 or (problem.dynamics.jumps and problem.n_sub >= LOCATED)
+    few = _few_at_start(problem, max(1, least)) if worth else None
     return problem if few is None else few
 
 

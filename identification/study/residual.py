@@ -197,6 +197,8 @@ def evaluate(
             every_substep=bool(problem.delays),
             memory=time_memories(problem, w.start),
         )
+        own = slopes if derivatives else None
+        run = _followed(problem, p, w, x0, run, own if by_parameters else slopes[:0])
         begun = w.start - begin
         seen = read_out(
             problem, run, point.theta,
@@ -237,6 +239,52 @@ def evaluate(
     residual = np.concatenate(rows) if rows else np.zeros(0)
     jacobian = np.concatenate(jacobians) if jacobians else np.zeros((residual.size, 0))
     return ResidualEvaluation(y, residual, jacobian, local)
+
+
+def _followed(
+    problem: Problem, p: Array, w: slice, x0: Array, run: KernelRun, slopes: Array | None
+) -> KernelRun:
+    """Return a run whose readings are followed to where laws jump, with `slopes` their derivatives.
+
+    From so many sub-steps on that they are asked for, and where nothing is needed within samples.
+    Derivatives of whole steps place a jump at the end of one: those of the followed readings are
+    taken by differences.
+    """
+    data, dynamics = problem.data, problem.dynamics
+    if problem.n_sub < LOCATED or problem.delays or data.parts > 1 or not dynamics.jumps:
+        return run
+    memory = time_memories(problem, w.start)
+    moves, sizes = _moves(problem, p, slopes)
+    found = dynamics.followed(
+        p, problem.inputs[w], data.step(w), x0, data.hold, memory, run, moves
+    )  # fmt: skip
+    if found is None:
+        return run
+    y, moved = found
+    if not moves:
+        return replace(run, y=y)
+    return replace(run, y=y, dy=(moved[..., ::2] - moved[..., 1::2]) / (2.0 * sizes))
+
+
+def _moves(
+    problem: Problem, p: Array, slopes: Array | None
+) -> tuple[list[tuple[Array | None, Array | None]], Array]:
+    """Return small moves of every free parameter and of every state, and how large they are."""
+    if slopes is None:
+        return [], np.ones(0)
+    by_p = SMALL * np.abs(slopes)
+    by_x = SMALL * problem.state_scale
+    of_p = np.zeros((by_p.size, p.size))
+    of_p[np.arange(by_p.size), problem.directions[: by_p.size]] = by_p
+    moves: list[tuple[Array | None, Array | None]] = [(s * m, None) for m in of_p for s in (1, -1)]
+    moves += [(None, s * m) for m in np.diag(by_x) for s in (1, -1)]
+    return moves, np.concatenate([by_p, by_x])
+
+
+SMALL = 1e-3
+"""Part of a parameter, or of what a state moves by, that derivatives are taken by."""
+LOCATED = 4
+"""Sub-steps a sample from which a law that jumps is followed to where it does, at any moment."""
 
 
 def by_step(prepare: Callable[[float], Prepared]) -> Callable[[float], Prepared]:

@@ -10,7 +10,7 @@ import numpy as np
 from joblib import Parallel, delayed
 
 from bondgraph.support.errors import BondsightError
-from identification.diagnosis.search.beginnings import FIRST, misfit_at
+from identification.diagnosis.search.beginnings import FIRST, freed, misfit_at, resting
 from identification.diagnosis.search.candidates import (
     HOPELESS,
     Candidate,
@@ -46,18 +46,21 @@ def begun_afresh(trials: Sequence[Candidate], options: DiagnosisOptions) -> list
 def _afresh(trial: Candidate, options: DiagnosisOptions) -> Candidate:
     """Fit a law from declared values, as commands may behave between samples."""
     old = trial.fit.problem
-    if old.source_offsets:
+    if old.source_offsets and not old.dynamics.jumps:
         return trial
     free = [n for n, p in old.graph.parameters.items() if not p.fixed and n not in old.fixed]
     declared = {n: old.graph.parameters[n].value for n in free if n in old.starts}
     plainly = replace(old, known_states={}, known_offsets=(), correction=None)
+    plainly = resting(plainly) if old.dynamics.jumps else plainly
+    fitted = {n: trial.fit.values[n] for n in trial.insertion.strengths}
     short: list[Fit] = []
     for hold in possible(options.holds, old.dynamics.input_rates):
         posed = replace(
             plainly, data=replace(old.data, hold=hold), n_sub=4 if hold == "band-limited" else 1
         )
         begun = [
-            replace(posed, starts={**old.starts, **declared, **s}) for s in trial.insertion.starts
+            replace(posed, starts={**old.starts, **declared, **s})
+            for s in (fitted, *trial.insertion.starts)
         ]
         with suppress(BondsightError, np.linalg.LinAlgError, ValueError):
             short.append(fit(min(begun, key=misfit_at), max_iterations=2 * FIRST, judged=False))
@@ -68,6 +71,7 @@ def _afresh(trial: Candidate, options: DiagnosisOptions) -> Candidate:
         made = settled_fit(begun_well.problem, options.final_iterations, begun_well.point)
     except (BondsightError, np.linalg.LinAlgError, ValueError):
         return trial
+    made = freed(made, options.final_iterations)
     same = made.problem.data.hold == old.data.hold
     better = sound(made) and made.cost < VALLEY * trial.fit.cost
     if better and (same or rather(made, trial.fit)):

@@ -50,6 +50,31 @@ def promising(
     return chosen
 
 
+def resting(problem: Problem) -> Problem:
+    """Return the problem with a start that stays at rest, for a while.
+
+    What a law that jumps holds where a record begins does not feel its own start: a step that is
+    made in both leads nowhere.
+    """
+    return replace(problem, initial=(), known_states={})
+
+
+def freed(made: Fit, iterations: int) -> Fit:
+    """Return a fit that stayed at rest where it began with a free start, if that is as good."""
+    if made.problem.initial != () or made.status is FitStatus.BROKEN:
+        return made
+    free = replace(made.problem, initial="free", correction=None)
+    with suppress(BondsightError, np.linalg.LinAlgError, ValueError):
+        found = fit(free, start=made.point, max_iterations=iterations)
+        if found.status is not FitStatus.BROKEN and found.cost <= (1.0 + ALIKE) * made.cost:
+            return found
+    return made
+
+
+ALIKE = 1e-3
+"""Part of a misfit that a free start may take more where its descent has ended elsewhere."""
+
+
 def tells_early(nominal: Fit) -> bool:
     """Whether the first samples have their share of what the model misses."""
     shorter = brief(nominal.problem)

@@ -25,8 +25,10 @@ from identification.diagnosis.screening.score_test import Screened
 from identification.diagnosis.search.beginnings import (
     FIRST,
     best_first,
+    freed,
     misfit_at,
     promising,
+    resting,
     tells_early,
 )
 from identification.diagnosis.search.hold_choice import with_best_hold
@@ -362,7 +364,10 @@ def attempt(
     for number, (candidate, point) in enumerate(begun):
         try:
             short.append(begin(candidate, point or start_point(candidate), FIRST))
-            if point is not None and sound(short[-1]):
+            if far and problem.dynamics.jumps and problem.initial == "free":
+                still = resting(candidate)
+                short.append(begin(still, start_point(still), FIRST))
+            if point is not None and sound(short[0]):
                 break  # the others only where it runs away on the rest of the record
             # windows forgive a start: one way through them is enough of the fitted values, one of
             # the declared ones; where the fit follows nothing no start is known to be any good
@@ -432,7 +437,7 @@ def finish(trial: Candidate, iterations: int, holds: Sequence[str] = tuple(HOLDS
     if result.status is FitStatus.BROKEN:
         return trial
     # few sub-steps may flatter the wrong behaviour of a command: then another one is right
-    best = with_best_hold(result, iterations, holds)
+    best = freed(with_best_hold(result, iterations, holds), iterations)
     better = best.cost <= trial.fit.cost * 1.001
     return trial_of(trial.insertion, trial.home, best) if better else trial
 

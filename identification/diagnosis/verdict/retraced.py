@@ -27,8 +27,9 @@ def traces(v: Data) -> Iterator[str]:
             continue
         if looks and name != "unknown":
             yield f"What {spaced(name)} looks like as a rule: {looks}."
-    for reason in (r for s in v.get("steps", ()) for r in s["reasons"]):
-        yield f"{_begun(briefly(reason))}."
+    for k, step in enumerate(v.get("steps", ()), start=1):
+        within = "" if k == 1 else f"in the {ordinal(k)} step: "
+        yield from (f"{_begun(within + briefly(r))}." for r in step["reasons"])
 
 
 def tried(v: Data) -> Iterator[str]:
