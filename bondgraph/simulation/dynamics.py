@@ -17,6 +17,7 @@ from bondgraph.graph.parameter import Parameter
 from bondgraph.simulation.exact_run import KernelRun, Memories, prepare, run_prepared
 from bondgraph.simulation.first_order_hold import Blocks, blocks, continuous
 from bondgraph.simulation.law_rest import law_rest
+from bondgraph.simulation.located import Reach, followed
 from bondgraph.simulation.lure import Compiled, exact_form
 from bondgraph.simulation.radau.native import prepare_general, run_general
 from bondgraph.simulation.radau.start import evaluated, relaxed_rest
@@ -144,12 +145,11 @@ class Dynamics(ABC):
         hold: str,
         memory: Memories | None,
         seen: KernelRun,
-        moves: Sequence[tuple[Array | None, Array | None]] = (),
+        reach: Reach | None = None,
     ) -> tuple[Array, Array] | None:
-        """Return readings followed to where laws jump, (N, n_y), and what `moves` change of them.
+        """Return readings followed to where laws jump, (N, n_y), and derivatives within `reach`.
 
-        None where no law jumps, or they do not settle soon; `seen` is a run in whole steps. Moves
-        are of the parameters or of the start; the differences have shape (N, n_y, moves).
+        None where no law jumps, or they do not settle soon; `seen` is a run in whole steps.
         """
         return None
 
@@ -243,14 +243,12 @@ class ExactDynamics(Dynamics):
         hold: str,
         memory: Memories | None,
         seen: KernelRun,
-        moves: Sequence[tuple[Array | None, Array | None]] = (),
+        reach: Reach | None = None,
     ) -> tuple[Array, Array] | None:
         """Return readings followed to where laws jump, see `bondgraph.simulation.located`."""
         if not self.jumps or not np.isfinite(seen.s).all():
             return None
-        from bondgraph.simulation.located import followed
-
-        return followed(self.compiled, p, u, step, x0, hold, memory, seen, moves)
+        return followed(self.compiled, p, u, step, x0, hold, memory, seen, reach)
 
     def inputs(
         self, commands: Mapping[str, Array], time: Array, breaks: Sequence[int] = ()

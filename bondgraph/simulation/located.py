@@ -9,6 +9,7 @@ bisection, with the exact step of each size.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -51,11 +52,30 @@ def located(
     None where the model has no such march, inputs are no lines between samples, or the outputs do
     not settle. `seen` is a rougher run.
     """
-    march = _march(compiled, p, u, step, hold, memory)
-    if march is None:
+    if not _can(compiled, hold):
         return None
+    march = _Ladder(compiled, p, step).march(u, hold, memory)
     found = _halved(compiled, march, x0, u.shape[0], _quiet(compiled, seen), accuracy, MOST)
     return None if found is None else found[:2]
+
+
+@dataclass(frozen=True, eq=False)
+class Reach:
+    """What derivatives are taken by: small moves of parameters and of the state at the start.
+
+    Attributes
+    ----------
+    directions : sequence of int
+        Positions of the parameters.
+    by_p : ndarray, shape (n_p,)
+        How far each of them is moved, SI.
+    by_x : ndarray, shape (n_x,), or of none
+        How far each state is moved, SI.
+    """
+
+    directions: Sequence[int]
+    by_p: Array
+    by_x: Array
 
 
 def followed(
@@ -67,63 +87,85 @@ def followed(
     hold: str,
     memory: Memories | None,
     seen: KernelRun,
-    moves: Sequence[tuple[Array | None, Array | None]] = (),
+    reach: Reach | None = None,
     accuracy: float = 1e-6,
     most: int = 64,
 ) -> tuple[Array, Array] | None:
-    """Return the outputs of `located`, and their differences by small moves of what they follow.
+    """Return the outputs of `located`, and their derivatives by central differences.
+
+    Each difference is one of runs with the same tolerance. Matrices are moved along their
+    derivatives, which leaves central differences right to the same order.
 
     Parameters
     ----------
-    moves : sequence of (ndarray or None, ndarray or None)
-        Changes of the parameters, shape (n_p,), or of the state at the start, shape (n_x,).
     most : int
         Steps a sample that a run may take on the average.
 
     Returns
     -------
-    tuple of ndarray, shapes (N, n_y) and (N, n_y, moves), or None
+    tuple of ndarray, shapes (N, n_y) and (N, n_y, n_p + n_x), or None
     """
-    march = _march(compiled, p, u, step, hold, memory)
-    if march is None:
+    if not _can(compiled, hold):
         return None
-    quiet = _quiet(compiled, seen)
-    found = _halved(compiled, march, x0, u.shape[0], quiet, accuracy, most)
+    ladder = _Ladder(compiled, p, step, () if reach is None else tuple(reach.directions))
+    own, quiet = ladder.march(u, hold, memory), _quiet(compiled, seen)
+    found = _halved(compiled, own, x0, u.shape[0], quiet, accuracy, most)
     if found is None:
         return None
     _, run, allowed = found
-    moved = np.empty((*run.y.shape, len(moves)))
-    for k, (by_p, by_x) in enumerate(moves):
-        other = march if by_p is None else _march(compiled, p + by_p, u, step, hold, memory)
-        assert other is not None
-        start = x0 if by_x is None else x0 + by_x
+
+    def moved(march: March, start: Array) -> Array:
         within = Within(allowed, np.array([most * u.shape[0]]), np.zeros((2, allowed.size)))
-        moved[:, :, k] = other(start, within, quiet).y - run.y
-        if within.left[0] <= 0:
-            return None
-    return run.y, moved
+        return march(start, within, quiet).y
+
+    columns = []
+    for k, h in enumerate(() if reach is None else reach.by_p):
+        ends = [moved(ladder.march(u, hold, memory, (k, s * h)), x0) for s in (1.0, -1.0)]
+        columns.append((ends[0] - ends[1]) / (2.0 * h))
+    for x in np.diag(() if reach is None else reach.by_x):
+        columns.append((moved(own, x0 + x) - moved(own, x0 - x)) / (2.0 * x.sum()))
+    return run.y, np.stack(columns, axis=2) if columns else np.zeros((*run.y.shape, 0))
 
 
-def _march(
-    compiled: Compiled, p: Array, u: Array, step: float, hold: str, memory: Memories | None
-) -> March | None:
-    runner = located_runner(compiled)
-    if runner is None or hold == "band-limited" or compiled.model.recorded:
-        return None
-    model = continuous(compiled, p)
-    ready = prepare(compiled, p, step, model=model)
-    halves = [discretise(model, step / 2**k) for k in range(1, DEPTH)]
-    march = runner(
-        ready.moving, ready.still, ready.q, ready.dq, [(d.packed, d.derivative) for d in halves]
-    )
+def _can(compiled: Compiled, hold: str) -> bool:
+    """Whether a model has such a march, between inputs that are lines."""
+    lines = hold != "band-limited" and not compiled.model.recorded
+    return lines and located_runner(compiled) is not None
 
-    def run(x0: Array, within: Within, quiet: Array) -> KernelRun:
-        inputs, fine, start = begun(ready, u, x0, hold, None, memory)
-        if not within.ends.any():
-            within.ends[:] = start[:, 0]
-        return as_run(ready, *march(fine, start, 1, inputs[0], True, within, quiet))
 
-    return run
+class _Ladder:
+    """A model at one parameter vector, discretised for a step, its half, quarter and so on."""
+
+    def __init__(
+        self, compiled: Compiled, p: Array, step: float, directions: Sequence[int] = ()
+    ) -> None:
+        model = continuous(compiled, p, np.asarray(directions, int))
+        self.compiled = compiled
+        self.ready = prepare(compiled, p, step, 1, directions, model=model)
+        halves = (discretise(model, step / 2**k) for k in range(1, DEPTH))
+        self.halves = [(d.packed, d.derivative) for d in halves]
+
+    def march(
+        self, u: Array, hold: str, memory: Memories | None, along: tuple[int, float] | None = None
+    ) -> March:
+        """Return what runs the record, one parameter moved `along` its direction if given."""
+        runner = located_runner(self.compiled)
+        assert runner is not None
+
+        def there(m: Array, dm: Array) -> tuple[Array, Array]:
+            return (m if along is None else m + along[1] * dm[:, along[0]]), dm[:, :0]
+
+        r, (q, dq) = self.ready, there(self.ready.q, self.ready.dq)
+        plain = replace(r, n_p=0, n_d=0, q=q, dq=dq, still=there(*r.still), moving=there(*r.moving))
+        run = runner(plain.moving, plain.still, q, dq, [there(*h) for h in self.halves])
+
+        def marched(x0: Array, within: Within, quiet: Array) -> KernelRun:
+            inputs, fine, start = begun(plain, u, x0, hold, None, memory)
+            if not within.ends.any():
+                within.ends[:] = start[:, 0]
+            return as_run(plain, *run(fine, start, 1, inputs[0], True, within, quiet))
+
+        return marched
 
 
 def _quiet(compiled: Compiled, seen: KernelRun) -> Array:
@@ -141,18 +183,16 @@ def _halved(
     most: int,
 ) -> tuple[int, KernelRun, Array] | None:
     """Halve steps until the outputs settle; what steps may differ by then comes last."""
-    lay, last = layout(compiled, 0), np.zeros(0)
+    lay, allowed = layout(compiled, 0), []
 
     def run_with(within: Within) -> KernelRun:
-        nonlocal last
-        last = within.allowed
+        allowed.append(within.allowed)
         return march(x0, within, quiet)
 
-    size = lay.n_z
-    counted = np.ones(size, bool)
+    counted = np.ones(lay.n_z, bool)
     counted[lay.n_x : lay.n_x + lay.n_w] = False  # what laws answer follows from the rest
     found = halved(
-        run_with, lambda a, b: unrounded_change(compiled, a, b), np.zeros(size), counted,
+        run_with, lambda a, b: unrounded_change(compiled, a, b), np.zeros(lay.n_z), counted,
         samples, accuracy, most,
     )  # fmt: skip
-    return None if found is None else (*found, last)
+    return None if found is None else (*found, allowed[-1])

@@ -111,11 +111,6 @@ def minimise(
                 best, lambda at: _steps(stack, at, tolerance, _at_first), DAMPING, left, arrived,
                 rescue=lambda at, why: _unstick(stack, at), taken=taken,
             )  # fmt: skip
-        left = max_iterations - len(trace) + 1
-        if made.ended is Ended.ARRIVED and left > 0 and _more_ahead(stack, best):
-            made = descend(
-                best, lambda at: _steps(stack, at, tolerance), UNDAMPED, left, arrived, taken=taken
-            )
         status = STATUS[made.ended]
     except KeyboardInterrupt:
         if not keep_on_interrupt:
@@ -128,8 +123,6 @@ def minimise(
 
 
 DAMPING = Damping(start=1e-3, less=6.0, more=8.0)
-UNDAMPED = replace(DAMPING, start=1e-8)
-"""Where damping alone made steps along a flat valley so short that they seemed the last."""
 STATUS = {
     Ended.ARRIVED: FitStatus.CONVERGED, Ended.STUCK: FitStatus.NO_PROGRESS,
     Ended.LIMIT: FitStatus.ITERATIONS,
@@ -216,19 +209,6 @@ def _bent(stack: JointProblem, at: _Stand, there: _Stand) -> tuple[ResidualEvalu
 def _promised(stack: JointProblem, system: NormalEquations, point: JointPoint) -> float:
     """Return by how much an undamped step lowers the sum of squares, as the derivatives say."""
     return float(system.right @ system.right) - foreseen(stack, system, point)
-
-
-def _more_ahead(stack: JointProblem, at: _Stand) -> bool:
-    """Whether an undamped step promises to lower a misfit clearly where damped ones ended."""
-    if not np.isfinite(at.cost):
-        return False
-    system = stack.normal(at.evaluations, at.point)
-    total = at.cost * stack.count(at.evaluations)
-    return _promised(stack, system, at.point) > AHEAD * total
-
-
-AHEAD = 0.03
-"""Part of a sum of squares that a step has to promise."""
 
 
 def foreseen(stack: JointProblem, system: NormalEquations, point: JointPoint) -> float:

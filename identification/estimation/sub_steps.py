@@ -100,7 +100,9 @@ def begun_from(problem: Problem, start: Point, iterations: int) -> Fit:
             return reached
         few = corrected(few, made.simulated, there.y)
     if best is not None and best.cost < first:
-        return best
+        if not problem.dynamics.jumps:
+            return best
+        start = best.point  # few derivatives misplace a jump: only those of all steps lead on
     return fit(problem, start=start, max_iterations=iterations, judged=False)
 
 

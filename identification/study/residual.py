@@ -22,6 +22,7 @@ from bondgraph.signals.split import stretches
 from bondgraph.signals.varying_delay import warped_within
 from bondgraph.simulation.dynamics import Dynamics
 from bondgraph.simulation.exact_run import KernelRun
+from bondgraph.simulation.located import Reach
 from bondgraph.support.arrays import Array
 from identification.study.problem import Problem
 
@@ -253,32 +254,17 @@ def _followed(
     data, dynamics = problem.data, problem.dynamics
     if problem.n_sub < LOCATED or problem.delays or data.parts > 1 or not dynamics.jumps:
         return run
-    memory = time_memories(problem, w.start)
-    moves, sizes = _moves(problem, p, slopes)
+    memory, reach = time_memories(problem, w.start), None
+    if slopes is not None:
+        by_p = SMALL * np.abs(slopes)
+        reach = Reach(problem.directions[: by_p.size], by_p, SMALL * problem.state_scale)
     found = dynamics.followed(
-        p, problem.inputs[w], data.step(w), x0, data.hold, memory, run, moves
+        p, problem.inputs[w], data.step(w), x0, data.hold, memory, run, reach
     )  # fmt: skip
     if found is None:
         return run
-    y, moved = found
-    if not moves:
-        return replace(run, y=y)
-    return replace(run, y=y, dy=(moved[..., ::2] - moved[..., 1::2]) / (2.0 * sizes))
-
-
-def _moves(
-    problem: Problem, p: Array, slopes: Array | None
-) -> tuple[list[tuple[Array | None, Array | None]], Array]:
-    """Return small moves of every free parameter and of every state, and how large they are."""
-    if slopes is None:
-        return [], np.ones(0)
-    by_p = SMALL * np.abs(slopes)
-    by_x = SMALL * problem.state_scale
-    of_p = np.zeros((by_p.size, p.size))
-    of_p[np.arange(by_p.size), problem.directions[: by_p.size]] = by_p
-    moves: list[tuple[Array | None, Array | None]] = [(s * m, None) for m in of_p for s in (1, -1)]
-    moves += [(None, s * m) for m in np.diag(by_x) for s in (1, -1)]
-    return moves, np.concatenate([by_p, by_x])
+    y, dy = found
+    return replace(run, y=y, dy=run.dy if reach is None else dy)
 
 
 SMALL = 1e-3

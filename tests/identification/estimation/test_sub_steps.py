@@ -31,7 +31,7 @@ from identification.estimation.sub_steps import (
     with_few,
 )
 from identification.study.problem import Data, Problem
-from identification.study.residual import Point, evaluate, start_point
+from identification.study.residual import LOCATED, Point, evaluate, slots, start_point
 from tests.settled import simulate
 from tests.spring import spring
 
@@ -127,12 +127,34 @@ def test_longer_records_are_refined_to_fewer_sub_steps() -> None:
     assert [finest_of(n) for n in lengths] == [FINEST, FINEST, FINEST // 2, LEAST, LEAST]
 
 
-def test_a_short_record_with_dry_friction_is_refined_beyond_what_a_long_one_is() -> None:
-    """With as few as a long record gets, the switching still leaves an error."""
-    begin = fit(replace(problem("dry"), n_sub=1))
-    coarse, fine = refined(begin, 20, LEAST), refined(begin, 20)
-    assert fine.problem.n_sub > coarse.problem.n_sub
-    assert fine.cost < coarse.cost
+def test_a_law_that_jumps_is_followed_to_its_jump() -> None:
+    """Few sub-steps are enough then, and leave less than many in which a jump waits for an end."""
+    p = problem("dry")
+    found = refined(fit(replace(p, n_sub=1)), 20)
+    assert found.problem.n_sub == LOCATED < LEAST
+    point, (u, t) = start_point(p), (dict(p.data.commands), p.data.time)
+    begun = dict(zip(p.dynamics.state_names, point.states[0], strict=True))
+    whole = simulate(p.graph, t, u, x0=begun, hold=p.data.hold, accuracy=1e-9)["x"]
+
+    def off(n_sub: int) -> float:
+        y = evaluate(replace(p, n_sub=n_sub), point, derivatives=False).y
+        return float(np.abs(y[:, 0] - whole).max())
+
+    assert off(LOCATED) < 0.1 * off(LOCATED - 1)
+
+
+def test_derivatives_of_followed_readings_are_those_of_their_differences() -> None:
+    p = replace(problem("dry"), n_sub=LOCATED)
+    point = fit(p, max_iterations=3).point
+    here = evaluate(p, point)
+    for i in range(slots(p).free.stop):
+        ends = []
+        for move in (1e-3, -1e-3):
+            theta = point.theta.copy()
+            theta[i] += move
+            ends.append(evaluate(p, replace(point, theta=theta), derivatives=False).residual)
+        slope = (ends[1] - ends[0]) / 2e-3  # the Jacobian is that of the readings
+        assert np.linalg.norm(here.jacobian[:, i] - slope) < 0.02 * np.linalg.norm(slope)
 
 
 @pytest.mark.parametrize("truth", ["linear", "hold"])
