@@ -43,9 +43,13 @@ function selfTest() {
   const lower = tall() / high;
   const line = [-2, -1, 0, 1, 2], bent = c => ({nominal: {x: line, y: line}, x: line, y: line.map(v => v + c * v ** 3), laws: [0]});
   const slightly = [bent(0.002), bent(0.2)].map(slight);
+  const flat = plots.plane, wave = Float64Array.from({length: 400}, (_, i) => Math.sin(i));
+  const own = flat.points, lines = flat.lines, tallest = ys => { flat.points = {...own, x: wave, y: ys}; flat.lines = []; return flat.extent()[3]; };
+  const edges = [wave, wave.map((v, i) => i === 7 ? 500 : v), wave.map((v, i) => i % 2 ? 500 : v)].map(ys => [tallest(ys), flat.far]);
+  flat.points = own; flat.lines = lines; flat.extent();
   const fetched = performance.getEntriesByType('resource').map(e => e.name);
   const widths = [...document.querySelectorAll('#graph .bond polyline:first-of-type')].map(l => parseFloat(l.style.strokeWidth));
-  return {elements, brushedTime, view, brushedPlane, cleared, lower, slightly, walked, zoomed, switched, fetched, refused, widths,
+  return {edges, elements, brushedTime, view, brushedPlane, cleared, lower, slightly, walked, zoomed, switched, fetched, refused, widths,
     hatched: document.querySelectorAll('#graph .hatched').length, wide: document.documentElement.scrollWidth - innerWidth,
     said: $('verdict').textContent, parts: plots.recording.bands.length,
     ports: ['map0', 'map1', 'history', 'amplitude'].map(n => coloured(plots[n])), at: $('at').textContent};

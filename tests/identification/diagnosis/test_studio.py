@@ -372,6 +372,10 @@ def test_keys_walk_and_zoom_and_a_law_is_switched(tried: dict[str, Any]) -> None
     assert tried["switched"]
     assert 0 < tried["lower"] < 0.7
     assert tried["slightly"] == [True, False]  # a slight bend is shown less its line
+    (usual, none), (beside, one), (two_levels, no) = tried["edges"]
+    assert (none, one, no) == (0, 1, 0)  # one spike does not flatten the rest; half of all is none
+    assert beside == pytest.approx(usual, rel=0.05)
+    assert two_levels > 500
     assert max(tried["widths"]) > min(tried["widths"])
     assert "Coulomb friction is missing" in tried["said"]
     assert min(tried["ports"]) > 1000

@@ -34,13 +34,23 @@ class Plot {
       }
     };
     for (const l of this.lines) if (l.on !== false) add(l.x, l.y);
-    if (this.points) add(this.points.x, this.points.y);
+    if (this.points) add(this.points.x, this.near(this.points.y));
     if (this.cells) add(this.cells.x, this.cells.y);
     if (this.span) [e[0], e[1]] = this.span;  // of plots that are walked together
     if (!(e[1] > e[0])) { e[0] -= 1; e[1] = e[0] + 2; }
     if (!(e[3] > e[2])) { e[2] -= 1; e[3] = e[2] + 2; }
     const my = 0.06 * (e[3] - e[2]), mx = this.o.fit ? 0 : 0.04 * (e[1] - e[0]);
     return [e[0] - mx, e[1] + mx, e[2] - my, e[3] + my];
+  }
+  // Of many points a few far off would flatten all others: those are drawn at the edge.
+  near(ys) {
+    const s = Float64Array.from(ys).filter(v => v === v).sort(), n = s.length;
+    const low = s[Math.floor(0.01 * (n - 1))], high = s[Math.ceil(0.99 * (n - 1))], room = high - low;
+    this.far = 0;
+    if (!this.o.flat || n < 100 || !(s[n - 1] - s[0] > 4 * room)) return ys;
+    const off = v => v < low - room || v > high + room;
+    this.far = s.filter(off).length;
+    return Array.from(ys, v => off(v) ? NaN : v);
   }
   reset() { this.home = this.extent(); this.view = this.home.slice(); this.later(); }
   box() {
@@ -199,14 +209,14 @@ class Plot {
   }
   scatter(g) {
     const {x, y, hue, picked, near} = this.points, n = x.length, some = picked && picked.includes(1);
-    const size = n > 2500 ? 2 : 2.6;
+    const size = n > 2500 ? 2 : 2.6, [, , low, high] = this.view;
     for (let pass = some ? 0 : 1; pass < 2; pass++) {
       let last = '';
       for (let i = 0; i < n; i++) {
         if (some && picked[i] !== pass) continue;
         const colour = pass || !some ? Plot.hues[hue[i]] : this.ink('faint');
         if (colour !== last) g.fillStyle = last = colour;
-        g.fillRect(this.px(x[i]) - size / 2, this.py(y[i]) - size / 2, size, size);
+        g.fillRect(this.px(x[i]) - size / 2, this.py(Math.min(high, Math.max(low, y[i]))) - size / 2, size, size);
       }
     }
     if (near != null && x[near] === x[near]) {

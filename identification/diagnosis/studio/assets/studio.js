@@ -231,7 +231,8 @@ function saidPlane() {
   const chosen = state.picked ? ` ${state.count} of them selected.` : '';
   const points = p.x.length ? `${p.x.length} points of ${p.yLabel} over ${p.xLabel}, recovered at ${state.element} ` +
     'as if what is missing sat there alone.' : `${p.yLabel} over ${p.xLabel}.`;
-  const text = `${points}${p.open}${chosen} Laws that are drawn (at first those that the data do not exclude): ${on}.`;
+  const far = plots.plane.far, off = far ? ` ${far} of them ${far === 1 ? 'lies far off and is' : 'lie far off and are'} drawn at the edge.` : '';
+  const text = `${points}${p.open}${off}${chosen} Laws that are drawn (at first those that the data do not exclude): ${on}.`;
   $('plane-said').textContent = text;
   plots.plane.say(text);
 }
