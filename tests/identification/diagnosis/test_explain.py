@@ -100,6 +100,14 @@ def test_all_of_a_misfit_is_explained_where_noise_is_left(
     assert words in said(verdict("missing_physics", made))
 
 
+def test_a_reason_of_a_further_step_is_said_to_be_one() -> None:
+    step = {"tried": [], "before": None}
+    steps = [{**step, "reasons": ["the law fits"]}, {**step, "reasons": ["no law fits"]}]
+    text = said({**verdict(), "steps": steps})
+    assert "The law fits." in text
+    assert "In the second step: no law fits." in text
+
+
 def test_a_headline_rounds_no_share_up_to_all() -> None:
     assert [much(s, 0, False) for s in (0.5, 0.994, 0.9951, 1.0)] == ["50 %", *3 * ["99 %"]]
     assert [much(s, 0, True) for s in (0.994, 0.9951, 1.0)] == ["99 %", "all", "all"]
