@@ -248,14 +248,14 @@ def _followed(
     """Return a run whose readings are followed to where laws jump, with `slopes` their derivatives.
 
     From so many sub-steps on that they are asked for, and where nothing is needed within samples.
-    Derivatives of whole steps place a jump at the end of one: those of the followed readings are
-    taken by differences.
+    Derivatives of whole steps place a jump at the end of one: of a few unknowns those of the
+    followed readings are taken by differences.
     """
     data, dynamics = problem.data, problem.dynamics
     if problem.n_sub < LOCATED or problem.delays or data.parts > 1 or not dynamics.jumps:
         return run
     memory, reach = time_memories(problem, w.start), None
-    if slopes is not None:
+    if slopes is not None and slopes.size + dynamics.n_x <= MOVED:
         by_p = SMALL * np.abs(slopes)
         reach = Reach(problem.directions[: by_p.size], by_p, SMALL * problem.state_scale)
     found = dynamics.followed(
@@ -267,6 +267,8 @@ def _followed(
     return replace(run, y=y, dy=run.dy if reach is None else dy)
 
 
+MOVED = 14
+"""Unknowns and states of which derivatives are taken by differences: more would take too long."""
 SMALL = 1e-3
 """Part of a parameter, or of what a state moves by, that derivatives are taken by."""
 LOCATED = 4

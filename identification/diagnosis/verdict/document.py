@@ -36,7 +36,7 @@ from identification.diagnosis.screening.flexible_forms import SORTS
 from identification.diagnosis.search.candidates import Candidate
 from identification.estimation.estimates import Estimate
 from identification.estimation.single_record import Fit
-from identification.report.numbers import times_noise
+from identification.report.numbers import quantity, times_noise
 from identification.uncertainty.tied import remark_on
 
 KINDS = (
@@ -299,11 +299,28 @@ def _location(element: str, same: list[str], d: Diagnosis, effect: str = "") -> 
 
 
 def _rival(t: Candidate) -> dict[str, Any]:
+    left = f"leaves {times_noise(t.test):.4g} times the noise, all readings together"
+    sized = size_words(t)
     return {
         "effect": t.effect,
         "element": t.element,
-        "evidence": f"leaves {times_noise(t.test):.4g} times the noise, all readings together",
+        "evidence": f"{left}, with {sized}" if sized else left,
     }
+
+
+def size_words(t: Candidate) -> str:
+    """Say how large a law is fitted: its strengths, or what else it brought in.
+
+    Its numbers stand where an experiment, or somebody who knows the machine, can tell look-alikes
+    apart.
+    """
+    units = {e.name: e.unit for e in t.fit.estimates}
+    own = [n for n in t.insertion.strengths if n in units]
+    return ", ".join(f"{n} = {quantity(t.fit.values[n], units[n])}" for n in own[:SIZES])
+
+
+SIZES = 3
+"""Numbers of a look-alike that are told."""
 
 
 def _possible(step: Decision, d: Diagnosis) -> list[dict[str, Any]]:

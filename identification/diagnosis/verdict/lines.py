@@ -20,12 +20,13 @@ from identification.diagnosis.verdict.document import (
     law_constants,
     normalised_error,
     parts_of,
+    size_words,
 )
 from identification.estimation.estimates import Estimate
 from identification.estimation.leaning import leaning_words
-from identification.report.numbers import ends, quantity, telling_apart, told
+from identification.report.numbers import ends, quantity, telling_apart, times_noise, told
 from identification.report.tables import aligned
-from identification.report.words import listed, ordinal, shortened
+from identification.report.words import listed, ordinal, shortened, spaced
 from identification.uncertainty.tied import remark_on
 
 
@@ -104,6 +105,21 @@ def parameter_lines(d: Diagnosis) -> list[str]:
             lines.append(f"  {p.name} = {p.value:.4g}{unit}  ({what})")
         lines += [f"  ({said})"] if (said := own_value(trial)) else []
     return lines
+
+
+def alike_lines(d: Diagnosis) -> list[str]:
+    """Laws that the data do not tell apart, each with the size that it is fitted to."""
+    return [
+        f"either: {spaced(t.label)}{f' with {sized}' if (sized := size_words(t)) else ''}"
+        f" leaves {times_noise(t.test):.4g} times the noise, all readings together"
+        for step in d.findings
+        if step.answer in ALIKE and len(step.possible) > 1
+        for t in step.possible
+    ]
+
+
+ALIKE = ("look_alikes", "family")
+"""Answers that are several laws."""
 
 
 def value_lines(d: Diagnosis) -> list[str]:

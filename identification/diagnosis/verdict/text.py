@@ -25,6 +25,7 @@ from identification.diagnosis.verdict.document import (
     unresolved_place,
 )
 from identification.diagnosis.verdict.lines import (
+    alike_lines,
     certainty_lines,
     colour,
     error_lines,
@@ -238,7 +239,8 @@ def in_words(d: Diagnosis) -> str:
     notes = (s for s in d.notes if s not in answer and s not in colour(d))
     lines += [f"note: {s}" for s in gathered(notes)]
     lines += [*error_lines(d), *recording_lines(d)]
-    lines += [*parameter_lines(d), *value_lines(d), *nuisance_lines(d), *together_lines(d)]
+    lines += [*parameter_lines(d), *alike_lines(d)]
+    lines += [*value_lines(d), *nuisance_lines(d), *together_lines(d)]
     lines += certainty_lines(d)
     if d.kind in ("missing_physics", "unknown_physics"):
         seen = [f"seen: {s}" for s in summary(d.regions)[:3]]
