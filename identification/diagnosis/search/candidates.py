@@ -364,7 +364,8 @@ def attempt(
     for number, (candidate, point) in enumerate(begun):
         try:
             short.append(begin(candidate, point or start_point(candidate), FIRST))
-            if far and problem.dynamics.jumps and problem.initial == "free":
+            held = problem.dynamics.jumps and problem.source_offsets
+            if far and held and problem.initial == "free":
                 still = resting(candidate)
                 short.append(begin(still, start_point(still), FIRST))
             if point is not None and sound(short[0]):

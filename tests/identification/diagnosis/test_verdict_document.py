@@ -17,7 +17,8 @@ from identification.diagnosis.screening.flexible_forms import KINDS
 from identification.diagnosis.verdict.document import verdict, write_verdict
 from identification.diagnosis.verdict.reading import parse_verdict
 from identification.diagnosis.verdict.said_again import retold
-from identification.diagnosis.verdict.text import sentence
+from identification.diagnosis.verdict.text import in_words, sentence
+from identification.report.numbers import quantity
 from tests.identification.diagnosis.rubbing_spring import diagnosed
 
 
@@ -152,6 +153,18 @@ def test_no_single_effect_is_named_where_several_are_as_good(dry: Diagnosis, ans
     (f,) = as_data(d)["findings"]
     assert (f["answer"], f["effect"]) == (answer, "unknown")
     assert chosen.effect in [r["effect"] for r in f["also_possible"]]
+
+
+def test_look_alikes_are_told_with_their_sizes(dry: Diagnosis) -> None:
+    chosen = dry.steps[0].chosen
+    assert chosen is not None
+    other = replace(chosen, insertion=replace(chosen.insertion, effect="stribeck_friction"))
+    d = decided(dry, "unknown_physics", answer="look_alikes", chosen=other, rivals=(chosen,))
+    size = quantity(chosen.fit.values["F_c_d"], "N")
+    assert f"either: coulomb friction at d with F_c_d = {size} leaves" in in_words(d)
+    (f,) = as_data(d)["findings"]
+    told = {r["effect"]: r["evidence"] for r in f["also_possible"]}
+    assert told["coulomb_friction"].endswith(f"with F_c_d = {size}")
 
 
 def test_nothing_found_is_an_empty_list(dry: Diagnosis) -> None:
