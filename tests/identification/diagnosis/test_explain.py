@@ -101,7 +101,7 @@ def test_all_of_a_misfit_is_explained_where_noise_is_left(
 
 
 def test_a_reason_of_a_further_step_is_said_to_be_one() -> None:
-    step = {"tried": [], "before": None}
+    step: dict[str, Any] = {"tried": [], "before": None}
     steps = [{**step, "reasons": ["the law fits"]}, {**step, "reasons": ["no law fits"]}]
     text = said({**verdict(), "steps": steps})
     assert "The law fits." in text

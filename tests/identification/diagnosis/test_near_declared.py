@@ -39,7 +39,7 @@ def stage(law: Law | None = None) -> BondGraph:
 
 @cache
 def recorded(n: int) -> Recording:
-    t = DT * np.arange(n)
+    t = np.asarray(DT * np.arange(n), np.float64)
     force = 12 * np.sin(2 * np.pi * (0.5 + 1.5 * t) * t) + 4 * np.sign(np.sin(1.8 * np.pi * t))
     x = simulate(stage(Coulomb(3.0)), t, {"F": force}, x0=None, hold="hold", accuracy=1e-6)["x"]
     x = STEP * np.round(np.asarray(x) / STEP)
