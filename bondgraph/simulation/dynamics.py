@@ -17,7 +17,7 @@ from bondgraph.graph.parameter import Parameter
 from bondgraph.simulation.exact_run import KernelRun, Memories, prepare, run_prepared
 from bondgraph.simulation.first_order_hold import Blocks, blocks, continuous
 from bondgraph.simulation.law_rest import law_rest
-from bondgraph.simulation.located import Reach, followed
+from bondgraph.simulation.located import DifferenceSteps, followed
 from bondgraph.simulation.lure import Compiled, exact_form
 from bondgraph.simulation.radau.native import prepare_general, run_general
 from bondgraph.simulation.radau.start import evaluated, relaxed_rest
@@ -145,7 +145,7 @@ class Dynamics(ABC):
         hold: str,
         memory: Memories | None,
         seen: KernelRun,
-        reach: Reach | None = None,
+        reach: DifferenceSteps | None = None,
     ) -> tuple[Array, Array] | None:
         """Return readings followed to where laws jump, (N, n_y), and derivatives within `reach`.
 
@@ -243,7 +243,7 @@ class ExactDynamics(Dynamics):
         hold: str,
         memory: Memories | None,
         seen: KernelRun,
-        reach: Reach | None = None,
+        reach: DifferenceSteps | None = None,
     ) -> tuple[Array, Array] | None:
         """Return readings followed to where laws jump, see `bondgraph.simulation.located`."""
         if not self.jumps or not np.isfinite(seen.s).all():

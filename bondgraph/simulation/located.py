@@ -60,7 +60,7 @@ def located(
 
 
 @dataclass(frozen=True, eq=False)
-class Reach:
+class DifferenceSteps:
     """What derivatives are taken by: small moves of parameters and of the state at the start.
 
     Attributes
@@ -87,7 +87,7 @@ def followed(
     hold: str,
     memory: Memories | None,
     seen: KernelRun,
-    reach: Reach | None = None,
+    reach: DifferenceSteps | None = None,
     accuracy: float = 1e-6,
     most: int = 64,
 ) -> tuple[Array, Array] | None:

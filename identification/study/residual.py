@@ -22,7 +22,7 @@ from bondgraph.signals.split import stretches
 from bondgraph.signals.varying_delay import warped_within
 from bondgraph.simulation.dynamics import Dynamics
 from bondgraph.simulation.exact_run import KernelRun
-from bondgraph.simulation.located import Reach
+from bondgraph.simulation.located import DifferenceSteps
 from bondgraph.support.arrays import Array
 from identification.study.problem import Problem
 
@@ -257,7 +257,7 @@ def _followed(
     memory, reach = time_memories(problem, w.start), None
     if slopes is not None and slopes.size + dynamics.n_x <= MOVED:
         by_p = SMALL * np.abs(slopes)
-        reach = Reach(problem.directions[: by_p.size], by_p, SMALL * problem.state_scale)
+        reach = DifferenceSteps(problem.directions[: by_p.size], by_p, SMALL * problem.state_scale)
     found = dynamics.followed(
         p, problem.inputs[w], data.step(w), x0, data.hold, memory, run, reach
     )  # fmt: skip

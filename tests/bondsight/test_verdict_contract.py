@@ -39,7 +39,7 @@ EFFECTS = {
         "leakage", "internal_leakage", "overflow", "added_mode", "eddy_current_loss",
         "self_heating",
     },
-    "flow": {"square_root_flow", "nonlinear_resistance", "diode", "current_limit"},
+    "flow": {"square_root_flow", "nonlinear_resistance", "diode", "current_limit", "voltage_drop"},
     "measurement": {
         "sensor_lag", "sensor_offset", "sensor_gain", "sensor_drift", "sensor_nonlinearity",
         "sensor_rectification", "periodic_error", "quantisation",

@@ -32,7 +32,13 @@ FAMILIES: MappingProxyType[str, tuple[str, ...]] = MappingProxyType(
             "eddy_current_loss",
             "self_heating",
         ),
-        "flow": ("square_root_flow", "nonlinear_resistance", "diode", "current_limit"),
+        "flow": (
+            "square_root_flow",
+            "nonlinear_resistance",
+            "diode",
+            "current_limit",
+            "voltage_drop",
+        ),
         "measurement": (
             "sensor_lag",
             "sensor_offset",

@@ -13,6 +13,7 @@ from identification.diagnosis.catalogue.flow.current_limit import CurrentLimitEf
 from identification.diagnosis.catalogue.flow.diode import DiodeEffect
 from identification.diagnosis.catalogue.flow.nonlinear_resistance import NonlinearResistanceEffect
 from identification.diagnosis.catalogue.flow.square_root_flow import SquareRootFlow
+from identification.diagnosis.catalogue.flow.voltage_drop import VoltageDrop
 from identification.diagnosis.catalogue.friction.asymmetric_damping import AsymmetricDampingEffect
 from identification.diagnosis.catalogue.friction.coulomb import CoulombFriction
 from identification.diagnosis.catalogue.friction.presliding import PreslidingFriction
@@ -87,6 +88,7 @@ CATALOGUE: tuple[Effect, ...] = (
     NonlinearResistanceEffect(),
     DiodeEffect(),
     CurrentLimitEffect(),
+    VoltageDrop(),
     # measurement
     SensorLag(),
     SensorOffset(),

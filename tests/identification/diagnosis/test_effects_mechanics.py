@@ -17,6 +17,7 @@ from identification.diagnosis.catalogue.flow.current_limit import CurrentLimitEf
 from identification.diagnosis.catalogue.flow.diode import DiodeEffect
 from identification.diagnosis.catalogue.flow.nonlinear_resistance import NonlinearResistanceEffect
 from identification.diagnosis.catalogue.flow.square_root_flow import SquareRootFlow
+from identification.diagnosis.catalogue.flow.voltage_drop import VoltageDrop
 from identification.diagnosis.catalogue.friction.asymmetric_damping import AsymmetricDampingEffect
 from identification.diagnosis.catalogue.friction.coulomb import CoulombFriction
 from identification.diagnosis.catalogue.friction.presliding import PreslidingFriction
@@ -139,8 +140,11 @@ SHALLOW = [
 PLACES = sorted({(c.effect.name, c.plant, c.element) for c in CASES}
                 | {(e.name, plant, place) for e, plant, place, *_ in SHALLOW})  # fmt: skip
 BY_NAME = {
-    e.name: e for e in (*(c.effect for c in CASES), *(e for e, *_ in SHALLOW), CurrentLimitEffect())
-}
+    e.name: e
+    for e in (
+        *(c.effect for c in CASES), *(e for e, *_ in SHALLOW), CurrentLimitEffect(), VoltageDrop(),
+    )
+}  # fmt: skip
 
 
 def label(value: object) -> str:
@@ -248,6 +252,7 @@ RECOVERED: list[tuple[str, str, str, dict[str, float], dict[str, float], tuple[f
      {"sense": 1.0, "onset": 0.35, "width": 0.1}, (0.4,)),
     ("current_limit", "electrical", "R_1", {"low_R_1": -1.2, "high_R_1": 0.9},
      {"share": 0.5}, (0.02, 0.02)),
+    ("voltage_drop", "electrical", "R_1", {"F_c_R_1": 0.6}, {}, (0.2,)),
     ("hysteresis", "electrical", "R_1", {"F_3_R_1": 0.7, "F_5_R_1": 1.1}, {},
      (0.1, 0.1, 0.4, 0.1, 0.5, 0.1, 0.1)),
 ]  # fmt: skip
