@@ -26,5 +26,10 @@ def _explain(options: argparse.Namespace) -> int:
         raise UnusableInput(
             f"{given}: that is the page; give its folder, {given.parent}, or the verdict.json in it"
         )
+    if not given.exists():
+        raise UnusableInput(
+            f"{given}: no such file or folder; give what `bondsight diagnose --out FOLDER` wrote: "
+            "the folder, or the verdict.json in it"
+        )
     print(retold(read_verdict(given / "verdict.json" if given.is_dir() else given)))
     return 0

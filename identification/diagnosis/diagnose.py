@@ -465,7 +465,7 @@ def _undecided(
         declared=declared, nominal=nominal, steps=(step,), left=left,
         scene=result.scene or scene(nominal), regions=regions(nominal),
         notes=(STOPPED_AT_ONCE, *result.asked.notes_of(nominal), *said),
-        advice=("let the search end: give it more time, or look for one effect at first",),
+        advice=("let the search end: give it more time, or look for one effect (--effects 1)",),
     )  # fmt: skip
 
 

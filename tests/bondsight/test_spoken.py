@@ -102,3 +102,5 @@ def test_a_verdict_at_the_shell_names_options_in_text_file_and_page(
     assert "diagnosed in" in told
     assert main(["explain", str(out / "report.html")]) == 2
     assert f"that is the page; give its folder, {out}" in capsys.readouterr().err
+    assert main(["explain", str(out / "absent")]) == 2
+    assert "absent: no such file or folder; give what" in capsys.readouterr().err

@@ -43,6 +43,7 @@ from identification.diagnosis.search.candidates import (
 )
 from identification.diagnosis.search.looks import Looks
 from identification.diagnosis.search.near_declared import near_declared
+from identification.diagnosis.search.own_steps import without_own_steps
 from identification.diagnosis.search.passed_over import by_merit, elsewhere, overlooked
 from identification.estimation.levenberg_marquardt import FitStatus
 from identification.estimation.single_record import Fit, fit
@@ -217,7 +218,9 @@ def decided(found: Searched, task: SearchTask) -> Decision:
         decision = _decided_in_pairs(found, task, evidence, decision)
     if found.number == 0 and not where and astray(found.base.fit):
         decision = without_place(decision, evidence)
-    return decision
+    problem = found.base.fit.problem
+    units = {s.name: s.unit for s in problem.graph.of_type(Sensor)}
+    return without_own_steps(decision, evidence.before, problem.data, limits.noise, units)
 
 
 def without_place(decision: Decision, evidence: Evidence) -> Decision:

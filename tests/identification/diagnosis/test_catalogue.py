@@ -17,6 +17,7 @@ from bondgraph.support.errors import UnknownName
 from hardware.simulators.generator.families import FAMILIES
 from identification.diagnosis.catalogue import CATALOGUE, UNNAMED, Effect, by_name
 from identification.diagnosis.catalogue.places import mechanical_resistors, other_resistors
+from identification.diagnosis.catalogue.starts import rubbing_units
 from identification.diagnosis.screening.observation import scene
 from identification.diagnosis.screening.port_history import FittedModel, PortHistory
 from identification.estimation.single_record import fit
@@ -206,3 +207,9 @@ def test_past_of_a_port() -> None:
     assert (p.centre, p.half, p.swing, p.slope) == (1.0, 2.0, 2.0, 1.0)
     still = PortHistory(np.zeros(3), np.zeros(3))
     assert still.half == still.swing == still.rms == 1.0
+
+
+def test_a_law_at_an_outlet_of_levels_has_units_of_levels() -> None:
+    assert rubbing_units(R("outlet", 4000.0, unit="s/m2")) == ("m", "m3/s", "m3")
+    assert rubbing_units(R("d", 4.0, unit="N*m*s/rad"))[0] == "N*m"
+    assert rubbing_units(R("d", 4.0))[0] == "N"
