@@ -145,7 +145,7 @@ def _along(matrix: FloatArray, kind: str) -> tuple[FloatArray, FloatArray]:
             f"passive {kind}s instead of free ones between pairs"
         )
     own, sizes, directions = _scaled(matrix)
-    return np.maximum(sizes, 0.0), own[:, None] * directions
+    return np.where(sizes > ROUNDING, sizes, 0.0), own[:, None] * directions
 
 
 def _shape(g: BondGraph, name: str, value: float) -> TF:
