@@ -149,9 +149,12 @@ class Dynamics(ABC):
     ) -> tuple[Array, Array] | None:
         """Return readings followed to where laws jump, (N, n_y), and derivatives within `reach`.
 
-        None where no law jumps, or they do not settle soon; `seen` is a run in whole steps.
+        None where no law of the exact form jumps, or they do not settle soon; `seen` is a run in
+        whole steps.
         """
-        return None
+        if self.lure is None or not self.jumps or not np.isfinite(seen.s).all():
+            return None
+        return followed(self.lure, p, u, step, x0, hold, memory, seen, reach)
 
     @abstractmethod
     def spreads(self, p: Array, u: Array, step: float, x0: Array, n_sub: int, hold: str) -> Array:
@@ -233,22 +236,6 @@ class ExactDynamics(Dynamics):
     def jumps(self) -> bool:
         """Whether a law is set-valued."""
         return any(port.law.set_valued for port in self.compiled.laws)
-
-    def followed(
-        self,
-        p: Array,
-        u: Array,
-        step: float,
-        x0: Array,
-        hold: str,
-        memory: Memories | None,
-        seen: KernelRun,
-        reach: DifferenceSteps | None = None,
-    ) -> tuple[Array, Array] | None:
-        """Return readings followed to where laws jump, see `bondgraph.simulation.located`."""
-        if not self.jumps or not np.isfinite(seen.s).all():
-            return None
-        return followed(self.compiled, p, u, step, x0, hold, memory, seen, reach)
 
     def inputs(
         self, commands: Mapping[str, Array], time: Array, breaks: Sequence[int] = ()

@@ -114,17 +114,22 @@ def followed(
         return None
     _, run, allowed = found
 
+    if reach is None:
+        return run.y, np.zeros((*run.y.shape, 0))
+
     def moved(march: March, start: Array) -> Array:
         within = Within(allowed, np.array([most * u.shape[0]]), np.zeros((2, allowed.size)))
-        return march(start, within, quiet).y
+        y = march(start, within, quiet).y
+        return y if within.left[0] > 0 else np.full_like(y, np.nan)
 
     columns = []
-    for k, h in enumerate(() if reach is None else reach.by_p):
+    for k, h in enumerate(reach.by_p):
         ends = [moved(ladder.march(u, hold, memory, (k, s * h)), x0) for s in (1.0, -1.0)]
         columns.append((ends[0] - ends[1]) / (2.0 * h))
-    for x in np.diag(() if reach is None else reach.by_x):
-        columns.append((moved(own, x0 + x) - moved(own, x0 - x)) / (2.0 * x.sum()))
-    return run.y, np.stack(columns, axis=2) if columns else np.zeros((*run.y.shape, 0))
+    for x, h in zip(np.diag(reach.by_x), reach.by_x, strict=True):
+        columns.append((moved(own, x0 + x) - moved(own, x0 - x)) / (2.0 * h))
+    slopes = np.stack(columns, axis=2)
+    return (run.y, slopes) if np.isfinite(slopes).all() else None
 
 
 def _can(compiled: Compiled, hold: str) -> bool:

@@ -157,7 +157,8 @@ static int gone_on(place_t* p, row_block* z, row_block* kept, casadi_int n, casa
   }
   p->at += TOP >> p->level;
   const casadi_int wider = p->level > 0 ? TOP >> (p->level - 1) : 0;
-  if (wider && off < 0.1 && p->at % wider == 0) --p->level;
+  /* without steps left nothing comes of the run: it ends in steps as wide as may be */
+  if (wider && (off < 0.1 || *left <= 0) && p->at % wider == 0) --p->level;
   if (p->at < TOP) return 0;
   p->at = 0;
   return 1;

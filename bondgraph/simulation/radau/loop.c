@@ -456,7 +456,7 @@ static int halved(work_t* q, double* x, const double* u, double* past, double* n
       continue;
     }
     at += size;
-    if (level > 0 && off < 0.1 && at % (2 * size) == 0) --level;
+    if (level > 0 && (off < 0.1 || *left <= 0) && at % (2 * size) == 0) --level;
   }
   q->t = begun;
   q->h = h;

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import final
+from collections.abc import Mapping
+from typing import ClassVar, final
 
 from identification.diagnosis.catalogue.constant_level import ConstantLevel
 from identification.diagnosis.catalogue.places import electrical_resistors
@@ -27,3 +28,6 @@ class VoltageDrop(ConstantLevel):
     )
     source = "contact drop of carbon brushes, textbooks of direct current machines"
     where = staticmethod(electrical_resistors)
+    meanings: ClassVar[Mapping[str, str]] = {
+        "F_c": "voltage that opposes every current, whatever its size"
+    }
