@@ -146,15 +146,16 @@ class Dynamics(ABC):
         memory: Memories | None,
         seen: KernelRun,
         reach: DifferenceSteps | None = None,
+        accuracy: float = 1e-6,
     ) -> tuple[Array, Array] | None:
         """Return readings followed to where laws jump, (N, n_y), and derivatives within `reach`.
 
         None where no law of the exact form jumps, or they do not settle soon; `seen` is a run in
-        whole steps.
+        whole steps, `accuracy` over the range of the readings.
         """
         if self.lure is None or not self.jumps or not np.isfinite(seen.s).all():
             return None
-        return followed(self.lure, p, u, step, x0, hold, memory, seen, reach)
+        return followed(self.lure, p, u, step, x0, hold, memory, seen, reach, accuracy)
 
     @abstractmethod
     def spreads(self, p: Array, u: Array, step: float, x0: Array, n_sub: int, hold: str) -> Array:

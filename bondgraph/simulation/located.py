@@ -89,7 +89,7 @@ def followed(
     seen: KernelRun,
     reach: DifferenceSteps | None = None,
     accuracy: float = 1e-6,
-    most: int = 64,
+    most: int = 32,
 ) -> tuple[Array, Array] | None:
     """Return the outputs of `located`, and their derivatives by central differences.
 

@@ -258,8 +258,9 @@ def _followed(
     if slopes is not None and slopes.size + dynamics.n_x <= MOVED:
         by_p = SMALL * np.abs(slopes)
         reach = DifferenceSteps(problem.directions[: by_p.size], by_p, SMALL * problem.state_scale)
+    accuracy = float(np.clip(FINE * np.min(data.floor / offset_scale(problem)), *ACCURACY))
     found = dynamics.followed(
-        p, problem.inputs[w], data.step(w), x0, data.hold, memory, run, reach
+        p, problem.inputs[w], data.step(w), x0, data.hold, memory, run, reach, accuracy
     )  # fmt: skip
     if found is None:
         return run
@@ -271,6 +272,8 @@ MOVED = 14
 """Unknowns and states of which derivatives are taken by differences: more would take too long."""
 SMALL = 1e-3
 """Part of a parameter, or of what a state moves by, that derivatives are taken by."""
+FINE, ACCURACY = 0.01, (1e-6, 1e-5)
+"""Part of the noise up to which followed readings are right, and its limits over their spread."""
 LOCATED = 4
 """Sub-steps a sample from which a law that jumps is followed to where it does, at any moment."""
 
