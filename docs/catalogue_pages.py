@@ -50,6 +50,15 @@ def positioner() -> BondGraph:
     return g
 
 
+def carriage() -> BondGraph:
+    """Return a mass that nothing holds and nothing brakes."""
+    with BondGraph("carriage") as g:
+        body = One("body")
+        Se("F", unit="N") >> body >> I("m", 0.5, unit="kg")
+        body >> Dq("x", unit="m")
+    return g
+
+
 @cache
 def scenes() -> tuple[FittedModel, ...]:
     """Return the machines in motion."""
@@ -57,8 +66,8 @@ def scenes() -> tuple[FittedModel, ...]:
     u = np.sin(2 * np.pi * 0.31 * t) + 0.6 * np.sin(2 * np.pi * 0.83 * t)
     split = Split(slice(0, 1000), slice(1000, t.size), "first two thirds")
     made = []
-    machines = (positioner(), 20.0), (hydraulic(), 0.1), (electrical(), 4.0), (coil(), 4.0)
-    for graph, size in machines:
+    rest = (hydraulic(), 0.1), (electrical(), 4.0), (coil(), 4.0), (carriage(), 4.0)
+    for graph, size in ((positioner(), 20.0), *rest):
         (source,) = graph.of_type(Source)
         run = simulate(graph, t, {source.name: size * u})
         names = tuple(s.name for s in graph.of_type(Sensor))

@@ -5,7 +5,7 @@ from identification.diagnosis.diagnose import diagnose as diagnose
 from identification.diagnosis.search.candidates import DiagnosisOptions as DiagnosisOptions
 from identification.diagnosis.studio.page import write_report as write_report
 from identification.diagnosis.verdict.document import verdict as verdict
-from identification.diagnosis.verdict.document import write_verdict as write_verdict
+from identification.diagnosis.verdict.folder import write_verdict as write_verdict
 from identification.estimation.archive import open_fit as open_fit
 from identification.estimation.archive import save_fit as save_fit
 from identification.estimation.estimate import estimate as estimate

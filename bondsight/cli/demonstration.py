@@ -39,7 +39,7 @@ from hardware.simulators.seal import SealedEnvelope
 from identification.diagnosis.diagnose import Diagnosis, diagnose
 from identification.diagnosis.search.candidates import DiagnosisOptions
 from identification.diagnosis.studio import write_report
-from identification.diagnosis.verdict.document import write_verdict
+from identification.diagnosis.verdict.folder import write_verdict
 
 AGAIN = f" --plant {PREPARED[1]} --effect {PREPARED[2]}"
 HOLD = "linear"

@@ -107,7 +107,7 @@ def diagnose_files(
         raise Stopped(f"{when} before anything was found, so nothing was written") from None
     from identification.diagnosis.explanation.recovered import characterised
     from identification.diagnosis.studio import write_report
-    from identification.diagnosis.verdict import in_words, verdict, write_verdict
+    from identification.diagnosis.verdict import NEXT, in_words, next_input, verdict, write_verdict
 
     path = write_verdict(result, options.out)
     report = write_report(characterised(result), options.out)
@@ -117,6 +117,8 @@ def diagnose_files(
     else:
         print(in_words(result))
         print(f"verdict: {path}\nreport:  {report}")
+        if (made := next_input(result)) is not None:
+            print(f"input:   {path.parent / NEXT}: {made.words}")
         print(f"{monotonic() - begin:.1f} s in all, with reading the files and writing the report")
     if result.stopped:
         if options.json:  # else it stands among the words

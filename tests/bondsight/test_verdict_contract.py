@@ -36,8 +36,8 @@ EFFECTS = {
     "transduction": {"nonlinear_ratio", "position_periodic_force"},
     "drive": {"saturation", "slew_limit", "low_pass", "dead_zone"},
     "storage": {
-        "leakage", "internal_leakage", "overflow", "added_mode", "eddy_current_loss",
-        "self_heating",
+        "leakage", "internal_leakage", "overflow", "added_mode", "linear_spring", "linear_loss",
+        "eddy_current_loss", "self_heating",
     },
     "flow": {"square_root_flow", "nonlinear_resistance", "diode", "current_limit", "voltage_drop"},
     "measurement": {

@@ -29,6 +29,8 @@ FAMILIES: MappingProxyType[str, tuple[str, ...]] = MappingProxyType(
             "internal_leakage",
             "overflow",
             "added_mode",
+            "linear_spring",
+            "linear_loss",
             "eddy_current_loss",
             "self_heating",
         ),

@@ -42,6 +42,8 @@ from identification.diagnosis.catalogue.storage.added_mode import AddedMode
 from identification.diagnosis.catalogue.storage.eddy_current_loss import EddyCurrentLoss
 from identification.diagnosis.catalogue.storage.internal_leakage import InternalLeakage
 from identification.diagnosis.catalogue.storage.leakage import Leakage
+from identification.diagnosis.catalogue.storage.linear_loss import LinearLoss
+from identification.diagnosis.catalogue.storage.linear_spring import LinearSpring
 from identification.diagnosis.catalogue.storage.overflow import OverflowEffect
 from identification.diagnosis.catalogue.storage.self_heating import SelfHeatingEffect
 from identification.diagnosis.catalogue.time.clock_skew import ClockSkewEffect
@@ -81,6 +83,8 @@ CATALOGUE: tuple[Effect, ...] = (
     InternalLeakage(),
     OverflowEffect(),
     AddedMode(),
+    LinearSpring(),
+    LinearLoss(),
     EddyCurrentLoss(),
     SelfHeatingEffect(),
     # flow

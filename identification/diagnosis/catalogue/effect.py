@@ -180,6 +180,9 @@ class Effect:
     costly: ClassVar[bool] = False
     """Leaves the exact dynamics: fitted only where the screening puts it among the first."""
 
+    plain: ClassVar[bool] = False
+    """A linear element: fitted at its places even where the screening does not ask for it."""
+
     joins: ClassVar[bool] = False
     """Acts at two places at once: what is known of laws at one place says nothing of it."""
 

@@ -5,16 +5,17 @@ from __future__ import annotations
 import sympy as sp
 
 from bondgraph.graph.bond_graph import BondGraph
-from bondgraph.graph.elements import MGY, MTF, C, Element, I, One, R, Source, Zero
+from bondgraph.graph.elements import MGY, MTF, TF, C, Element, I, One, R, Source, Zero
 from bondgraph.graph.sensors import Sensor
 from bondgraph.laws.law import Law
 from bondgraph.signals.units import Unit, parse_unit
 from bondgraph.support.errors import BondsightError
-from identification.diagnosis.localisation.recording.variables import variables_of
+from identification.diagnosis.localisation.recording.variables import MOVES, variables_of
 
 SPRINGS = ("N/m", "m/N", "N*m/rad", "rad/(N*m)", "N*m", "1/(N*m)")
-FLUID = ("Pa*s/m3", "m3/(Pa*s)")
-TANKS = ("m3/Pa", "Pa/m3")
+OUTLETS = ("Pa*s/m3", "s/m2")  # the second one where the effort is a level
+FLUID = (*OUTLETS, "m3/(Pa*s)", "m2/s")
+TANKS = ("m3/Pa", "Pa/m3", "m2", "1/m2")
 CAPACITORS = ("F", "1/F", "F*m2")  # the last one between field and dipole moment
 HEAT_STORES = ("J/K", "K/J")
 MASSES = ("kg", "kg*m2")
@@ -88,6 +89,53 @@ def store_of_way(graph: BondGraph, node: str) -> str:
     return ""
 
 
+def sharing_flow(graph: BondGraph, element: Element) -> tuple[Element, ...]:
+    """Return the one-ports whose flow is that of `element`, or a constant multiple of it.
+
+    Those at its 1-junction, at others beside it, and behind transformers of constant ratio. Empty
+    where it does not hang at a 1-junction.
+    """
+    start = graph.neighbour(element.name)
+    reached = [start] if isinstance(graph[start], One) else []
+    found: dict[str, Element] = {}
+    for n in reached:  # grows on the way
+        for beside in (b.head if b.tail == n else b.tail for b in graph.bonds_of(n)):
+            e = graph[beside]
+            passes = isinstance(e, One) or (isinstance(e, TF) and not isinstance(e, MTF))
+            if passes and beside not in reached:
+                reached.append(beside)
+            elif isinstance(e, C | I | R):
+                found[beside] = e
+    return tuple(found.values())
+
+
+def undamped(graph: BondGraph) -> tuple[Element, ...]:
+    """Return stores whose flow meets no resistor, one for each flow: inertias first."""
+    return _alone(graph, (I, C), R)
+
+
+def unsprung(graph: BondGraph) -> tuple[Element, ...]:
+    """Return masses and dampers that no spring holds, one for each flow: masses first."""
+    dampers = (e for e in graph.of_type(R) if variables_of(e).displacement in MOVES[:2])
+    moving = {e.name for e in (*masses(graph), *dampers)}
+    return tuple(e for e in _alone(graph, (I, R), C) if e.name in moving)
+
+
+def _alone(
+    graph: BondGraph, of: tuple[type[Element], ...], lacking: type[Element]
+) -> tuple[Element, ...]:
+    found: list[Element] = []
+    seen: set[str] = set()
+    for e in (e for kind in of for e in graph.of_type(kind)):
+        beside = sharing_flow(graph, e)
+        if e.name in seen or not beside:
+            continue
+        seen |= {b.name for b in beside}
+        if not any(isinstance(b, lacking) for b in beside):
+            found.append(e)
+    return tuple(found)
+
+
 def law_of(element: Element) -> Law | None:
     """Return the law of an element, or that of its drive."""
     return getattr(getattr(element, "drive", None), "law", None) or getattr(element, "law", None)
@@ -154,7 +202,7 @@ def warming_resistors(graph: BondGraph) -> tuple[Element, ...]:
 
 def hydraulic_resistors(graph: BondGraph) -> tuple[Element, ...]:
     """Resistors of a fluid's flow without a law."""
-    return tuple(e for e in other_resistors(graph) if has_unit(e, ("Pa*s/m3",)))
+    return tuple(e for e in other_resistors(graph) if has_unit(e, OUTLETS))
 
 
 def apart(

@@ -9,12 +9,8 @@ import numpy as np
 from bondgraph.graph.elements import C, Element, I, R, Source
 from bondgraph.graph.sensors import Sensor
 from bondgraph.support.arrays import Array
-from identification.diagnosis.catalogue.places import has_unit
 from identification.diagnosis.localisation.recording.variables import GENERIC, variables_of
 from identification.diagnosis.screening.port_history import PortHistory
-
-OF_LEVELS = ("s/m2",)
-"""Unit of a resistor whose effort is a level and whose flow is a volume's."""
 
 
 def rubbing_units(element: Element) -> tuple[str, str, str]:
@@ -23,8 +19,6 @@ def rubbing_units(element: Element) -> tuple[str, str, str]:
     if v is not GENERIC:
         return v.effort_unit, v.flow_unit, v.displacement_unit
     unit = getattr(element, "unit", "")
-    if has_unit(element, OF_LEVELS):
-        return "m", "m3/s", "m3"
     turning = "rad" in unit or unit.replace("(", "").startswith("N*m") or "m2" in unit
     return ("N*m", "rad/s", "rad") if turning else ("N", "m/s", "m")
 

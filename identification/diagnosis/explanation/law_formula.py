@@ -13,7 +13,7 @@ from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import C, Element, I, R, Source
 from bondgraph.graph.parameter import symbol
 from bondgraph.graph.sensors import Sensor
-from bondgraph.laws import Odometer, Parametrised, Periodic, Polynomial, Tone
+from bondgraph.laws import Odometer, Overflow, Parametrised, Periodic, Polynomial, Tone
 from bondgraph.laws.law import Law, said_of
 from bondgraph.laws.stepwise import Stepwise
 from bondgraph.support.errors import BondsightError
@@ -202,8 +202,12 @@ def meaning_of(name: str, trial: Candidate) -> str:
         law = law_of(e)
         if law is not None and any(p.name == name for p in law.parameters(e.name)):
             said = law.meaning(name.removesuffix(f"_{e.name}"))
-            flow = _flow_into(e, law, name, trial) if isinstance(e, C) else ""
-            return said + _whole_wave(e, law, name, trial) + flow
+            more = (
+                _flow_into(e, law, name, trial) + _rim(e, law, name, trial)
+                if isinstance(e, C)
+                else ""
+            )
+            return said + _whole_wave(e, law, name, trial) + more
     return ""
 
 
@@ -245,6 +249,16 @@ def _flow_into(store: C, law: Law, name: str, trial: Candidate) -> str:
     rate = values[name] * (2.0 * pi * values[f"freq_{store.name}"] if hums else 1.0)
     flow = f"{rate / _at(trial.fit.problem.graph.slope(store), trial):.4g} {v.flow_unit}".strip()
     return f", {flow} of {v.flow} into {store.name}"
+
+
+def _rim(store: C, law: Law, name: str, trial: Candidate) -> str:
+    """Say at what effort a store overflows; empty of anything else."""
+    if not isinstance(law, Overflow) or name != f"depth_{store.name}":
+        return ""
+    values, v = trial.fit.values, variables_of(store)
+    content = values[f"top_{store.name}"] - values[name]
+    rim = content * _at(trial.fit.problem.graph.slope(store), trial)
+    return f"; that is a {v.effort} of {rim:.4g} {v.effort_unit}".rstrip()
 
 
 def deviation_of(trial: Candidate) -> sp.Expr | None:

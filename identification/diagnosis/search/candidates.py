@@ -177,7 +177,7 @@ def search(
 
     `template` holds the data (thinned if that loses nothing) and how to score them.
     """
-    first = _selection(ranked, options.keep)
+    first = _selection(ranked, options.keep, scene.nominal.chi2("train") > FAR)
     trials = fitted(scene, template, first, options, progress, 0.0, 0.65)
     named = [t for t in trials if t.effect != UNNAMED.name]
     if named:
@@ -196,8 +196,11 @@ COSTLY = 4
 """Place in the ranking up to which costly effects are fitted."""
 
 
-def _selection(ranked: Sequence[Screened], keep: int) -> list[Screened]:
-    """Best ones, not more than four of a kind, and the best unnamed curve."""
+def _selection(ranked: Sequence[Screened], keep: int, far: bool) -> list[Screened]:
+    """Best ones, not more than four of a kind, the best unnamed curve, and what is plain.
+
+    That is where the model is `far` off: its course is then one of a model without it.
+    """
     chosen: list[Screened] = []
     for place, s in enumerate(ranked):
         if s.effect.name == UNNAMED.name or s.hint is None or (s.effect.costly and place >= COSTLY):
@@ -207,7 +210,12 @@ def _selection(ranked: Sequence[Screened], keep: int) -> list[Screened]:
         if len(chosen) == keep:
             break
     chosen += [s for s in ranked if s.effect.name == UNNAMED.name and s.hint is not None][:1]
-    return chosen
+    plain = [s for s in ranked if far and s.effect.plain and s not in chosen]
+    return [*chosen, *plain[:PLAIN]]
+
+
+PLAIN = 4
+"""Linear elements that a model may lack altogether, tried wherever they have a place."""
 
 
 def rivals_of(

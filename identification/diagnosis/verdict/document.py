@@ -2,21 +2,15 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterable, Mapping
-from contextlib import suppress
 from dataclasses import asdict, replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from bondgraph.export.graph_json.write_graph import to_json
 from bondgraph.graph.elements import C, Element, I, R, Source
 from bondgraph.graph.parameter import Parameter
 from bondgraph.signals.recording import Recording
-from bondgraph.support.errors import UnusableInput
-from bondgraph.support.whole_file import write_atomically
 from identification.diagnosis.catalogue.places import law_of, modulated_ratio
 from identification.diagnosis.diagnose import Diagnosis
 from identification.diagnosis.evidence.answer import Decision
@@ -424,31 +418,3 @@ def normalised_error(f: Fit, part: str = "test") -> dict[str, float]:
 
 ERROR = "rms error over the standard deviation that the reading has in the whole recording"
 """What a percentage of error is of."""
-
-
-def write_verdict(d: Diagnosis, folder: Path) -> Path:
-    """Write ``verdict.json`` atomically; returns its path.
-
-    Where something was named, ``repaired.json`` beside it is the repaired model with its fitted
-    values, which every ``--model`` takes.
-
-    Examples
-    --------
-    >>> write_verdict(found, folder).name
-    'verdict.json'
-    """
-    target = folder / "verdict.json"
-    write_atomically(target, json.dumps(verdict(d), indent=2, allow_nan=False) + "\n")
-    _write_repaired(d, folder / "repaired.json")
-    return target
-
-
-def _write_repaired(d: Diagnosis, target: Path) -> None:
-    """Write the repaired model; no file where nothing was named, or a law has no place in one."""
-    target.unlink(missing_ok=True)
-    if d.repaired is None:
-        return
-    graph = d.repaired.problem.graph
-    known = {n: v for n, v in d.repaired.values.items() if n in graph.parameters}
-    with suppress(UnusableInput):  # a law of somebody's own
-        write_atomically(target, to_json(graph.with_values(known)) + "\n")

@@ -10,7 +10,7 @@ import pytest
 
 from actuators.models.catalogue import stack_with_payload
 from bondgraph.graph.bond_graph import BondGraph
-from bondgraph.graph.elements import C, I, One, R, Se
+from bondgraph.graph.elements import C, I, One, R, Se, Sf, Zero
 from bondgraph.graph.sensors import Df, Dq, Sensor
 from bondgraph.signals.recording import Split
 from bondgraph.support.errors import UnknownName
@@ -18,6 +18,7 @@ from hardware.simulators.generator.families import FAMILIES
 from identification.diagnosis.catalogue import CATALOGUE, UNNAMED, Effect, by_name
 from identification.diagnosis.catalogue.places import mechanical_resistors, other_resistors
 from identification.diagnosis.catalogue.starts import rubbing_units
+from identification.diagnosis.localisation.recording.variables import losing_words
 from identification.diagnosis.screening.observation import scene
 from identification.diagnosis.screening.port_history import FittedModel, PortHistory
 from identification.estimation.single_record import fit
@@ -38,8 +39,8 @@ VOCABULARY = {
     "transduction": ("nonlinear_ratio", "position_periodic_force"),
     "drive": ("saturation", "slew_limit", "low_pass", "dead_zone"),
     "storage": (
-        "leakage", "internal_leakage", "overflow", "added_mode", "eddy_current_loss",
-        "self_heating",
+        "leakage", "internal_leakage", "overflow", "added_mode", "linear_spring", "linear_loss",
+        "eddy_current_loss", "self_heating",
     ),
     "flow": ("square_root_flow", "nonlinear_resistance", "diode", "current_limit", "voltage_drop"),
     "measurement": (
@@ -213,3 +214,14 @@ def test_a_law_at_an_outlet_of_levels_has_units_of_levels() -> None:
     assert rubbing_units(R("outlet", 4000.0, unit="s/m2")) == ("m", "m3/s", "m3")
     assert rubbing_units(R("d", 4.0, unit="N*m*s/rad"))[0] == "N*m"
     assert rubbing_units(R("d", 4.0))[0] == "N"
+
+
+def test_a_tank_in_levels_has_the_effects_of_a_fluid() -> None:
+    with BondGraph("tank") as g:
+        tank = Zero("tank")
+        Sf("q", unit="m3/s") >> tank >> C("A", 0.02, unit="m2")
+        tank >> R("outlet", 4000.0, unit="s/m2")
+    held = {n: {e.name for e in by_name(n).places(g)} for n in ("square_root_flow", "overflow")}
+    assert held == {"square_root_flow": {"outlet"}, "overflow": {"A"}}
+    assert not by_name("quadratic_drag").places(g)
+    assert losing_words(g["outlet"]) == "a loss that depends on the volume flow"

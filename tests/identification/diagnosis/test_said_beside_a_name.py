@@ -15,6 +15,7 @@ import pytest
 
 from bondgraph import GY, BondGraph, I, One, R, Se
 from bondgraph.export.graph_json.read_graph import from_json
+from bondgraph.signals.recording import Recording
 from bondsight.cli.spoken import at_shell
 from identification.diagnosis.catalogue import by_name
 from identification.diagnosis.diagnose import Diagnosis, _mistaken
@@ -22,6 +23,7 @@ from identification.diagnosis.explanation import undetermined
 from identification.diagnosis.explanation.advice import advice
 from identification.diagnosis.explanation.doubts import AFTER, file_first
 from identification.diagnosis.explanation.law_formula import in_symbols
+from identification.diagnosis.explanation.next_experiment import Experiment
 from identification.diagnosis.explanation.places_judged import judged_places
 from identification.diagnosis.explanation.undetermined import UNDETERMINED, is_undetermined
 from identification.diagnosis.localisation.blind_relations import BlindRelation
@@ -38,6 +40,7 @@ from identification.diagnosis.screening.undoing import Mixup
 from identification.diagnosis.search.candidates import Candidate
 from identification.diagnosis.studio import page
 from identification.diagnosis.verdict import (
+    NEXT,
     in_words,
     parse_verdict,
     retold,
@@ -68,6 +71,20 @@ def found() -> Diagnosis:
         BlindRelation(("x",), *SILENT),
     )
     return replace(rubbing_spring.diagnosed(), relations=told)
+
+
+def test_the_next_input_is_a_file_for_the_drive(found: Diagnosis, tmp_path: Path) -> None:
+    course = 8.0 * np.sin(np.arange(100) / 7.0)
+    sensor = Experiment("measure v too", "sensor", 60.0, 1.0, 100, 8.0, ("a", "b"))
+    wave = Experiment("apply a sine", "tone", 11.0, 1.0, 100, 8.0, ("a", "b"), {"F": course})
+    write_verdict(replace(found, experiments=(sensor, wave)), tmp_path)
+    kept = Recording.read(tmp_path / NEXT)
+    assert (kept.n, kept.units["F"]) == (100, "N")
+    assert kept["F"].tolist() == course.tolist()
+    assert found.data is not None
+    assert kept.dt == pytest.approx(found.data.dt)
+    write_verdict(replace(found, experiments=(sensor,)), tmp_path)
+    assert not (tmp_path / NEXT).exists()
 
 
 def test_the_repaired_model_is_a_file_for_every_command(found: Diagnosis, tmp_path: Path) -> None:

@@ -15,6 +15,7 @@ from bondgraph.graph.elements import Element
 from bondgraph.laws import (
     Law,
     Onset,
+    Overflow,
     Parametrised,
     Polynomial,
     Push,
@@ -165,6 +166,20 @@ def test_what_acts_on_a_store_from_outside_is_told_as_a_flow(
     assert "into" not in meaning_of("t_0_C_1", made)
     assert in_symbols(made).startswith(words)
     assert "or its integral" not in in_symbols(made)
+
+
+@pytest.mark.parametrize(
+    ("unit", "told"),
+    [("m2", "; that is a level of 0.3 m"), ("m3/Pa", "; that is a pressure of 0.3 Pa")],
+)
+def test_a_rim_is_told_as_what_stands_in_the_tank(unit: str, told: str) -> None:
+    with BondGraph("tank") as g:
+        tank = Zero("tank")
+        Sf("q", unit="m3/s") >> tank >> C("A", 0.02, unit=unit, law=Overflow(coefficient="A"))
+    made = trial(g, "A", "overflow")
+    made.fit.values = {"A": 0.02, "depth_A": 0.004, "top_A": 0.01}
+    assert meaning_of("depth_A", made).endswith(told)
+    assert "level" not in meaning_of("top_A", made)
 
 
 def test_what_a_found_law_took_over_is_not_called_far_off() -> None:

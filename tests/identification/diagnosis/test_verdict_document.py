@@ -14,7 +14,7 @@ from identification.diagnosis.evidence.answer import Decision
 from identification.diagnosis.evidence.remaining import Remaining
 from identification.diagnosis.localisation.recording.region import Region
 from identification.diagnosis.screening.flexible_forms import KINDS
-from identification.diagnosis.verdict.document import verdict, write_verdict
+from identification.diagnosis.verdict import verdict, write_verdict
 from identification.diagnosis.verdict.reading import parse_verdict
 from identification.diagnosis.verdict.said_again import retold
 from identification.diagnosis.verdict.text import in_words, sentence

@@ -61,7 +61,7 @@ class NonlinearResistanceEffect(Effect):
         if at.element in electrical_resistors(graph):
             effort, flow = "V", "A" if has_unit(at.element, ("ohm",)) else f"V/({at.unit})"
         elif at.element in hydraulic_resistors(graph):
-            effort, flow = "Pa", "m3/s"
+            effort, flow = at.units[0], "m3/s"
         return NonlinearResistance(0.1 * _most(at.past), at.past.largest, effort, flow)
 
     def tried(self, at: Site, law: Law, hint: Hint | None) -> Sequence[Values]:

@@ -33,7 +33,8 @@ class SquareRootFlow(Effect):
 
     def made(self, at: Site) -> Law:
         """Quadratic pressure drop beside the linear one, which the fit may make small."""
-        return QuadraticDrag(0.5 * _full(at.past), "Pa*s2/m6")
+        unit = "s2/m5" if at.units[0] == "m" else "Pa*s2/m6"
+        return QuadraticDrag(0.5 * _full(at.past), unit)
 
     def tried(self, at: Site, law: Law, hint: Hint | None) -> Sequence[Values]:
         """Return a large part of the whole drop beside what the hint says."""

@@ -21,6 +21,7 @@ from bondgraph.support.arrays import Array
 from identification.diagnosis.catalogue.effect import Insertion, kind_at
 from identification.diagnosis.catalogue.places import SPRINGS, TANKS, has_unit, store_of_way
 from identification.diagnosis.catalogue.starts import at_least, rubbing_units
+from identification.diagnosis.localisation.recording.variables import variables_of
 from identification.diagnosis.screening.port_history import FittedModel
 
 FRICTION_FORMS = (
@@ -183,5 +184,8 @@ def _loads(scene: FittedModel, element: Element) -> dict[str, tuple[Array, str]]
         if isinstance(e, Se):
             found[e.name] = past.argument, "{}/" + (e.unit or "1")
         elif has_unit(e, SPRINGS) or has_unit(e, TANKS):
-            found[e.name] = past.output, "1" if has_unit(e, SPRINGS) else "{}/Pa"
+            found[e.name] = (
+                past.output,
+                "1" if has_unit(e, SPRINGS) else "{}/" + variables_of(e).effort_unit,
+            )
     return found

@@ -28,5 +28,4 @@ class Drag(Effect):
     def made(self, at: Site) -> Law:
         """Quadratic law beside the viscous one."""
         effort, _, way = at.units
-        unit = "s2/m5" if way == "m3" else f"{effort}*s2/{way}2"  # a level over a volume's flow
-        return QuadraticDrag(0.2 * at.past.swing / at.past.half**2, unit)
+        return QuadraticDrag(0.2 * at.past.swing / at.past.half**2, f"{effort}*s2/{way}2")

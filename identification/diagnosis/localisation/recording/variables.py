@@ -27,6 +27,10 @@ class Variables:
 
 
 GENERIC = Variables("displacement", "", "flow", "", "effort", "", "momentum", "")
+LEVELS = Variables(
+    "volume", "m3", "volume flow", "m3/s", "level", "m", "integral of the level", "m*s"
+)
+"""Of tanks and outlets whose effort is a level in place of a pressure."""
 
 
 MOVES = ("position", "angle", GENERIC.displacement)
@@ -48,7 +52,7 @@ def variables_of(element: Element) -> Variables:
     kind = "C" if isinstance(element, C) else "R" if isinstance(element, R) else "I"
     for name, ways in _parameter_units():
         if any(unit.same_dimension(u) for k, u in ways if k == kind):
-            return _variables(DOMAINS[name])
+            return LEVELS if name == "levels" else _variables(DOMAINS[name])
     return GENERIC
 
 
@@ -130,11 +134,10 @@ def variables_beside(graph: BondGraph, start: str) -> Variables:
 def _parameter_units() -> tuple[tuple[str, tuple[tuple[str, Unit], ...]], ...]:
     """Units that parameters have in each domain: compliance or stiffness, and so on."""
     found = []
-    for name, d in DOMAINS.items():
-        if name == "generic":
-            continue
-        e, f = d.effort.unit, d.flow.unit
-        q, p = d.displacement.unit, d.momentum.unit
+    known = {n: _variables(d) for n, d in DOMAINS.items() if n != "generic"} | {"levels": LEVELS}
+    for name, v in known.items():
+        e, f = v.effort_unit, v.flow_unit
+        q, p = v.displacement_unit, v.momentum_unit
         ways = (("C", q, e), ("C", e, q), ("R", e, f), ("R", f, e), ("I", p, f), ("I", f, p))
         found.append((name, tuple((k, parse_unit(f"({a})/({b})")) for k, a, b in ways)))
     return tuple(found)

@@ -1,0 +1,46 @@
+"""A damper, or another linear resistor, that the model does not have."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import ClassVar, final
+
+from bondgraph.graph.elements import C, Element, R
+from bondgraph.support.arrays import Array
+from identification.diagnosis.catalogue.lacking_element import LackingElement, per
+from identification.diagnosis.catalogue.places import undamped
+from identification.diagnosis.screening.port_history import PortHistory
+
+
+@final
+class LinearLoss(LackingElement):
+    """A linear resistor on a flow that meets none in the model: effort in proportion to flow."""
+
+    name = "linear_loss"
+    kind = "dissipative"
+    law = "series_resistor"
+    sentence = "a damper or resistor that the model lacks opposes it in proportion to its flow"
+    looks = "what rings in the model dies out, and peaks are lower and broader than simulated"
+    confused_with = ("added_mode", "creep", "coulomb_friction", "eddy_current_loss")
+    separated_by = (
+        "let it ring freely: its envelope is an exponential, by the same part each period at every "
+        "amplitude"
+    )
+    source = "Karnopp, Margolis, Rosenberg, System Dynamics, chapter 3 (linear R)"
+    meanings: ClassVar[Mapping[str, str]] = {
+        "damping": "coefficient of the missing damper or resistor"
+    }
+    where = staticmethod(undamped)
+    word = "damping"
+
+    def variable(self, past: PortHistory, element: Element) -> Array:
+        """Return the flow."""
+        return past.rate if isinstance(element, C) else past.argument
+
+    def unit(self, element: Element) -> str:
+        """Return effort over flow."""
+        return per(element, 1)
+
+    def held(self, name: str, coefficient: str) -> R:
+        """Return a resistor."""
+        return R(f"R_lacking_{name}", coefficient)

@@ -1,0 +1,118 @@
+"""A spring, or a damper, that the model lacks altogether: the plainest thing to leave out."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from bondgraph import TF, BondGraph, C, De, Dq, I, One, R, Recording, Se, Zero
+from bondgraph.graph.elements import Element
+from bondgraph.laws import Coulomb
+from bondgraph.signals.recording import Split
+from identification import DiagnosisOptions, diagnose
+from identification.diagnosis.catalogue import by_name
+from identification.diagnosis.catalogue.effect import Hint
+from identification.diagnosis.catalogue.lacking_element import per
+from identification.diagnosis.screening.observation import scene
+from identification.estimation.single_record import fit
+from identification.study.problem import Data, Problem
+from tests.settled import simulate
+
+T = np.asarray(2e-3 * np.arange(2000), np.float64)
+PUSH = 5 * np.sin(2 * np.pi * (0.6 + 1.2 * T) * T) + 3 * np.sin(2 * np.pi * 0.9 * T + 1)
+NOISE = 2e-6
+
+
+def stage(*held: Element) -> BondGraph:
+    with BondGraph("stage") as g:
+        body = One("body")
+        Se("F", unit="N") >> body >> I("m", 1.2, unit="kg")
+        for e in held:
+            body >> e
+        body >> Dq("x", unit="m")
+    return g
+
+
+SPRING, DAMPER = C("k", stiffness=150.0, unit="N/m"), R("d", 12.0, unit="N*s/m")
+
+
+def places(name: str, graph: BondGraph) -> list[str]:
+    return [e.name for e in by_name(name).places(graph)]
+
+
+def test_only_where_none_is_on_the_same_flow() -> None:
+    for held, spring, loss in (
+        ((SPRING, DAMPER), [], []), ((DAMPER,), ["m"], []), ((SPRING,), [], ["m"]),
+        ((), ["m"], ["m"]), ((R("d", 1.0, unit="N*s/m", law=Coulomb(1.0)),), ["m"], []),
+    ):  # fmt: skip
+        assert places("linear_spring", stage(*held)) == spring
+        assert places("linear_loss", stage(*held)) == loss
+
+
+def test_what_is_behind_a_gear_counts_and_what_is_behind_a_spring_does_not() -> None:
+    with BondGraph("train") as g:
+        motor, load, end, between, link = (
+            One("motor"), One("load"), One("end"), Zero("between"), One("link")
+        )  # fmt: skip
+        Se("M", unit="N*m") >> motor >> I("J", 1.0, unit="kg*m2")
+        motor >> TF("gear", ratio=5.0) >> load >> R("b", 1.0, unit="N*m*s/rad")
+        load >> between >> end >> I("J_2", 1.0, unit="kg*m2")
+        between >> link >> C("k", stiffness=9.0, unit="N*m/rad")
+        end >> Dq("phi", unit="rad")
+    assert places("linear_loss", g) == ["J_2", "k"]
+    assert places("linear_spring", g) == ["J", "J_2"]
+    assert per(g["J_2"], 1) == "N*m*s/rad"
+    assert per(g["k"], 2) == "N*m/rad"
+
+
+def test_no_heat_or_charge_is_sprung() -> None:
+    with BondGraph("oven") as g:
+        hot, flow = Zero("hot"), One("flow")
+        Se("T", unit="K") >> flow >> R("R_th", 2.0, unit="K/W")
+        flow >> hot >> C("C_th", 30.0, unit="J/K")
+        hot >> De("T_1", unit="K")
+    assert places("linear_spring", g) == places("linear_loss", g) == []
+
+
+@pytest.mark.parametrize(
+    ("name", "lacks", "has", "unit"),
+    [("linear_spring", SPRING, DAMPER, "N/m"), ("linear_loss", DAMPER, SPRING, "N*s/m")],
+)
+def test_the_signature_is_what_the_element_does(
+    name: str, lacks: Element, has: Element, unit: str
+) -> None:
+    """What is inserted with a small coefficient moves the readings as its column says."""
+    graph, effect = stage(has), by_name(name)
+    push = PUSH - PUSH[0]  # at rest at first, with the element and without
+    x = simulate(graph, T, {"F": push}, hold="linear")["x"][:, None]
+    split = Split(slice(0, T.size), slice(T.size, T.size), "all")
+    data = Data("run", T, {"F": push}, x, ("x",), np.array([NOISE]), split)
+    seen = scene(fit(Problem(graph, data), max_iterations=0))
+    (s,) = effect.signatures(seen, graph["m"])
+    made = effect.insert(seen, graph["m"], Hint({}, np.ones(1)))
+    (strength,) = made.strengths
+    assert made.graph.parameters[strength].unit == unit
+    small = 1e-4 * float(np.abs(PUSH).max() / np.abs(s.columns).max())
+    there = made.graph.with_values({strength: small})
+    more = simulate(there, T, {"F": push}, hold="linear")["x"] - x[:, 0]
+    pushed = push - small * s.columns[:, 0]
+    said = simulate(graph, T, {"F": pushed}, hold="linear")["x"] - x[:, 0]
+    assert np.abs(more - said).max() < 0.01 * np.abs(more).max()
+
+
+@pytest.mark.parametrize(
+    ("name", "lacks", "has", "value"),
+    [("linear_spring", SPRING, DAMPER, 150.0), ("linear_loss", DAMPER, SPRING, 12.0)],
+)
+def test_it_is_named_with_its_value(name: str, lacks: Element, has: Element, value: float) -> None:
+    x = simulate(stage(SPRING, DAMPER), T, {"F": PUSH}, hold="linear")["x"]
+    x = x + NOISE * np.random.default_rng(7).standard_normal(T.size)
+    run = Recording.from_arrays("run", {"t[s]": T, "F[N]": PUSH, "x[m]": x})
+    found = diagnose(stage(has), run, hold="linear", options=DiagnosisOptions(jobs=1, effects=1))
+    (step,) = found.findings
+    assert step.chosen is not None
+    assert step.chosen.label == f"{name} at m"
+    assert found.repaired is not None
+    (e,) = (e for e in found.repaired.estimates if e.name in step.chosen.insertion.strengths)
+    assert e.value == pytest.approx(value, rel=2e-3)
+    assert e.ci95[0] - 1e-3 * value < value < e.ci95[1] + 1e-3 * value
