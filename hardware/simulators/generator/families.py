@@ -31,6 +31,7 @@ FAMILIES: MappingProxyType[str, tuple[str, ...]] = MappingProxyType(
             "added_mode",
             "linear_spring",
             "linear_loss",
+            "linear_inertia",
             "eddy_current_loss",
             "self_heating",
         ),

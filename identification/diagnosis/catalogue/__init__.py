@@ -42,6 +42,7 @@ from identification.diagnosis.catalogue.storage.added_mode import AddedMode
 from identification.diagnosis.catalogue.storage.eddy_current_loss import EddyCurrentLoss
 from identification.diagnosis.catalogue.storage.internal_leakage import InternalLeakage
 from identification.diagnosis.catalogue.storage.leakage import Leakage
+from identification.diagnosis.catalogue.storage.linear_inertia import LinearInertia
 from identification.diagnosis.catalogue.storage.linear_loss import LinearLoss
 from identification.diagnosis.catalogue.storage.linear_spring import LinearSpring
 from identification.diagnosis.catalogue.storage.overflow import OverflowEffect
@@ -85,6 +86,7 @@ CATALOGUE: tuple[Effect, ...] = (
     AddedMode(),
     LinearSpring(),
     LinearLoss(),
+    LinearInertia(),
     EddyCurrentLoss(),
     SelfHeatingEffect(),
     # flow

@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import abstractmethod
 from typing import ClassVar
 
-from bondgraph.graph.elements import C, Element, R
+from bondgraph.graph.elements import C, Element, I, R
 from bondgraph.graph.parameter import Parameter
 from bondgraph.support.arrays import Array
 from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
@@ -35,7 +35,7 @@ class LackingElement(Effect):
         """Return the unit of the coefficient."""
 
     @abstractmethod
-    def held(self, name: str, coefficient: str) -> C | R:
+    def held(self, name: str, coefficient: str) -> C | I | R:
         """Return the element beside the one of that name, its coefficient a parameter."""
 
     def signatures(self, scene: FittedModel, element: Element) -> tuple[Signature, ...]:
@@ -62,17 +62,21 @@ class LackingElement(Effect):
 
 
 def per(element: Element, what: int) -> str:
-    """Return the unit of the effort of an element over its flow (1) or displacement (2).
+    """Return the unit of an effort over the flow (1), its rate (0) or the displacement (2).
 
     Examples
     --------
-    >>> from bondgraph import I
+    >>> from bondgraph import I, R
     >>> per(I("m", 1.0, unit="kg"), 1), per(I("J", 1.0, unit="kg*m2"), 2)
     ('N*s/m', 'N*m/rad')
+    >>> per(R("d", 1.0, unit="N*s/m"), 0), per(R("R", 1.0, unit="ohm"), 0)
+    ('kg', 'H')
     >>> per(I("L", 1.0, unit="H"), 1)
     'ohm'
     """
     units = rubbing_units(element)
+    if not what:
+        return {"N": "kg", "N*m": "kg*m2", "V": "H"}.get(units[0], f"{units[0]}/({units[1]}/s)")
     effort, over = units[0], units[what].replace("^", "")
     way = over.removesuffix("/s")
     made = f"{effort}*s/{way}" if way != over else f"{effort}/{over}"

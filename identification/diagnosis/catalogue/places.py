@@ -90,10 +90,10 @@ def store_of_way(graph: BondGraph, node: str) -> str:
 
 
 def sharing_flow(graph: BondGraph, element: Element) -> tuple[Element, ...]:
-    """Return the one-ports whose flow is that of `element`, or a constant multiple of it.
+    """Return all that is on a flow: the elements at 1-junctions where it is that of `element`.
 
-    Those at its 1-junction, at others beside it, and behind transformers of constant ratio. Empty
-    where it does not hang at a 1-junction.
+    At its own junction, at others beside it, and behind transformers of constant ratio. Empty where
+    it does not hang at a 1-junction.
     """
     start = graph.neighbour(element.name)
     reached = [start] if isinstance(graph[start], One) else []
@@ -102,10 +102,10 @@ def sharing_flow(graph: BondGraph, element: Element) -> tuple[Element, ...]:
         for beside in (b.head if b.tail == n else b.tail for b in graph.bonds_of(n)):
             e = graph[beside]
             passes = isinstance(e, One) or (isinstance(e, TF) and not isinstance(e, MTF))
-            if passes and beside not in reached:
-                reached.append(beside)
-            elif isinstance(e, C | I | R):
+            if not passes:
                 found[beside] = e
+            elif beside not in reached:
+                reached.append(beside)
     return tuple(found.values())
 
 
@@ -116,9 +116,25 @@ def undamped(graph: BondGraph) -> tuple[Element, ...]:
 
 def unsprung(graph: BondGraph) -> tuple[Element, ...]:
     """Return masses and dampers that no spring holds, one for each flow: masses first."""
-    dampers = (e for e in graph.of_type(R) if variables_of(e).displacement in MOVES[:2])
-    moving = {e.name for e in (*masses(graph), *dampers)}
+    moving = {e.name for e in (*masses(graph), *graph.of_type(R)) if _moves(e)}
     return tuple(e for e in _alone(graph, (I, R), C) if e.name in moving)
+
+
+def without_inertia(graph: BondGraph) -> tuple[Element, ...]:
+    """Return resistors of a current without a coil, and what moves against ground without a mass.
+
+    One for each flow.
+    """
+    return tuple(
+        e
+        for e in _alone(graph, (R, C), I)
+        if (isinstance(e, R) and _electrical(e))
+        or (_moves(e) and not any(isinstance(b, Zero) for b in sharing_flow(graph, e)))
+    )
+
+
+def _moves(element: Element) -> bool:
+    return isinstance(element, I) or variables_of(element).displacement in MOVES[:2]
 
 
 def _alone(

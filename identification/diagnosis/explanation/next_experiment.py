@@ -107,12 +107,17 @@ class _Rival:
         return y, tangents
 
 
+TOLD_APART = 2.0
+"""Standard errors that an experiment has to promise to be worth the trouble."""
 WORTH = 0.5
 """Share of the excess that rivals must explain before telling them apart means anything."""
 
 
 def experiments_of(decisions: Sequence[Decision]) -> tuple[Experiment, ...]:
-    """Return experiments that separate the best description from its rivals, if none is named."""
+    """Return experiments that separate the best description from its rivals, if none is named.
+
+    Where no input does, laws of another form may be the same model with other values.
+    """
     decision = decisions[0]
     named = any(d.kind == "missing_physics" for d in decisions)
     if named or decision.kind != "unknown_physics":
@@ -122,9 +127,10 @@ def experiments_of(decisions: Sequence[Decision]) -> tuple[Experiment, ...]:
         return ()
     asked = [decision.chosen, rivals[0]]
     try:
-        return next_experiments([t.fit for t in asked], [t.label for t in asked])
+        found = next_experiments([t.fit for t in asked], [t.label for t in asked])
     except (BondsightError, np.linalg.LinAlgError, ValueError):
         return ()
+    return tuple(e for e in found if e.expected_z >= TOLD_APART)
 
 
 @single_threaded

@@ -67,9 +67,11 @@ def _told_apart(step: Decision) -> Iterator[str]:
     near = step.possible if step.closest is not None else ()
     laws = [t for t in near if not alike or t.insertion.kind in alike]
     for t in laws:
-        if apart := _separated(t.effect):
-            other = next((r.label for r in near if r is not t), "")
-            told = f"to tell {t.label} from {other}" if other else f"to see whether it is {t.label}"
+        other = next((r for r in near if r is not t), None)
+        if apart := _separated(t.effect, other.effect if other else ""):
+            told = f"to see whether it is {t.label}"
+            if other is not None:
+                told = f"to tell {t.label} from {other.label}"
             yield f"{told}: {apart}"
     for kind, element in alike.items():
         if kind in PROBES:
@@ -79,10 +81,16 @@ def _told_apart(step: Decision) -> Iterator[str]:
             yield f"to see whether {n.effect or 'that'} at {n.element} is part of it: {apart}"
 
 
-def _separated(effect: str) -> str:
-    """Return the experiment that tells an effect from what looks like it; empty if unknown."""
-    known = (e.separated_by for e in CATALOGUE if e.name == effect)
-    return next(known, "")
+def _separated(effect: str, other: str = "") -> str:
+    """Return the experiment that tells an effect from what looks like it; empty if unknown.
+
+    Of two that of the one which is known to be confused with the other.
+    """
+    known = {e.name: e for e in CATALOGUE if e.name in (effect, other)}
+    if effect not in known:
+        return ""
+    aware = (e for n, e in known.items() if {effect, other} - {n} <= set(e.confused_with))
+    return next(aware, known[effect]).separated_by
 
 
 def _where_it_fails(d: Diagnosis) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from bondgraph import TF, BondGraph, C, De, Dq, I, One, R, Recording, Se, Zero
+from bondgraph import GY, TF, BondGraph, C, De, Df, Dq, I, One, R, Recording, Se, Zero
 from bondgraph.graph.elements import Element
 from bondgraph.laws import Coulomb
 from bondgraph.signals.recording import Split
@@ -18,22 +18,29 @@ from identification.estimation.single_record import fit
 from identification.study.problem import Data, Problem
 from tests.settled import simulate
 
-T = np.asarray(2e-3 * np.arange(2000), np.float64)
+T = np.asarray(4e-3 * np.arange(1000), np.float64)
 PUSH = 5 * np.sin(2 * np.pi * (0.6 + 1.2 * T) * T) + 3 * np.sin(2 * np.pi * 0.9 * T + 1)
 NOISE = 2e-6
+OPTIONS = DiagnosisOptions(jobs=1, effects=1, keep=3, more=2)
 
 
 def stage(*held: Element) -> BondGraph:
     with BondGraph("stage") as g:
         body = One("body")
-        Se("F", unit="N") >> body >> I("m", 1.2, unit="kg")
+        Se("F", unit="N") >> body
         for e in held:
             body >> e
         body >> Dq("x", unit="m")
     return g
 
 
+MASS = I("m", 1.2, unit="kg")
 SPRING, DAMPER = C("k", stiffness=150.0, unit="N/m"), R("d", 12.0, unit="N*s/m")
+LACKING = [
+    ("linear_spring", (MASS, DAMPER), "m", 150.0, "N/m"),
+    ("linear_loss", (MASS, SPRING), "m", 12.0, "N*s/m"),
+    ("linear_inertia", (DAMPER, SPRING), "d", 1.2, "kg"),
+]
 
 
 def places(name: str, graph: BondGraph) -> list[str]:
@@ -41,12 +48,15 @@ def places(name: str, graph: BondGraph) -> list[str]:
 
 
 def test_only_where_none_is_on_the_same_flow() -> None:
-    for held, spring, loss in (
-        ((SPRING, DAMPER), [], []), ((DAMPER,), ["m"], []), ((SPRING,), [], ["m"]),
-        ((), ["m"], ["m"]), ((R("d", 1.0, unit="N*s/m", law=Coulomb(1.0)),), ["m"], []),
+    rubbing = R("d", 1.0, unit="N*s/m", law=Coulomb(1.0))
+    for held, spring, loss, inertia in (
+        ((MASS, SPRING, DAMPER), [], [], []), ((MASS, DAMPER), ["m"], [], []),
+        ((MASS, SPRING), [], ["m"], []), ((MASS,), ["m"], ["m"], []),
+        ((MASS, rubbing), ["m"], [], []), ((SPRING, DAMPER), [], [], ["d"]),
     ):  # fmt: skip
         assert places("linear_spring", stage(*held)) == spring
         assert places("linear_loss", stage(*held)) == loss
+        assert places("linear_inertia", stage(*held)) == inertia
 
 
 def test_what_is_behind_a_gear_counts_and_what_is_behind_a_spring_does_not() -> None:
@@ -61,6 +71,7 @@ def test_what_is_behind_a_gear_counts_and_what_is_behind_a_spring_does_not() -> 
         end >> Dq("phi", unit="rad")
     assert places("linear_loss", g) == ["J_2", "k"]
     assert places("linear_spring", g) == ["J", "J_2"]
+    assert places("linear_inertia", g) == []
     assert per(g["J_2"], 1) == "N*m*s/rad"
     assert per(g["k"], 2) == "N*m/rad"
 
@@ -71,25 +82,35 @@ def test_no_heat_or_charge_is_sprung() -> None:
         Se("T", unit="K") >> flow >> R("R_th", 2.0, unit="K/W")
         flow >> hot >> C("C_th", 30.0, unit="J/K")
         hot >> De("T_1", unit="K")
-    assert places("linear_spring", g) == places("linear_loss", g) == []
+    for name in ("linear_spring", "linear_loss", "linear_inertia"):
+        assert places(name, g) == []
 
 
-@pytest.mark.parametrize(
-    ("name", "lacks", "has", "unit"),
-    [("linear_spring", SPRING, DAMPER, "N/m"), ("linear_loss", DAMPER, SPRING, "N*s/m")],
-)
+def test_a_winding_without_inductance_may_have_one() -> None:
+    with BondGraph("motor") as g:
+        loop, shaft = One("loop"), One("shaft")
+        Se("U", unit="V") >> loop >> R("R_w", 1.5, unit="ohm")
+        loop >> GY("K", ratio=0.04, unit="N*m/A") >> shaft >> I("J", 1e-4, unit="kg*m2")
+        shaft >> R("b", 5e-5, unit="N*m*s/rad")
+        shaft >> Df("w", unit="rad/s")
+    assert places("linear_inertia", g) == ["R_w"]
+    assert per(g["R_w"], 0) == "H"
+    assert places("linear_loss", g) == []
+
+
+@pytest.mark.parametrize(("name", "held", "at", "value", "unit"), LACKING)
 def test_the_signature_is_what_the_element_does(
-    name: str, lacks: Element, has: Element, unit: str
+    name: str, held: tuple[Element, ...], at: str, value: float, unit: str
 ) -> None:
     """What is inserted with a small coefficient moves the readings as its column says."""
-    graph, effect = stage(has), by_name(name)
+    graph, effect = stage(*held), by_name(name)
     push = PUSH - PUSH[0]  # at rest at first, with the element and without
     x = simulate(graph, T, {"F": push}, hold="linear")["x"][:, None]
     split = Split(slice(0, T.size), slice(T.size, T.size), "all")
     data = Data("run", T, {"F": push}, x, ("x",), np.array([NOISE]), split)
     seen = scene(fit(Problem(graph, data), max_iterations=0))
-    (s,) = effect.signatures(seen, graph["m"])
-    made = effect.insert(seen, graph["m"], Hint({}, np.ones(1)))
+    (s,) = effect.signatures(seen, graph[at])
+    made = effect.insert(seen, graph[at], Hint({}, np.ones(1)))
     (strength,) = made.strengths
     assert made.graph.parameters[strength].unit == unit
     small = 1e-4 * float(np.abs(PUSH).max() / np.abs(s.columns).max())
@@ -97,21 +118,21 @@ def test_the_signature_is_what_the_element_does(
     more = simulate(there, T, {"F": push}, hold="linear")["x"] - x[:, 0]
     pushed = push - small * s.columns[:, 0]
     said = simulate(graph, T, {"F": pushed}, hold="linear")["x"] - x[:, 0]
-    assert np.abs(more - said).max() < 0.01 * np.abs(more).max()
+    moving = slice(200, None)  # where the start, which an inertia rounds, has died away
+    assert np.abs(more - said)[moving].max() < 0.03 * np.abs(more[moving]).max()
 
 
-@pytest.mark.parametrize(
-    ("name", "lacks", "has", "value"),
-    [("linear_spring", SPRING, DAMPER, 150.0), ("linear_loss", DAMPER, SPRING, 12.0)],
-)
-def test_it_is_named_with_its_value(name: str, lacks: Element, has: Element, value: float) -> None:
-    x = simulate(stage(SPRING, DAMPER), T, {"F": PUSH}, hold="linear")["x"]
+@pytest.mark.parametrize(("name", "held", "at", "value", "unit"), LACKING)
+def test_it_is_named_with_its_value(
+    name: str, held: tuple[Element, ...], at: str, value: float, unit: str
+) -> None:
+    x = simulate(stage(MASS, SPRING, DAMPER), T, {"F": PUSH}, hold="linear")["x"]
     x = x + NOISE * np.random.default_rng(7).standard_normal(T.size)
     run = Recording.from_arrays("run", {"t[s]": T, "F[N]": PUSH, "x[m]": x})
-    found = diagnose(stage(has), run, hold="linear", options=DiagnosisOptions(jobs=1, effects=1))
+    found = diagnose(stage(*held), run, hold="linear", options=OPTIONS)
     (step,) = found.findings
     assert step.chosen is not None
-    assert step.chosen.label == f"{name} at m"
+    assert step.chosen.label == f"{name} at {at}"
     assert found.repaired is not None
     (e,) = (e for e in found.repaired.estimates if e.name in step.chosen.insertion.strengths)
     assert e.value == pytest.approx(value, rel=2e-3)

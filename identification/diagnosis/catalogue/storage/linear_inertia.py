@@ -1,0 +1,47 @@
+"""A mass, or an inductance, that the model does not have."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import ClassVar, final
+
+import numpy as np
+
+from bondgraph.graph.elements import C, Element, I
+from bondgraph.support.arrays import Array
+from identification.diagnosis.catalogue.lacking_element import LackingElement, per
+from identification.diagnosis.catalogue.places import without_inertia
+from identification.diagnosis.screening.port_history import PortHistory
+
+
+@final
+class LinearInertia(LackingElement):
+    """A linear inertia on a flow that has none in the model: effort in proportion to its rate."""
+
+    name = "linear_inertia"
+    kind = "slow"
+    law = "inertia"
+    sentence = "a mass or an inductance that the model lacks opposes every change of its flow"
+    looks = "quick changes come late and too small, slow ones are right"
+    confused_with = ("low_pass", "sensor_lag", "delay", "creep")
+    separated_by = (
+        "record what the drive really puts out beside its command, and diagnose with that as the "
+        "input: a lag of the drive is gone then, an inertia's is not"
+    )
+    source = "Karnopp, Margolis, Rosenberg, System Dynamics, chapter 3 (linear I)"
+    meanings: ClassVar[Mapping[str, str]] = {"inertia": "missing mass or inductance"}
+    where = staticmethod(without_inertia)
+    word = "inertia"
+
+    def variable(self, past: PortHistory, element: Element) -> Array:
+        """Return the rate of the flow."""
+        rate = past.rate
+        return np.asarray(np.gradient(rate, past.dt)) if isinstance(element, C) else rate
+
+    def unit(self, element: Element) -> str:
+        """Return effort over the rate of the flow."""
+        return per(element, 0)
+
+    def held(self, name: str, coefficient: str) -> I:
+        """Return an inertia."""
+        return I(f"I_lacking_{name}", coefficient)
