@@ -13,7 +13,9 @@ from identification import DiagnosisOptions, diagnose
 from identification.diagnosis.catalogue import by_name
 from identification.diagnosis.catalogue.effect import Hint
 from identification.diagnosis.catalogue.lacking_element import per
+from identification.diagnosis.catalogue.places import law_of
 from identification.diagnosis.screening.observation import scene
+from identification.diagnosis.verdict import in_words
 from identification.estimation.single_record import fit
 from identification.study.problem import Data, Problem
 from tests.settled import simulate
@@ -137,3 +139,48 @@ def test_it_is_named_with_its_value(
     (e,) = (e for e in found.repaired.estimates if e.name in step.chosen.insertion.strengths)
     assert e.value == pytest.approx(value, rel=2e-3)
     assert e.ci95[0] - 1e-3 * value < value < e.ci95[1] + 1e-3 * value
+
+
+def drive(at_load: R | None = None) -> BondGraph:
+    """A motor that turns a load over a shaft; only the motor's bearing is in the model."""
+    with BondGraph("drive") as g:
+        motor, load, between, shaft = One("motor"), One("load"), Zero("between"), One("shaft")
+        Se("M", unit="N*m") >> motor >> I("J_m", 3e-4, unit="kg*m2")
+        motor >> R("b_m", 8e-4, unit="N*m*s/rad")
+        motor >> between >> load >> I("J_l", 1.2e-3, unit="kg*m2")
+        if at_load is not None:
+            load >> at_load
+        between >> shaft >> C("k_s", stiffness=40.0, unit="N*m/rad")
+        shaft >> R("d_s", 0.012, unit="N*m*s/rad")
+        motor >> Df("w_m", unit="rad/s")
+        load >> Df("w_l", unit="rad/s")
+    return g
+
+
+def test_friction_where_the_model_has_no_damper() -> None:
+    """It was told at the damper that the model has, beside twice the noise."""
+    rubs = R("b_l", 1e-6, unit="N*m*s/rad", law=Coulomb(0.06, unit="N*m"))
+    torque = 0.04 * PUSH
+    seen = simulate(drive(rubs), T, {"M": torque}, hold="linear")
+    read = {f"{n}[rad/s]": seen[n] + 0.1 * np.random.default_rng(7 + k).standard_normal(T.size)
+            for k, n in enumerate(("w_m", "w_l"))}  # fmt: skip
+    run = Recording.from_arrays("run", {"t[s]": T, "M[N*m]": torque, **read})
+    found = diagnose(drive(), run, hold="linear", options=OPTIONS)
+    (step,) = found.findings
+    assert step.chosen is not None
+    assert step.chosen.label == "coulomb_friction at J_l"
+    assert found.repaired is not None
+    assert found.repaired.values["F_c_d_J_l"] == pytest.approx(0.06, rel=0.01)
+    assert "a force of constant size" in in_words(found)
+
+
+def test_a_damper_that_friction_brings_takes_no_name_of_another() -> None:
+    graph = drive(None).with_branch("load", [C("d_J_l", stiffness=1.0, unit="N*m/rad")])
+    data = Data(
+        "run", T, {"M": PUSH}, np.zeros((T.size, 2)), ("w_m", "w_l"), np.full(2, 0.1),
+        Split(slice(0, T.size), slice(T.size, T.size), "all"),
+    )  # fmt: skip
+    seen = scene(fit(Problem(graph, data), max_iterations=0))
+    made = by_name("coulomb_friction").insert(seen, graph["J_l"])
+    assert made.strengths == ("F_c_d_J_l_",)
+    assert isinstance(law_of(made.graph["d_J_l_"]), Coulomb)

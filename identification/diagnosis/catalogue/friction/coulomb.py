@@ -5,16 +5,14 @@ from __future__ import annotations
 from typing import final
 
 from identification.diagnosis.catalogue.constant_level import ConstantLevel
-from identification.diagnosis.catalogue.friction.forms import FRICTION_FORMS, friction_forms
-from identification.diagnosis.catalogue.places import mechanical_resistors
+from identification.diagnosis.catalogue.friction.rubbing import Rubbing
 
 
 @final
-class CoulombFriction(ConstantLevel):
+class CoulombFriction(ConstantLevel, Rubbing):
     """Dry friction of constant level."""
 
     name = "coulomb_friction"
-    family = "friction"
     law = "coulomb"
     sentence = "a force of constant size opposes every motion and holds at rest"
     looks = (
@@ -27,6 +25,3 @@ class CoulombFriction(ConstantLevel):
         "friction has one level and no spring before it slides"
     )
     source = "Coulomb 1785; Moreau 1988 for the implicit step"
-    where = staticmethod(mechanical_resistors)
-    richer = FRICTION_FORMS
-    forms = staticmethod(friction_forms)

@@ -9,14 +9,9 @@ import numpy as np
 from bondgraph.hysteresis import Dahl
 from bondgraph.laws import DahlFriction, Law
 from bondgraph.support.arrays import Array
-from identification.diagnosis.catalogue.effect import Effect, Hint
-from identification.diagnosis.catalogue.friction.forms import (
-    FRICTION_FORMS,
-    SHORTEST,
-    friction_forms,
-    way_of,
-)
-from identification.diagnosis.catalogue.places import mechanical_resistors
+from identification.diagnosis.catalogue.effect import Hint
+from identification.diagnosis.catalogue.friction.forms import SHORTEST, way_of
+from identification.diagnosis.catalogue.friction.rubbing import Rubbing
 from identification.diagnosis.catalogue.site import Site, Values, numbers
 from identification.diagnosis.catalogue.starts import at_least
 
@@ -24,11 +19,10 @@ WAYS = (0.01, 0.03, 0.1, 0.3, 1.0)
 """Slip lengths tried, over half the range of the motion."""
 
 
-class PreslidingFriction(Effect):
+class PreslidingFriction(Rubbing):
     """A contact that is a spring before it slides (Dahl's bristle)."""
 
     name = "presliding_friction"
-    family = "friction"
     kind = "memory"
     law = "dahl"
     laws = (DahlFriction,)
@@ -44,9 +38,6 @@ class PreslidingFriction(Effect):
     )
     simpler = ("coulomb_friction",)
     source = "Dahl, A solid friction model, Aerospace Corporation TOR-0158(3107-18)-1, 1968"
-    where = staticmethod(mechanical_resistors)
-    richer = FRICTION_FORMS
-    forms = staticmethod(friction_forms)
 
     weights = ("F_c",)
     at_shape = False

@@ -7,18 +7,16 @@ from collections.abc import Sequence
 import numpy as np
 
 from bondgraph.laws import Law, Stribeck
-from identification.diagnosis.catalogue.effect import Effect, Hint
-from identification.diagnosis.catalogue.friction.forms import FRICTION_FORMS, friction_forms
-from identification.diagnosis.catalogue.places import mechanical_resistors
+from identification.diagnosis.catalogue.effect import Hint
+from identification.diagnosis.catalogue.friction.rubbing import Rubbing
 from identification.diagnosis.catalogue.site import Site, Values, over, times
 from identification.diagnosis.catalogue.starts import at_least
 
 
-class StribeckFriction(Effect):
+class StribeckFriction(Rubbing):
     """Dry friction whose level falls with speed."""
 
     name = "stribeck_friction"
-    family = "friction"
     kind = "dissipative"
     law = "stribeck"
     laws = (Stribeck,)
@@ -31,9 +29,6 @@ class StribeckFriction(Effect):
     )
     simpler = ("coulomb_friction",)
     source = "Armstrong-Helouvry, Dupont and Canudas de Wit, Automatica 30 (1994) 1083"
-    where = staticmethod(mechanical_resistors)
-    richer = FRICTION_FORMS
-    forms = staticmethod(friction_forms)
 
     weights = ("F_c", "F_d")
     shapes = over(speed=times("rms", 0.04, 0.1, 0.3, 1.0))
