@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import final
 
 from identification.diagnosis.catalogue.constant_level import ConstantLevel
+from identification.diagnosis.catalogue.friction.forms import FRICTION_FORMS, friction_forms
 from identification.diagnosis.catalogue.friction.rubbing import Rubbing
 
 
@@ -25,3 +26,5 @@ class CoulombFriction(ConstantLevel, Rubbing):
         "friction has one level and no spring before it slides"
     )
     source = "Coulomb 1785; Moreau 1988 for the implicit step"
+    richer = FRICTION_FORMS
+    forms = staticmethod(friction_forms)

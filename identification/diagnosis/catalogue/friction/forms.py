@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from bondgraph.graph.bond_graph import BondGraph
-from bondgraph.graph.elements import C, Element, One, Se
+from bondgraph.graph.elements import C, Element, One, R, Se
 from bondgraph.laws import (
     AsymmetricCoulomb,
     FrictionAlongWay,
@@ -48,6 +48,8 @@ def friction_forms(
     ended : mapping of str to mapping of str to float
         Where the simpler laws at `element` ended, by effect: the forms start from there.
     """
+    if not isinstance(element, R):  # a law at a mass brings a damper along that no form knows
+        return ()
     past, name = scene.of(element), element.name
     known = [ended[e] for e in ("presliding_friction", "stribeck_friction", "coulomb_friction")
              if e in ended]  # fmt: skip

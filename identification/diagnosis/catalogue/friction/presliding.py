@@ -10,7 +10,12 @@ from bondgraph.hysteresis import Dahl
 from bondgraph.laws import DahlFriction, Law
 from bondgraph.support.arrays import Array
 from identification.diagnosis.catalogue.effect import Hint
-from identification.diagnosis.catalogue.friction.forms import SHORTEST, way_of
+from identification.diagnosis.catalogue.friction.forms import (
+    FRICTION_FORMS,
+    SHORTEST,
+    friction_forms,
+    way_of,
+)
 from identification.diagnosis.catalogue.friction.rubbing import Rubbing
 from identification.diagnosis.catalogue.site import Site, Values, numbers
 from identification.diagnosis.catalogue.starts import at_least
@@ -38,6 +43,8 @@ class PreslidingFriction(Rubbing):
     )
     simpler = ("coulomb_friction",)
     source = "Dahl, A solid friction model, Aerospace Corporation TOR-0158(3107-18)-1, 1968"
+    richer = FRICTION_FORMS
+    forms = staticmethod(friction_forms)
 
     weights = ("F_c",)
     at_shape = False

@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 from bondgraph.laws import Law, QuadraticDrag
-from identification.diagnosis.catalogue.effect import Effect
-from identification.diagnosis.catalogue.places import mechanical_resistors
+from identification.diagnosis.catalogue.friction.rubbing import Rubbing
 from identification.diagnosis.catalogue.site import Site
 
 
-class Drag(Effect):
+class Drag(Rubbing):
     """Force that grows with the square of the speed."""
 
     name = "quadratic_drag"
-    family = "friction"
     kind = "dissipative"
     law = "quadratic_drag"
     laws = (QuadraticDrag,)
@@ -21,7 +19,6 @@ class Drag(Effect):
     confused_with = ("coulomb_friction", "asymmetric_damping")
     separated_by = "free decay or steady speeds from slow to fast: damping grows with the speed"
     source = "Newton's drag law; Batchelor, An Introduction to Fluid Dynamics, section 5.11"
-    where = staticmethod(mechanical_resistors)
 
     weights = ("c_2",)
 

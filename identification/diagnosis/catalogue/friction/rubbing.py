@@ -8,8 +8,7 @@ from typing import ClassVar
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import Element, I, R
 from bondgraph.laws import Law
-from identification.diagnosis.catalogue.effect import Effect, Insertion
-from identification.diagnosis.catalogue.friction.forms import FRICTION_FORMS, friction_forms
+from identification.diagnosis.catalogue.effect import Effect
 from identification.diagnosis.catalogue.lacking_element import per
 from identification.diagnosis.catalogue.places import masses, mechanical_resistors, undamped
 from identification.diagnosis.screening.port_history import FittedModel
@@ -22,7 +21,6 @@ class Rubbing(Effect):
     """A law of friction; where a mass has no damper it brings one along; abstract."""
 
     family = "friction"
-    richer = FRICTION_FORMS
     meanings: ClassVar[Mapping[str, str]] = {"d": "damper beside it, where the model has none"}
 
     def places(self, graph: BondGraph) -> tuple[Element, ...]:
@@ -49,9 +47,3 @@ class Rubbing(Effect):
         damper = R(name, VISCOUS * past.swing / past.largest, unit=per(element, 1), law=law)
         graph = scene.graph.with_branch(scene.graph.neighbour(element.name), [damper])
         return graph, tuple(p.name for p in law.parameters(name) if not p.fixed)
-
-    def forms(
-        self, scene: FittedModel, element: Element, ended: Mapping[str, Mapping[str, float]]
-    ) -> tuple[Insertion, ...]:
-        """Return richer laws of friction at a resistor."""
-        return friction_forms(scene, element, ended) if isinstance(element, R) else ()

@@ -8,6 +8,7 @@ import numpy as np
 
 from bondgraph.laws import Law, Stribeck
 from identification.diagnosis.catalogue.effect import Hint
+from identification.diagnosis.catalogue.friction.forms import FRICTION_FORMS, friction_forms
 from identification.diagnosis.catalogue.friction.rubbing import Rubbing
 from identification.diagnosis.catalogue.site import Site, Values, over, times
 from identification.diagnosis.catalogue.starts import at_least
@@ -29,6 +30,8 @@ class StribeckFriction(Rubbing):
     )
     simpler = ("coulomb_friction",)
     source = "Armstrong-Helouvry, Dupont and Canudas de Wit, Automatica 30 (1994) 1083"
+    richer = FRICTION_FORMS
+    forms = staticmethod(friction_forms)
 
     weights = ("F_c", "F_d")
     shapes = over(speed=times("rms", 0.04, 0.1, 0.3, 1.0))
