@@ -63,6 +63,38 @@ def in_symbols(trial: Candidate) -> str:
     return f"{left} = {whole}, where {s} is the {argument}{beside}"
 
 
+def in_numbers(trial: Candidate) -> str:
+    """Return a law that is a power series with its fitted numbers; empty of any other.
+
+    Such as ``force of k = 200*s - 3.1e+04*s^3, s in m, force in N``: about zero, whatever the
+    middle is that the fit counts from.
+    """
+    graph = trial.fit.problem.graph
+    e = graph.elements.get(trial.element)
+    found = None if e is None or law_of(e) is None else deviation_of(trial)
+    if not isinstance(e, C | R) or found is None:
+        return ""
+    s = sp.Symbol(argument_of(e))
+    whole = sp.sympify(graph.slope(e)) * s + found
+    known = trial.fit.values
+    whole = whole.subs({p: known[str(p)] for p in whole.free_symbols if str(p) in known})
+    if whole.free_symbols != {s} or not whole.is_polynomial(s):
+        return ""
+    powers = {k: float(c) for (k,), c in sp.Poly(sp.expand(whole), s).terms()}
+    if max(powers, default=0) < 2:
+        return ""
+    sizes = [abs(known[n]) for n in trial.insertion.strengths if n in known]
+    if abs(powers.get(0, 0.0)) <= 1e-9 * max(sizes, default=0.0):  # zero but for rounding
+        powers.pop(0, None)
+    argument, unit, _, output = variable_names(graph, e.name)
+    said = " ".join(
+        f"{'-' if c < 0 else '+'} {abs(c):.4g}{f'*{s}' if k else ''}{f'^{k}' if k > 1 else ''}"
+        for k, c in sorted(powers.items())
+    )
+    units = f", {s} in {argument}, {output} in {unit}" if argument and unit else ""
+    return f"{output} of {e.name} = {said.removeprefix('+ ')}{units}"
+
+
 def _ratio(graph: BondGraph, name: str, changed: sp.Expr) -> str:
     """Return a ratio that changes, and what the signals are that it changes with."""
     signals = sorted({str(s) for s in changed.free_symbols} - {*graph.parameters})

@@ -14,6 +14,7 @@ from identification.diagnosis.diagnose import Diagnosis
 from identification.diagnosis.explanation.doubts import file_first
 from identification.diagnosis.explanation.law_formula import (
     LONGEST,
+    in_numbers,
     in_symbols,
     meaning_of,
     own_value,
@@ -186,6 +187,7 @@ def law(d: Diagnosis) -> str:
             html.heading(f"{spaced(trial.effect)} at {trial.element}"),
             html.figure(svg_text, caption, "tiles") if svg_text else html.paragraph(caption),
             html.paragraph(f"Law: {said}." if (said := in_symbols(fitted)) else ""),
+            html.paragraph(f"In numbers: {said}." if (said := in_numbers(fitted)) else ""),
             html.bullets(listed),
             html.paragraph(_given(law_constants(trial, d))),
             html.paragraph(stopped(own_value(fitted))),

@@ -7,7 +7,12 @@ import numpy as np
 from identification.diagnosis.catalogue.words import briefly
 from identification.diagnosis.diagnose import Diagnosis
 from identification.diagnosis.explanation.colour import COLOURED
-from identification.diagnosis.explanation.law_formula import in_symbols, meaning_of, own_value
+from identification.diagnosis.explanation.law_formula import (
+    in_numbers,
+    in_symbols,
+    meaning_of,
+    own_value,
+)
 from identification.diagnosis.explanation.undetermined import (
     is_undetermined,
     remark_of,
@@ -91,6 +96,8 @@ def parameter_lines(d: Diagnosis) -> list[str]:
         trial = as_repaired(step.chosen, d)
         if law := in_symbols(trial):
             lines.append(f"  law: {law}")
+        if numbers := in_numbers(trial):
+            lines.append(f"  in numbers: {numbers}")
         for e in effect_parameters(step.chosen, d):
             unit, said = f" {e.unit}" if e.unit != "1" else "", meaning_of(e.name, trial)
             low, high = e.ci95

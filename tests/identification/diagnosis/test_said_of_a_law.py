@@ -27,7 +27,12 @@ from bondgraph.signals.recording import Split
 from bondgraph.support.errors import UnusableInput
 from identification.datasets.opening import match_by_unit
 from identification.diagnosis.catalogue import by_name
-from identification.diagnosis.explanation.law_formula import in_symbols, meaning_of, own_value
+from identification.diagnosis.explanation.law_formula import (
+    in_numbers,
+    in_symbols,
+    meaning_of,
+    own_value,
+)
 from identification.diagnosis.explanation.notes import notes_on_size, taken_over
 from identification.diagnosis.localisation.recording.variables import (
     displacement_words,
@@ -166,6 +171,17 @@ def test_what_acts_on_a_store_from_outside_is_told_as_a_flow(
     assert "into" not in meaning_of("t_0_C_1", made)
     assert in_symbols(made).startswith(words)
     assert "or its integral" not in in_symbols(made)
+
+
+def test_a_power_series_is_told_about_zero_with_its_numbers() -> None:
+    """A cubic that the fit counts from the middle of the range is a cubic from zero."""
+    made = trial(spring(law=series()), "k")
+    made.fit.values = {"k": 200.0, "a_2_k": 0.3, "a_3_k": -0.5, "centre_1_k": 2e-3,
+                       "half_1_k": 0.01}  # fmt: skip
+    # 200 s + 0.3 (s - c)^2 / h^2 - 0.5 (s - c)^3 / h^3, written out
+    told = "force of k = 0.016 + 182*s + 6000*s^2 - 5e+05*s^3, s in m, force in N"
+    assert in_numbers(made) == told
+    assert in_numbers(trial(spring(), "k")) == ""
 
 
 @pytest.mark.parametrize(
