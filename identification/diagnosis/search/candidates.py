@@ -178,7 +178,13 @@ def search(
     `template` holds the data (thinned if that loses nothing) and how to score them.
     """
     first = _selection(ranked, options.keep, scene.nominal.chi2("train") > FAR)
-    trials = fitted(scene, template, first, options, progress, 0.0, 0.65)
+    plain = [s for s in first if s.effect.plain]
+    trials = fitted(scene, template, plain, options, progress, 0.0, 0.15) if plain else []
+    rest = [s for s in first if s not in plain]
+    beat = min((t.train for t in trials), default=np.inf)
+    if beat < EXPLAINED:  # a linear element that was left out: two others are enough beside it
+        rest = rest[:2]
+    trials += fitted(scene, template, rest, options, progress, 0.15, 0.65, beat)
     named = [t for t in trials if t.effect != UNNAMED.name]
     if named:
         best = min(named, key=lambda t: t.train)
@@ -192,6 +198,8 @@ def search(
     return sorted(trials, key=lambda t: t.test)
 
 
+EXPLAINED = 1.3
+"""Training misfit, over the noise's, that is hardly more than noise."""
 COSTLY = 4
 """Place in the ranking up to which costly effects are fitted."""
 

@@ -21,6 +21,7 @@ class Rubbing(Effect):
     """A law of friction; where a mass has no damper it brings one along; abstract."""
 
     family = "friction"
+    simpler: ClassVar[tuple[str, ...]] = ("linear_loss",)
     meanings: ClassVar[Mapping[str, str]] = {"d": "damper beside it, where the model has none"}
 
     def places(self, graph: BondGraph) -> tuple[Element, ...]:

@@ -28,7 +28,7 @@ class StribeckFriction(Rubbing):
         "constant speeds from very slow to fast: the force falls with speed before the viscous "
         "part lifts it; Coulomb friction stays level"
     )
-    simpler = ("coulomb_friction",)
+    simpler = ("coulomb_friction", *Rubbing.simpler)
     source = "Armstrong-Helouvry, Dupont and Canudas de Wit, Automatica 30 (1994) 1083"
     richer = FRICTION_FORMS
     forms = staticmethod(friction_forms)
