@@ -35,8 +35,8 @@ class LackingElement(Effect):
         """Return the unit of the coefficient."""
 
     @abstractmethod
-    def held(self, name: str, coefficient: str) -> C | I | R:
-        """Return the element beside the one of that name, its coefficient a parameter."""
+    def held(self, name: str, coefficient: str, unit: str) -> C | I | R:
+        """Return the element beside the one of that name; its coefficient is a parameter."""
 
     def signatures(self, scene: FittedModel, element: Element) -> tuple[Signature, ...]:
         """Effort of a unit coefficient."""
@@ -52,7 +52,7 @@ class LackingElement(Effect):
             f"{self.word}_{element.name}", typical, self.unit(element),
             lower=LEAST * typical, upper=typical / LEAST, scale=typical,
         )  # fmt: skip
-        made = self.held(element.name, amount.name)
+        made = self.held(element.name, amount.name, self.unit(element))
         graph = g.with_parameters([amount]).with_branch(g.neighbour(element.name), [made])
         tried = [typical, 10.0 * typical]
         if hint is not None:

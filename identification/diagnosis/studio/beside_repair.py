@@ -17,7 +17,7 @@ from identification.diagnosis.diagnose import Diagnosis
 from identification.diagnosis.evidence.kind_score import at_values_of
 from identification.diagnosis.explanation.recovered import recovered
 from identification.diagnosis.screening.observation import traced, watched_signals
-from identification.diagnosis.screening.port_response import probes
+from identification.diagnosis.screening.port_response import Probes, probes
 from identification.study.residual import evaluate
 
 
@@ -47,8 +47,31 @@ def beside_repair(d: Diagnosis, name: str, known: Array) -> Recovered | None:
     known : ndarray of bool, shape (N,)
         Samples that are looked at.
     """
+    if d.repaired is None or not isinstance(d.graph[name], C | R):
+        return None
+    found, own = added_at(d, name, known), traced(d.repaired, name)
+    if found is None or own is None:
+        return None
+    probed, added = found
+    names, (source, factor) = watched_signals(probed.graph).get(name), probed.ports[name]
+    if names is None:
+        return None
+    try:
+        _, traces = probed.observed(names, {source: factor * added})
+    except BondsightError:  # no exact model
+        return None
+    if names[1] not in traces:
+        return None
+    return Recovered(own[0], traces[names[1]] + added, added)
+
+
+def added_at(d: Diagnosis, name: str, known: Array) -> tuple[Probes, Array] | None:
+    """Return what must be added at the only place that was named, shape (N,), SI.
+
+    Beside the values of the repair; with the probes of the model as it is at these values.
+    """
     alone = [s.chosen.element for s in d.findings if s.chosen is not None] == [name]
-    if d.scene is None or d.repaired is None or not alone or not isinstance(d.graph[name], C | R):
+    if d.scene is None or d.repaired is None or not alone:
         return None
     base = d.scene.nominal
     if base.problem.data.n != d.repaired.problem.data.n:
@@ -58,16 +81,6 @@ def beside_repair(d: Diagnosis, name: str, known: Array) -> Recovered | None:
     if not np.isfinite(simulated[known]).all():
         return None
     moved = replace(base, point=point, simulated=simulated)
-    probed, own = probes(moved), traced(d.repaired, name)
+    probed = probes(moved)
     signal = recovered(replace(d, scene=replace(d.scene, nominal=moved)), probed, None, known, name)
-    names = watched_signals(probed.graph).get(name)
-    if signal is None or own is None or names is None:
-        return None
-    source, factor = probed.ports[name]
-    try:
-        _, traces = probed.observed(names, {source: factor * signal.signal})
-    except BondsightError:  # no exact model
-        return None
-    if names[1] not in traces:
-        return None
-    return Recovered(own[0], traces[names[1]] + signal.signal, signal.signal)
+    return None if signal is None else (probed, signal.signal)

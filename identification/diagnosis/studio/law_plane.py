@@ -31,7 +31,8 @@ from identification.diagnosis.screening.port_response import Probes, probes
 from identification.diagnosis.screening.tangent_space import freedom
 from identification.diagnosis.search.candidates import Candidate
 from identification.diagnosis.studio.beside_repair import beside_repair
-from identification.diagnosis.studio.packing import packed
+from identification.diagnosis.studio.lacking_plane import lacking_plane
+from identification.diagnosis.studio.packing import packed, typical
 from identification.diagnosis.studio.ratio_plane import changed_ratio, ratio_plane
 from identification.diagnosis.studio.turns_plane import repeating, turned_plane
 from identification.estimation.single_record import Fit
@@ -96,6 +97,9 @@ def planes(d: Diagnosis, share: float = 1.0) -> dict[str, Any]:
             continue
         if (ratio := changed_ratio(d, name)) is not None:
             found[name] = ratio_plane(d, ratio, probed, basis, known, at)
+            continue
+        if (lacking := lacking_plane(d, name, known, at, line)) is not None:
+            found[name] = lacking
             continue
         if (own := beside_repair(d, name, known)) is not None:
             shown = replace(past, argument=own.argument, output=own.output - own.added)
@@ -175,8 +179,8 @@ def _plane(
             straight, said = straight + gap, said + LEVELLED
     said += SPILLED * _spills(d, name)
     laws = [] if isinstance(d.graph[name], I) else _laws(d, name, points, free, most, known)
-    fx, ux = axis_scale(xu, float(np.nanmax(np.abs(x))))
-    fy, uy = axis_scale(yu, float(np.nanmax(np.abs(y))))
+    fx, ux = axis_scale(xu, float(np.nanmax(np.abs(x[typical(x)]), initial=0.0)))
+    fy, uy = axis_scale(yu, float(np.nanmax(np.abs(y[typical(y)]), initial=0.0)))
     line = _stretch(at.size, most)
     own = next(((s, w) for _, on, s, w in laws if on), None)
     no_points = own is not None and lost(_bend(x[at], y[at]), _bend(*own))

@@ -76,3 +76,19 @@ def kept(n: int, most: int, *values: Array) -> Array:
         found += [a + int(np.argmin(low[a:b])) for a, b in pieces]
         found += [a + int(np.argmax(high[a:b])) for a, b in pieces]
     return np.unique(found)
+
+
+def typical(values: Array) -> Array:
+    """Return which values are no further from nearly all of them than these from each other.
+
+    The first samples of a model that its fit has bent may lie a million times outside.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> typical(np.append(np.linspace(-1.0, 1.0, 1000), 1e6))[[0, -1]].tolist()
+    [True, False]
+    """
+    low, high = np.nanquantile(values, [0.002, 0.998])
+    width = high - low
+    return np.asarray((values >= low - width) & (values <= high + width))

@@ -11,7 +11,7 @@ from identification.diagnosis.diagnose import Diagnosis
 from identification.diagnosis.localisation.recording import MisfitAxis, axes_of
 from identification.diagnosis.localisation.recording.binned import heat_map, profile
 from identification.diagnosis.report.views import curves, residual
-from identification.diagnosis.studio.packing import packed
+from identification.diagnosis.studio.packing import packed, typical
 from identification.estimation.single_record import Fit
 from identification.report.numbers import axis_scale
 
@@ -55,7 +55,9 @@ def _square(f: Fit, d: Diagnosis, column: int) -> tuple[Array, Array] | None:
 
 def _port(axes: tuple[MisfitAxis, ...], fits: list[tuple[str, Array, Array]]) -> dict[str, Any]:
     amplitude, velocity, history = axes
-    (fx, xl), (fy, yl) = _scale(amplitude), _scale(velocity)
+    near = typical(amplitude.values) & typical(velocity.values) & typical(history.values)
+    fits = [(label, keep & near, square[near[keep]]) for label, keep, square in fits]
+    (fx, xl), (fy, yl) = _scale(amplitude, near), _scale(velocity, near)
     maps = []
     for label, keep, square in fits:
         m = heat_map(fx * amplitude.values[keep], fy * velocity.values[keep], square)
@@ -65,17 +67,17 @@ def _port(axes: tuple[MisfitAxis, ...], fits: list[tuple[str, Array, Array]]) ->
         )
     return {
         "xLabel": xl, "yLabel": yl, "maps": maps,
-        "profiles": [_profile(a, fits) for a in (history, amplitude)],
+        "profiles": [_profile(a, fits, near) for a in (history, amplitude)],
     }  # fmt: skip
 
 
-def _scale(a: MisfitAxis) -> tuple[float, str]:
-    factor, unit = axis_scale(a.unit, float(np.nanmax(np.abs(a.values))))
+def _scale(a: MisfitAxis, near: Array) -> tuple[float, str]:
+    factor, unit = axis_scale(a.unit, float(np.nanmax(np.abs(a.values[near]), initial=0.0)))
     return factor, f"{a.name} ({unit})" if unit else a.name
 
 
-def _profile(a: MisfitAxis, fits: list[tuple[str, Array, Array]]) -> dict[str, Any]:
-    factor, label = _scale(a)
+def _profile(a: MisfitAxis, fits: list[tuple[str, Array, Array]], near: Array) -> dict[str, Any]:
+    factor, label = _scale(a, near)
     found = [profile(a.values[keep], square) for _, keep, square in fits]
     return {
         "xLabel": label,

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from base64 import b64decode
+
 import numpy as np
 import pytest
 
@@ -15,6 +17,7 @@ from identification.diagnosis.catalogue.effect import Hint
 from identification.diagnosis.catalogue.lacking_element import per
 from identification.diagnosis.catalogue.places import law_of
 from identification.diagnosis.screening.observation import scene
+from identification.diagnosis.studio.law_plane import planes
 from identification.diagnosis.verdict import in_words
 from identification.estimation.single_record import fit
 from identification.study.problem import Data, Problem
@@ -139,6 +142,14 @@ def test_it_is_named_with_its_value(
     (e,) = (e for e in found.repaired.estimates if e.name in step.chosen.insertion.strengths)
     assert e.value == pytest.approx(value, rel=2e-3)
     assert e.ci95[0] - 1e-3 * value < value < e.ci95[1] + 1e-3 * value
+    plane = planes(found)["of"][at]
+    (law,) = plane["laws"]
+    assert law["label"] == name.replace("_", " ")
+    x, y, along, told = (
+        np.frombuffer(b64decode(v), "<f4") for v in (plane["x"], plane["y"], law["x"], law["y"])
+    )
+    # what must act there, no law assumed, lies on the line of the law but at the ends of the record
+    assert np.median(np.abs(y - np.interp(x, along, told))) < 0.02 * np.ptp(told)
 
 
 def drive(at_load: R | None = None) -> BondGraph:

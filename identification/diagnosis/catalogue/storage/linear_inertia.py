@@ -42,6 +42,6 @@ class LinearInertia(LackingElement):
         """Return effort over the rate of the flow."""
         return per(element, 0)
 
-    def held(self, name: str, coefficient: str) -> I:
+    def held(self, name: str, coefficient: str, unit: str) -> I:
         """Return an inertia."""
-        return I(f"I_lacking_{name}", coefficient)
+        return I(f"I_lacking_{name}", coefficient, unit=unit)

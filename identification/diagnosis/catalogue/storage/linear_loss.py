@@ -41,6 +41,6 @@ class LinearLoss(LackingElement):
         """Return effort over flow."""
         return per(element, 1)
 
-    def held(self, name: str, coefficient: str) -> R:
+    def held(self, name: str, coefficient: str, unit: str) -> R:
         """Return a resistor."""
-        return R(f"R_lacking_{name}", coefficient)
+        return R(f"R_lacking_{name}", coefficient, unit=unit)

@@ -41,6 +41,6 @@ class LinearSpring(LackingElement):
         """Return force over way."""
         return per(element, 2)
 
-    def held(self, name: str, coefficient: str) -> C:
+    def held(self, name: str, coefficient: str, unit: str) -> C:
         """Return a spring."""
-        return C(f"C_lacking_{name}", stiffness=coefficient)
+        return C(f"C_lacking_{name}", stiffness=coefficient, unit=unit)
