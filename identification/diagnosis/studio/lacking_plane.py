@@ -8,6 +8,9 @@ import numpy as np
 
 from bondgraph.graph.elements import C, I, R
 from bondgraph.support.arrays import Array
+from identification.diagnosis.catalogue import CATALOGUE
+from identification.diagnosis.catalogue.friction.rubbing import Rubbing
+from identification.diagnosis.catalogue.lacking_element import LackingElement
 from identification.diagnosis.catalogue.places import law_of
 from identification.diagnosis.diagnose import Diagnosis
 from identification.diagnosis.localisation.recording.variables import variables_of
@@ -75,7 +78,10 @@ def lacking_plane(
 
 
 def _hung(d: Diagnosis, chosen: Candidate) -> C | I | R | None:
-    """Return the element that holds the strengths of a law and is not in the model."""
+    """Return the element that an effect has brought along, with the strengths of its law."""
+    bringing = {e.name for e in CATALOGUE if isinstance(e, LackingElement | Rubbing)}
+    if chosen.effect not in bringing:
+        return None
     graph = chosen.insertion.graph
     for e in graph.of_type(C, I, R):
         if e.name in d.graph.elements:
