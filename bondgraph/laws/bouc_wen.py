@@ -15,7 +15,7 @@ from bondgraph.support.ops import Ops
 
 @dataclass(frozen=True)
 class BoucWenMemory(Law):
-    """``h z`` with ``dz/ds = 1 - |z| (gamma + beta sgn(ds z)) / reach``, exact along every move.
+    """``sign h z``, ``dz/ds = 1 - |z| (gamma + beta sgn(ds z)) / reach``, exact along every move.
 
     The slope of z is ``1 - (beta + gamma) |z|`` while ``|z|`` grows and ``1 + (beta - gamma) |z|``
     while it falls: loops lose energy for ``beta > 0``, soften for ``gamma > -beta``, and harden
@@ -32,6 +32,8 @@ class BoucWenMemory(Law):
         Typical height.
     reach : float
         Typical size of the argument.
+    sign : float
+        1 where it adds to the output, -1 where the output lags behind, as of a drive.
 
     Examples
     --------
@@ -46,6 +48,7 @@ class BoucWenMemory(Law):
     scale: Positive = 1.0
     unit: str = "1"
     reach: Positive = 1.0
+    sign: float = 1.0
     starts: ClassVar[tuple[str, ...]] = ("height", "beta", "gamma", "scale", "unit")
     name: ClassVar[str] = "bouc_wen"
     meanings: ClassVar[Mapping[str, str]] = {
@@ -77,8 +80,8 @@ class BoucWenMemory(Law):
         return s, way * branch(ops, way * z, way * (s - last), 1.0, falling, rising)[0]
 
     def deviation(self, ops: Ops, s: Any, memory: Sequence[Any], p: Sequence[Any]) -> Any:
-        """``h z`` at `s`."""
-        return p[0] * self.advance(ops, s, memory, p)[1]
+        """``sign h z`` at `s`."""
+        return self.sign * p[0] * self.advance(ops, s, memory, p)[1]
 
 
 MOST = 50.0

@@ -312,13 +312,13 @@ def _with_forms(
 ) -> Evidence:
     """Fit richer forms of a law that explains much, but not all.
 
-    Of all laws that explain nearly what the best does; where nothing can be named, half of it, and
-    at first also forms that need no simpler law to begin from: what is large and softens or hardens
-    bends the model until no simple law does anything. A form takes the place of its law only where
-    held-out samples and the stretches left out are both surely better with it than with any law,
-    and little is left; beside a name only noise: what is missing elsewhere may not be made part of
-    a name. Forms that the data do not tell from it come along. Where a kind is told, a form has to
-    be of that kind.
+    Of all laws that explain nearly what the best does, or much where the best leaves much; where
+    nothing can be named, half of it, and at first also forms that need no simpler law to begin
+    from: what is large and softens or hardens bends the model until no simple law does anything. A
+    form takes the place of its law only where held-out samples and the stretches left out are both
+    surely better with it than with any law, and little is left; beside a name only noise: what is
+    missing elsewhere may not be made part of a name. Forms that the data do not tell from it come
+    along. Where a kind is told, a form has to be of that kind.
     """
     unknown = decision.kind == "unknown_physics"
     named = [s for s in evidence.laws if s.trial.effect != UNNAMED.name and s.trial.itself]
@@ -326,7 +326,9 @@ def _with_forms(
         return evidence
     best, plain = named[0], evidence.plain
     most, excess = gained(best, plain), plain.square - 1.0
-    least = MUCH * most if unknown else max(MUCH * excess, NEARLY * most)
+    least = MUCH * most if unknown else MUCH * excess
+    if best.left.most < LOUD:
+        least = max(least, NEARLY * most)
     made: dict[tuple[str, object], tuple[Insertion, ...]] = {}
     for s in named if most > 0 else ():
         effect = next(e for e in found.options.catalogue if e.name == s.trial.effect)
@@ -382,6 +384,8 @@ def _fitted_forms(
 
 MUCH = 0.5
 """Part of the misfit above the noise that a law explains whose richer forms are worth a fit."""
+LOUD = 5.0
+"""Times the noise that a law leaves from which forms of others are tried that explain less."""
 NEARLY = 0.9
 """Part of what the best law explains that it explains at least."""
 

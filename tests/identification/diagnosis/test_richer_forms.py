@@ -10,6 +10,8 @@ import numpy as np
 import pytest
 
 from bondgraph import BondGraph, C, One, R, Zero
+from bondgraph.graph.drives import Drive
+from bondgraph.graph.sensors import Sensor
 from bondgraph.laws import BoucWenMemory, LawSum, Polynomial, StopSum
 from bondgraph.signals.recording import Recording, Split
 from bondgraph.simulation.lure import exact_form
@@ -20,6 +22,7 @@ from identification.diagnosis.evidence.block_score import BlockScore
 from identification.diagnosis.evidence.hypotheses import Scored, Thresholds
 from identification.diagnosis.evidence.kind_score import KindScore
 from identification.diagnosis.evidence.leave_out import LeftOut, Rows
+from identification.diagnosis.screening.observation import scene
 from identification.diagnosis.screening.port_history import FittedModel
 from identification.diagnosis.search.base import base_of
 from identification.diagnosis.search.candidates import (
@@ -157,9 +160,35 @@ def test_plain_stops_keep_their_name() -> None:
         )
 
 
-def test_a_law_of_a_signal_has_no_forms() -> None:
+def test_of_signals_a_drive_alone_has_a_form() -> None:
     _, _, seen, _ = found(stopping)
-    assert by_name("hysteresis").forms(seen, seen.graph["F"], {}) == ()
+    (form,) = by_name("hysteresis").forms(seen, seen.graph["F"], {})
+    assert form.law == "bouc_wen"
+    (sensor, *_) = seen.graph.of_type(Sensor)
+    assert by_name("hysteresis").forms(seen, sensor, {}) == ()
+
+
+def test_loops_of_a_drive_are_those_of_bouc_and_wen() -> None:
+    """Stops left two hundredths, and bristles of the damper were told in their place."""
+    lagging = Drive(law=BoucWenMemory(0.35, 2.5, -1.2, 0.1, reach=10.0, sign=-1.0))
+    t = np.asarray(DT * np.arange(N), np.float64)
+    u = 5.0 + 5.0 * np.sin(0.9 * t) * np.cos(0.13 * t)
+    u = u * np.minimum(t, 1.0)
+    x = simulate(plain().with_element("F", drive=lagging), t, {"F": u}, x0=np.zeros(2))["x"]
+    level = 1e-4 * float(x.std())
+    y = (x + level * np.random.default_rng(3).standard_normal(N))[:, None]
+    split = Split(slice(0, N), slice(N, N), "all")
+    data = Data("loops", t, {"F": u}, y, ("x",), np.array([level]), split)
+    seen = scene(fit(Problem(plain(), data), max_iterations=10))
+    (form,) = by_name("hysteresis").forms(seen, seen.graph["F"], {})
+    made = [
+        fit(Problem(form.graph, data, starts=start), max_iterations=40) for start in form.starts
+    ]
+    best = min(made, key=lambda f: f.cost)
+    assert best.cost < 1.5
+    rates = np.array([best.values["beta_F"], best.values["gamma_F"]]) / best.values["reach_1_F"]
+    np.testing.assert_allclose(rates, [0.25, -0.12], rtol=0.05)
+    assert best.values["h_F"] == pytest.approx(0.35, rel=0.05)
 
 
 @pytest.mark.long

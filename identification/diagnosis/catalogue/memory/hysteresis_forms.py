@@ -8,7 +8,7 @@ from types import MappingProxyType
 
 import numpy as np
 
-from bondgraph.graph.elements import C, Element, R
+from bondgraph.graph.elements import C, Element, R, Source
 from bondgraph.laws import BoucWenMemory, Law, LawSum, MaxwellSlip, Parametrised, Polynomial
 from identification.diagnosis.catalogue.effect import Insertion
 from identification.diagnosis.catalogue.memory.creep import Creep
@@ -25,6 +25,8 @@ def hysteresis_forms(
 ) -> tuple[Insertion, ...]:
     """Return stops of a storage that creep, saturate, or slip later in fast motion; and Bouc-Wen.
 
+    Of a drive Bouc-Wen alone.
+
     Creep in series: Kuhnen and Janocha 1998. Third and fifth power of a Landau potential:
     Devonshire, Phil. Mag. 40 (1949) 1040; Landis, J. Mech. Phys. Solids 50 (2002) 127. Thresholds
     that grow with the rate: Al Janaideh and Krejci, IEEE/ASME Trans. Mechatronics 18 (2013) 1498.
@@ -39,6 +41,8 @@ def hysteresis_forms(
     """
     if isinstance(element, R):
         return _at_their_ways(scene, element, ended.get(PLAIN.name, {}))
+    if isinstance(element, Source) and not element.measured:
+        return (_bouc_wen(scene, element, scene.of(element).largest),)
     if not isinstance(element, C):
         return ()
     past, known = scene.of(element), ended.get(PLAIN.name, {})
@@ -78,12 +82,13 @@ SHAPES = ((4.0, 4.0), (1.0, 1.0), (1.0, -1.0), (1.5, -2.5))
 def _bouc_wen(scene: FittedModel, element: Element, reach: float) -> Insertion:
     """Insert a state of its own, which takes half of the slope at first."""
     past = scene.of(element)
-    unit = stops_at(element, past).unit
-    loops = BoucWenMemory(scale=0.1 * past.slope, unit=unit, reach=reach)
+    stops = stops_at(element, past)
+    slope = past.slope if isinstance(element, C) else 1.0
+    loops = BoucWenMemory(scale=0.1 * slope, unit=stops.unit, reach=reach, sign=stops.sign)
     law = Parametrised(loops, ("reach",), law_units(element)[1:])
     graph, (height, beta, gamma) = PLAIN.with_law(scene, element, law)
-    half = 0.5 * past.slope
-    rest = rebalanced(element, past, half * past.argument)
+    half = 0.5 * slope
+    rest = rebalanced(element, past, half * past.argument) if isinstance(element, C) else {}
     starts = tuple({height: half, beta: b, gamma: g, **rest} for b, g in SHAPES)
     made = PLAIN.inserted(element, graph, starts, (height,), ((beta, OPEN, np.inf),))
     return replace(
