@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from identification.diagnosis.catalogue.words import briefly
+from identification.diagnosis.catalogue.words import briefly, spoken
 from identification.diagnosis.diagnose import Diagnosis
 from identification.diagnosis.explanation.colour import COLOURED
 from identification.diagnosis.explanation.law_formula import (
@@ -31,7 +31,7 @@ from identification.estimation.estimates import Estimate
 from identification.estimation.leaning import leaning_words
 from identification.report.numbers import ends, quantity, telling_apart, times_noise, told
 from identification.report.tables import aligned
-from identification.report.words import listed, ordinal, shortened, spaced
+from identification.report.words import listed, ordinal, shortened
 from identification.uncertainty.tied import remark_on
 
 
@@ -115,16 +115,23 @@ def parameter_lines(d: Diagnosis) -> list[str]:
 
 
 def alike_lines(d: Diagnosis) -> list[str]:
-    """Laws that the data do not tell apart, each with the size that it is fitted to."""
-    return [
-        f"either: {spaced(t.label)}{f' with {sized}' if (sized := size_words(t)) else ''}"
-        f" leaves {times_noise(t.test):.4g} times the noise, all readings together"
-        for step in d.findings
-        if step.answer in ALIKE and len(step.possible) > 1
-        for t in step.possible
-    ]
+    """Laws that the data do not tell apart, each with its size and the values beside it."""
+    lines = []
+    for t in (
+        t for s in d.findings if s.answer in ALIKE and len(s.possible) > 1 for t in s.possible
+    ):
+        sized = f" with {said}" if (said := size_words(t)) else ""
+        left = f"{times_noise(t.test):.4g} times the noise, all readings together"
+        lines.append(f"either: {spoken(t.label)}{sized} leaves {left}")
+        own = [e for e in t.fit.estimates if e.name in d.graph.parameters][:MOST_BESIDE]
+        if own:
+            values = (f"{e.name} = {told(e.value, *e.ci95, e.unit)}" for e in own)
+            lines.append(f"  then {', '.join(values)}")
+    return lines
 
 
+MOST_BESIDE = 6
+"""Values of the model that are told beside each of them."""
 ALIKE = ("look_alikes", "family")
 """Answers that are several laws."""
 

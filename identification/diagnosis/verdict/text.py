@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import dropwhile
+
 import numpy as np
 
 from bondgraph.graph.elements import C, Element, Source
@@ -211,10 +213,19 @@ def _fits(step: Decision, d: Diagnosis) -> str:
         assert step.chosen is not None
         caused = step.chosen.insertion.kind != "time"
         if step.answer == "approximate" and caused and step.law_fit >= EXACT:
-            return f" ({said}; no freer form does better there, but more than noise is left)"
+            best = "" if _outdone_later(step, d) else "no freer form does better there, but "
+            return f" ({said}; {best}more than noise is left)"
         near = ": near, not exact" if step.answer == "approximate" else ""
         said += f"; the law fits to {min(100 * step.law_fit, 99.9):.3g} %{near}"
     return f" ({said})"
+
+
+def _outdone_later(step: Decision, d: Diagnosis) -> bool:
+    """Whether a later step has found that a freer form does better at the place of a name."""
+    later = dropwhile(lambda s: s is not step, d.steps)
+    return step.chosen is not None and any(
+        k.element == step.chosen.element for s in later if s is not step for k in s.kinds
+    )
 
 
 def what_remains(d: Diagnosis) -> str:

@@ -20,8 +20,10 @@ from identification.diagnosis.catalogue import CATALOGUE
 from identification.diagnosis.catalogue.places import law_of
 from identification.diagnosis.catalogue.words import briefly, described, formula, parameters
 from identification.diagnosis.diagnose import Diagnosis
+from identification.diagnosis.evidence.block_score import BlockScore
 from identification.diagnosis.evidence.judged import judged_on
 from identification.diagnosis.evidence.kind_score import KindScore
+from identification.diagnosis.evidence.leave_out import LeftOut, Rows
 from identification.diagnosis.explanation.colour import (
     COLOURED,
     colour_notes,
@@ -199,6 +201,23 @@ def test_a_law_as_good_as_any_form_beside_a_rest_is_not_called_near(found: Diagn
 
     assert "no freer form does better there, but more than noise is left" in said(0.999)
     assert "the law fits to 95 %: near, not exact" in said(0.95)
+
+
+def test_no_form_is_called_best_where_a_later_step_found_a_better_one(found: Diagnosis) -> None:
+    first = replace(found.steps[0], answer="approximate", law_fit=0.999)
+    score = BlockScore(LeftOut(Rows(*(np.zeros(3, int),) * 3), *(np.zeros(3),) * 3))
+
+    def said(element: str) -> str:
+        better = KindScore(element, "surface", score, np.zeros(3))
+        later = replace(
+            first, kind="unknown_physics", answer="unknown", chosen=None, kinds=(better,)
+        )
+        return sentence(replace(found, steps=(first, later)))
+
+    assert "no freer form does better there, but more than noise is left" in said("k")
+    assert "(a loss that depends on the velocity, explains all of the misfit; more than" in said(
+        "d"
+    )
 
 
 def test_residuals_with_a_memory_are_told_beside_the_answer(found: Diagnosis) -> None:

@@ -19,6 +19,7 @@ from identification.diagnosis.verdict.reading import parse_verdict
 from identification.diagnosis.verdict.said_again import retold
 from identification.diagnosis.verdict.text import in_words, sentence
 from identification.report.numbers import quantity
+from identification.report.numbers import told as told_value
 from tests.identification.diagnosis.rubbing_spring import diagnosed
 
 
@@ -162,6 +163,8 @@ def test_look_alikes_are_told_with_their_sizes(dry: Diagnosis) -> None:
     d = decided(dry, "unknown_physics", answer="look_alikes", chosen=other, rivals=(chosen,))
     size = quantity(chosen.fit.values["F_c_d"], "N")
     assert f"either: coulomb friction at d with F_c_d = {size} leaves" in in_words(d)
+    own = next(e for e in chosen.fit.estimates if e.name == "m")
+    assert f"\n  then m = {told_value(own.value, *own.ci95, own.unit)}" in in_words(d)
     (f,) = as_data(d)["findings"]
     told = {r["effect"]: r["evidence"] for r in f["also_possible"]}
     assert told["coulomb_friction"].endswith(f"with F_c_d = {size}")
