@@ -37,7 +37,7 @@ EFFECTS = {
     "drive": {"saturation", "slew_limit", "low_pass", "dead_zone"},
     "storage": {
         "leakage", "internal_leakage", "overflow", "added_mode", "linear_spring", "linear_loss",
-        "linear_inertia",         "eddy_current_loss", "self_heating",
+        "linear_inertia", "eddy_current_loss", "self_heating",
     },
     "flow": {"square_root_flow", "nonlinear_resistance", "diode", "current_limit", "voltage_drop"},
     "measurement": {

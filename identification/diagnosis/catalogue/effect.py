@@ -17,6 +17,7 @@ from bondgraph.graph.sensors import Sensor
 from bondgraph.laws import Law
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import UnusableInput
+from identification.diagnosis.catalogue.places import sense
 from identification.diagnosis.catalogue.site import (
     NOTHING,
     NOWHERE,
@@ -164,6 +165,8 @@ class Effect:
     name: ClassVar[str]
     family: ClassVar[str]
     kind: ClassVar[str] = ""
+    sort: ClassVar[str] = ""
+    """What it is in words, where those of its kind would mislead."""
     law: ClassVar[str]
     sentence: ClassVar[str]
     looks: ClassVar[str] = ""
@@ -181,7 +184,7 @@ class Effect:
     """Leaves the exact dynamics: fitted only where the screening puts it among the first."""
 
     plain: ClassVar[bool] = False
-    """A linear element: fitted at its places even where the screening does not ask for it."""
+    """A linear element: fitted also where the screening ranks it late, if the model is far off."""
 
     joins: ClassVar[bool] = False
     """Acts at two places at once: what is known of laws at one place says nothing of it."""
@@ -244,9 +247,10 @@ class Effect:
         if not hasattr(self, "made"):
             return ()
         at, found = self.site(scene, element), []
+        way = sense(scene.graph, element)
         for shape in self.grid(at):
             law = self.made(at, **shape)
-            columns = [self.added(at, law, values) for values in self.parts(law)]
+            columns = [way * self.added(at, law, values) for values in self.parts(law)]
             found.append(Signature.of(columns, **shape))
         # an empty tuple would exempt it: where no shape is worth trying, nothing is added
         return tuple(found) or (Signature.of((np.zeros(at.past.n),)),)

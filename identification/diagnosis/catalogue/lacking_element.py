@@ -5,11 +5,18 @@ from __future__ import annotations
 from abc import abstractmethod
 from typing import ClassVar
 
+from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import C, Element, I, R
 from bondgraph.graph.parameter import Parameter
 from bondgraph.support.arrays import Array
 from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
+from identification.diagnosis.catalogue.places import sense
 from identification.diagnosis.catalogue.starts import at_least, rubbing_units
+from identification.diagnosis.localisation.recording.variables import (
+    GENERIC,
+    variables_beside,
+    variables_of,
+)
 from identification.diagnosis.screening.port_history import FittedModel, PortHistory
 
 TYPICAL = 0.1
@@ -31,16 +38,17 @@ class LackingElement(Effect):
         """Return what the effort is in proportion to, shape (N,), SI."""
 
     @abstractmethod
-    def unit(self, element: Element) -> str:
+    def unit(self, graph: BondGraph, element: Element) -> str:
         """Return the unit of the coefficient."""
 
     @abstractmethod
     def held(self, name: str, coefficient: str, unit: str) -> C | I | R:
-        """Return the element beside the one of that name; its coefficient is a parameter."""
+        """Return the element, its coefficient a parameter."""
 
     def signatures(self, scene: FittedModel, element: Element) -> tuple[Signature, ...]:
         """Effort of a unit coefficient."""
-        return (Signature.of((self.variable(scene.of(element), element),)),)
+        added = sense(scene.graph, element) * self.variable(scene.of(element), element)
+        return (Signature.of((added,)),)
 
     def insert(self, scene: FittedModel, element: Element, hint: Hint | None = None) -> Insertion:
         """Hang the element at the junction of the one whose flow it has."""
@@ -48,11 +56,12 @@ class LackingElement(Effect):
         way = self.variable(past, element)
         size = float(abs(way).max()) or 1.0
         typical = TYPICAL * past.swing / size
+        unit = self.unit(g, element)
         amount = Parameter(
-            f"{self.word}_{element.name}", typical, self.unit(element),
+            free_name(g, f"{self.word}_{element.name}"), typical, unit,
             lower=LEAST * typical, upper=typical / LEAST, scale=typical,
         )  # fmt: skip
-        made = self.held(element.name, amount.name, self.unit(element))
+        made = self.held(free_name(g, f"lacking_{element.name}"), amount.name, unit)
         graph = g.with_parameters([amount]).with_branch(g.neighbour(element.name), [made])
         tried = [typical, 10.0 * typical]
         if hint is not None:
@@ -61,23 +70,37 @@ class LackingElement(Effect):
         return self.inserted(element, graph, starts, (amount.name,))
 
 
-def per(element: Element, what: int) -> str:
+def free_name(graph: BondGraph, name: str) -> str:
+    """Return a name that neither an element nor a parameter has: this one, or with ``_`` behind."""
+    while name in graph.elements or name in graph.parameters:
+        name += "_"
+    return name
+
+
+def per(graph: BondGraph, element: Element, what: int) -> str:
     """Return the unit of an effort over the flow (1), its rate (0) or the displacement (2).
+
+    Of an element without a unit by what hangs beside it.
 
     Examples
     --------
-    >>> from bondgraph import I, R
-    >>> per(I("m", 1.0, unit="kg"), 1), per(I("J", 1.0, unit="kg*m2"), 2)
-    ('N*s/m', 'N*m/rad')
-    >>> per(R("d", 1.0, unit="N*s/m"), 0), per(R("R", 1.0, unit="ohm"), 0)
-    ('kg', 'H')
-    >>> per(I("L", 1.0, unit="H"), 1)
-    'ohm'
+    >>> from bondgraph import BondGraph, I, One, R
+    >>> with BondGraph("plane") as g:
+    ...     One("body") >> I("m", 1.0, unit="kg")
+    ...     One("loop") >> R("R", 1.0, unit="ohm")
+    >>> [per(g, g["m"], k) for k in (0, 1, 2)], [per(g, g["R"], k) for k in (0, 1)]
+    (['kg', 'N*s/m', 'N/m'], ['H', 'ohm'])
     """
+    v = variables_of(element)
+    if v is GENERIC and not getattr(element, "unit", ""):
+        v = variables_beside(graph, graph.neighbour(element.name))
     units = rubbing_units(element)
+    if v is not GENERIC:
+        units = (v.effort_unit, v.flow_unit, v.displacement_unit)
     if not what:
-        return {"N": "kg", "N*m": "kg*m2", "V": "H"}.get(units[0], f"{units[0]}/({units[1]}/s)")
+        known = {"N": "kg", "N*m": "kg*m2", "V": "H"}
+        return known.get(units[0], f"{units[0]}/({units[1]}/s)")
     effort, over = units[0], units[what].replace("^", "")
     way = over.removesuffix("/s")
     made = f"{effort}*s/{way}" if way != over else f"{effort}/{over}"
-    return "ohm" if made == "V/A" else made
+    return {"V/A": "ohm", "m*s/m3": "s/m2", "m/m3": "1/m2"}.get(made, made)

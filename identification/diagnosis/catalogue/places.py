@@ -10,7 +10,12 @@ from bondgraph.graph.sensors import Sensor
 from bondgraph.laws.law import Law
 from bondgraph.signals.units import Unit, parse_unit
 from bondgraph.support.errors import BondsightError
-from identification.diagnosis.localisation.recording.variables import MOVES, variables_of
+from identification.diagnosis.localisation.recording.variables import (
+    GENERIC,
+    MOVES,
+    variables_beside,
+    variables_of,
+)
 
 SPRINGS = ("N/m", "m/N", "N*m/rad", "rad/(N*m)", "N*m", "1/(N*m)")
 OUTLETS = ("Pa*s/m3", "s/m2")  # the second one where the effort is a level
@@ -109,15 +114,24 @@ def sharing_flow(graph: BondGraph, element: Element) -> tuple[Element, ...]:
     return tuple(found.values())
 
 
+def sense(graph: BondGraph, element: Element) -> float:
+    """Return -1 where the bond of an inertia or a resistor points out of it, else 1.
+
+    Their histories count a flow the other way then than what is added there does.
+    """
+    backwards = isinstance(element, I | R) and graph.bonds_of(element.name)[0].tail == element.name
+    return -1.0 if backwards else 1.0
+
+
 def undamped(graph: BondGraph) -> tuple[Element, ...]:
     """Return stores whose flow meets no resistor, one for each flow: inertias first."""
-    return _alone(graph, (I, C), R)
+    return _alone(graph, (*graph.of_type(I), *graph.of_type(C)), R)
 
 
 def unsprung(graph: BondGraph) -> tuple[Element, ...]:
     """Return masses and dampers that no spring holds, one for each flow: masses first."""
-    moving = {e.name for e in (*masses(graph), *graph.of_type(R)) if _moves(e)}
-    return tuple(e for e in _alone(graph, (I, R), C) if e.name in moving)
+    of = (e for e in (*graph.of_type(I), *graph.of_type(R)) if moves(graph, e))
+    return _alone(graph, tuple(of), C)
 
 
 def without_inertia(graph: BondGraph) -> tuple[Element, ...]:
@@ -125,24 +139,34 @@ def without_inertia(graph: BondGraph) -> tuple[Element, ...]:
 
     One for each flow.
     """
-    return tuple(
+    of = tuple(
         e
-        for e in _alone(graph, (R, C), I)
+        for e in (*graph.of_type(R), *graph.of_type(C))
         if (isinstance(e, R) and _electrical(e))
-        or (_moves(e) and not any(isinstance(b, Zero) for b in sharing_flow(graph, e)))
+        or (moves(graph, e) and not any(isinstance(b, Zero) for b in sharing_flow(graph, e)))
     )
+    return _alone(graph, of, I)
 
 
-def _moves(element: Element) -> bool:
-    return isinstance(element, I) or variables_of(element).displacement in MOVES[:2]
+def moves(graph: BondGraph, element: Element) -> bool:
+    """Whether what flows through an element is a motion, by its unit or what hangs beside it.
+
+    Where nothing tells, only an inertia does.
+    """
+    v = variables_of(element)
+    if v is GENERIC and not getattr(element, "unit", ""):
+        v = variables_beside(graph, graph.neighbour(element.name))
+        if v is GENERIC:
+            return isinstance(element, I)
+    return v.displacement in MOVES[:2]
 
 
 def _alone(
-    graph: BondGraph, of: tuple[type[Element], ...], lacking: type[Element]
+    graph: BondGraph, of: tuple[Element, ...], lacking: type[Element]
 ) -> tuple[Element, ...]:
     found: list[Element] = []
     seen: set[str] = set()
-    for e in (e for kind in of for e in graph.of_type(kind)):
+    for e in of:
         beside = sharing_flow(graph, e)
         if e.name in seen or not beside:
             continue

@@ -77,7 +77,8 @@ def in_numbers(trial: Candidate) -> str:
     s = sp.Symbol(argument_of(e))
     whole = sp.sympify(graph.slope(e)) * s + found
     known = trial.fit.values
-    whole = whole.subs({p: known[str(p)] for p in whole.free_symbols if str(p) in known})
+    numbers = {p: known[str(p)] for p in whole.free_symbols if p != s and str(p) in known}
+    whole = whole.subs(numbers)
     if whole.free_symbols != {s} or not whole.is_polynomial(s):
         return ""
     powers = {k: float(c) for (k,), c in sp.Poly(sp.expand(whole), s).terms()}
@@ -227,7 +228,7 @@ def meaning_of(name: str, trial: Candidate) -> str:
         own = by_name(trial.effect).meanings
     except BondsightError:
         own = {}
-    if said := said_of(name.removesuffix(f"_{trial.element}"), own):
+    if said := said_of(name.rstrip("_").removesuffix(f"_{trial.element}"), own):
         gain = gain_of(trial)
         return said if gain is None else f"{said}; the gain is {gain:.4g}"
     for e in trial.fit.problem.graph.elements.values():

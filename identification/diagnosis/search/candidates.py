@@ -181,9 +181,16 @@ def search(
     plain = [s for s in first if s.effect.plain]
     trials = fitted(scene, template, plain, options, progress, 0.0, 0.15) if plain else []
     rest = [s for s in first if s not in plain]
-    beat = min((t.train for t in trials), default=np.inf)
-    if beat < EXPLAINED:  # a linear element that was left out: two others are enough beside it
-        rest = rest[:2]
+    ahead = min(trials, key=lambda t: t.train, default=None)
+    beat = np.inf if ahead is None else ahead.train
+    if ahead is not None and beat < EXPLAINED:
+        # a linear element was left out: what looks like it, two others and the curve are enough
+        alike = _alike(ahead, ranked)
+        rest = [
+            s for k, s in enumerate(rest)
+            if k < FEW or s.effect.name in alike or s.effect.name == UNNAMED.name
+        ]  # fmt: skip
+    first = [*plain, *rest]
     trials += fitted(scene, template, rest, options, progress, 0.15, 0.65, beat)
     named = [t for t in trials if t.effect != UNNAMED.name]
     if named:
@@ -200,6 +207,8 @@ def search(
 
 EXPLAINED = 1.3
 """Training misfit, over the noise's, that is hardly more than noise."""
+FEW = 2
+"""Others that are fitted beside a linear element that explains everything."""
 COSTLY = 4
 """Place in the ranking up to which costly effects are fitted."""
 

@@ -327,7 +327,7 @@ def _with_forms(
     best, plain = named[0], evidence.plain
     most, excess = gained(best, plain), plain.square - 1.0
     least = MUCH * most if unknown else MUCH * excess
-    if best.left.most < LOUD:
+    if not unknown and best.left.most < LOUD:
         least = max(least, NEARLY * most)
     made: dict[tuple[str, object], tuple[Insertion, ...]] = {}
     for s in named if most > 0 else ():

@@ -11,7 +11,7 @@ from bondgraph.support.arrays import Array
 from identification.diagnosis.catalogue import CATALOGUE
 from identification.diagnosis.catalogue.friction.rubbing import Rubbing
 from identification.diagnosis.catalogue.lacking_element import LackingElement
-from identification.diagnosis.catalogue.places import law_of
+from identification.diagnosis.catalogue.places import law_of, sense
 from identification.diagnosis.diagnose import Diagnosis
 from identification.diagnosis.localisation.recording.variables import variables_of
 from identification.diagnosis.screening.observation import traced
@@ -53,9 +53,9 @@ def lacking_plane(
         word, unit = v.displacement, v.displacement_unit
     if isinstance(held, I):
         argument = np.asarray(np.gradient(argument, d.repaired.problem.data.dt))
-        word, unit = f"rate of the {word}", f"{unit}/s" if unit else ""
+        word, unit = f"rate of the {word}", per_second(unit)
     flow = own[0] if not isinstance(held, C) else np.gradient(own[0], d.repaired.problem.data.dt)
-    added = found[1]
+    added = sense(d.graph, d.graph[name]) * found[1]
     fx, ux = axis_scale(unit, float(np.abs(argument[typical(argument)]).max(initial=0.0)))
     fy, uy = axis_scale(v.effort_unit, float(np.abs(output[typical(output)]).max(initial=0.0)))
     line = at[:: max(1, -(-at.size // most))]
@@ -77,18 +77,32 @@ def lacking_plane(
     }  # fmt: skip
 
 
+def per_second(unit: str) -> str:
+    """Return the unit of a rate.
+
+    Examples
+    --------
+    >>> per_second("m/s"), per_second("A"), per_second("")
+    ('m/s2', 'A/s', '')
+    """
+    if not unit:
+        return ""
+    return f"{unit}2" if unit.endswith("/s") else f"{unit}/s"
+
+
 def _hung(d: Diagnosis, chosen: Candidate) -> C | I | R | None:
     """Return the element that an effect has brought along, with the strengths of its law."""
     bringing = {e.name for e in CATALOGUE if isinstance(e, LackingElement | Rubbing)}
     if chosen.effect not in bringing:
         return None
     graph = chosen.insertion.graph
+    e: C | I | R
     for e in graph.of_type(C, I, R):
         if e.name in d.graph.elements:
             continue
         law = law_of(e)
         own = {p.name for p in law.parameters(e.name)} if law is not None else set()
         own |= {str(s) for s in graph.coefficient(e).free_symbols}
-        if own.issuperset(chosen.insertion.strengths) and isinstance(e, C | I | R):
+        if own.issuperset(chosen.insertion.strengths):
             return e
     return None

@@ -11,6 +11,7 @@ import numpy as np
 from bondgraph.graph.elements import C, Element, I, R, Source
 from bondgraph.graph.parameter import Parameter
 from bondgraph.signals.recording import Recording
+from identification.diagnosis.catalogue import CATALOGUE
 from identification.diagnosis.catalogue.places import law_of, modulated_ratio
 from identification.diagnosis.diagnose import Diagnosis
 from identification.diagnosis.evidence.answer import Decision
@@ -147,7 +148,7 @@ def _named(step: Decision, d: Diagnosis) -> dict[str, Any]:
         "effect": chosen.effect if step.answer in NAMES else "unknown",
         "family": chosen.insertion.family,
         "kind": step.physics,
-        "kind_words": _kind_words(step.physics, chosen.element, d),
+        "kind_words": sort_of(chosen, step.physics, d),
         "sentence": chosen.insertion.sentence if step.answer in NAMES else "",
         "law": chosen.insertion.law,
         "formula": in_symbols(repaired),
@@ -242,6 +243,12 @@ def near_of(found: Iterable[Nearest], d: Diagnosis) -> list[dict[str, Any]]:
         }
         for n in found
     ]
+
+
+def sort_of(chosen: Candidate, kind: str, d: Diagnosis) -> str:
+    """Return the kind of a named law in words: its own where it has some."""
+    own = next((e.sort for e in CATALOGUE if e.name == chosen.effect), "")
+    return own if own and kind else _kind_words(kind, chosen.element, d)
 
 
 def _kind_words(kind: str, element: str, d: Diagnosis) -> str:

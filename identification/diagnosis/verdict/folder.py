@@ -65,5 +65,6 @@ def _write_next(d: Diagnosis, target: Path) -> None:
         return
     units = {s.name: s.unit for s in drives(d.graph)}
     time = d.data.dt * np.arange(made.samples)
-    courses = {f"{n}[{units[n]}]" if units.get(n) else n: u for n, u in made.commands.items()}
-    Recording.from_arrays("next", {"t[s]": time, **courses}).write_csv(target)
+    courses = {f"{n}[{units.get(n) or '1'}]": u for n, u in made.commands.items()}
+    with suppress(UnusableInput):  # a command that is called like the time
+        Recording.from_arrays("next", {"t[s]": time, **courses}).write_csv(target)

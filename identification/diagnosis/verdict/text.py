@@ -24,6 +24,7 @@ from identification.diagnosis.verdict.document import (
     near_of,
     normalised_error,
     sort_at,
+    sort_of,
     unresolved_place,
 )
 from identification.diagnosis.verdict.lines import (
@@ -208,7 +209,7 @@ def _fits(step: Decision, d: Diagnosis) -> str:
     said = f"explains {much(step.share, 0, step.answer == 'exact' or last)} of the misfit"
     if step.physics:
         assert step.chosen is not None
-        said = f"{sort_at(step.physics, d.graph[step.chosen.element])}, {said}"
+        said = f"{sort_of(step.chosen, step.physics, d)}, {said}"
     if np.isfinite(step.law_fit) and step.answer != "exact":
         assert step.chosen is not None
         caused = step.chosen.insertion.kind != "time"

@@ -9,6 +9,7 @@ import pytest
 
 from bondgraph import GY, TF, BondGraph, C, De, Df, Dq, I, One, R, Recording, Se, Zero
 from bondgraph.graph.elements import Element
+from bondgraph.graph.parameter import Parameter
 from bondgraph.laws import Coulomb
 from bondgraph.signals.recording import Split
 from identification import DiagnosisOptions, diagnose
@@ -17,6 +18,7 @@ from identification.diagnosis.catalogue.effect import Hint
 from identification.diagnosis.catalogue.lacking_element import per
 from identification.diagnosis.catalogue.places import law_of
 from identification.diagnosis.screening.observation import scene
+from identification.diagnosis.screening.port_response import probes
 from identification.diagnosis.studio.law_plane import planes
 from identification.diagnosis.verdict import in_words
 from identification.estimation.single_record import fit
@@ -77,11 +79,11 @@ def test_what_is_behind_a_gear_counts_and_what_is_behind_a_spring_does_not() -> 
     assert places("linear_loss", g) == ["J_2", "k"]
     assert places("linear_spring", g) == ["J", "J_2"]
     assert places("linear_inertia", g) == []
-    assert per(g["J_2"], 1) == "N*m*s/rad"
-    assert per(g["k"], 2) == "N*m/rad"
+    assert per(g, g["J_2"], 1) == "N*m*s/rad"
+    assert per(g, g["k"], 2) == "N*m/rad"
 
 
-def test_no_heat_or_charge_is_sprung() -> None:
+def test_heat_has_no_inertia_and_no_spring() -> None:
     with BondGraph("oven") as g:
         hot, flow = Zero("hot"), One("flow")
         Se("T", unit="K") >> flow >> R("R_th", 2.0, unit="K/W")
@@ -89,6 +91,76 @@ def test_no_heat_or_charge_is_sprung() -> None:
         hot >> De("T_1", unit="K")
     for name in ("linear_spring", "linear_loss", "linear_inertia"):
         assert places(name, g) == []
+
+
+def test_elements_without_unit_are_what_hangs_beside_them() -> None:
+    with BondGraph("circuit") as circuit:
+        loop = One("loop")
+        Se("U", unit="V") >> loop >> I("L", 1e-3)
+        loop >> C("C_1", 1e-6, unit="F")
+    assert places("linear_loss", circuit) == ["L"]
+    assert places("coulomb_friction", circuit) == places("linear_spring", circuit) == []
+    assert per(circuit, circuit["L"], 1) == "ohm"
+    with BondGraph("flexure") as flexure:
+        body = One("body")
+        Se("F", unit="N") >> body >> R("d", 3.0)
+        body >> C("k", stiffness=9.0, unit="N/m")
+    assert places("linear_inertia", flexure) == ["d"]
+    assert per(flexure, flexure["d"], 0) == "kg"
+
+
+def test_an_element_that_is_declared_backwards_is_lacking_the_same() -> None:
+    for backwards in (False, True):
+        with BondGraph("stage") as g:
+            body = One("body")
+            Se("F", unit="N") >> body >> SPRING
+            _ = I("m", 1.2, unit="kg") >> body if backwards else body >> MASS
+            body >> Dq("x", unit="m")
+        push = PUSH - PUSH[0]
+        x = simulate(g, T, {"F": push}, hold="linear")["x"][:, None]
+        split = Split(slice(0, T.size), slice(T.size, T.size), "all")
+        data = Data("run", T, {"F": push}, x, ("x",), np.array([NOISE]), split, hold="linear")
+        seen = scene(fit(Problem(g, data), max_iterations=0))
+        (s,) = by_name("linear_loss").signatures(seen, g["m"])
+        made = by_name("linear_loss").insert(seen, g["m"], Hint({}, np.ones(1)))
+        there = made.graph.with_values({made.strengths[0]: 1e-3})
+        more = simulate(there, T, {"F": push}, hold="linear")["x"] - x[:, 0]
+        told = probes(seen.nominal).respond("m", s.columns)[:, 0, 0]
+        assert float(np.corrcoef(more, told)[0, 1]) > 0.99
+
+
+def test_friction_at_a_damper_that_is_declared_backwards() -> None:
+    with BondGraph("stage") as g:
+        body = One("body")
+        Se("F", unit="N") >> body >> MASS
+        body >> SPRING
+        R("d", 3.0, unit="N*s/m") >> body
+        body >> Dq("x", unit="m")
+    push = PUSH - PUSH[0]
+    x = simulate(g, T, {"F": push}, hold="linear")["x"][:, None]
+    split = Split(slice(0, T.size), slice(T.size, T.size), "all")
+    data = Data("run", T, {"F": push}, x, ("x",), np.array([NOISE]), split, hold="linear")
+    seen = scene(fit(Problem(g, data), max_iterations=0))
+    drag = by_name("quadratic_drag")
+    (s,) = drag.signatures(seen, g["d"])
+    there = drag.insert(seen, g["d"]).graph.with_values({"c_2_d": 0.05})
+    more = simulate(there, T, {"F": push}, hold="linear")["x"] - x[:, 0]
+    told = probes(seen.nominal).respond("d", s.columns)[:, 0, 0]
+    assert float(np.corrcoef(more, told)[0, 1]) > 0.99
+
+
+def test_names_that_are_taken_stay_what_they_are() -> None:
+    graph = stage(MASS, C("k", stiffness="damping_m", unit="N/m")).with_parameters(
+        [Parameter("damping_m", 150.0, "N/m")]
+    )
+    data = Data(
+        "run", T, {"F": PUSH}, np.zeros((T.size, 1)), ("x",), np.array([NOISE]),
+        Split(slice(0, T.size), slice(T.size, T.size), "all"),
+    )  # fmt: skip
+    seen = scene(fit(Problem(graph, data), max_iterations=0))
+    made = by_name("linear_loss").insert(seen, graph["m"])
+    assert made.strengths == ("damping_m_",)
+    assert made.graph.parameters["damping_m"].value == 150.0
 
 
 def test_a_winding_without_inductance_may_have_one() -> None:
@@ -99,7 +171,7 @@ def test_a_winding_without_inductance_may_have_one() -> None:
         shaft >> R("b", 5e-5, unit="N*m*s/rad")
         shaft >> Df("w", unit="rad/s")
     assert places("linear_inertia", g) == ["R_w"]
-    assert per(g["R_w"], 0) == "H"
+    assert per(g, g["R_w"], 0) == "H"
     assert places("linear_loss", g) == []
 
 

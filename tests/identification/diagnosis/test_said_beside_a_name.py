@@ -83,6 +83,9 @@ def test_the_next_input_is_a_file_for_the_drive(found: Diagnosis, tmp_path: Path
     assert kept["F"].tolist() == course.tolist()
     assert found.data is not None
     assert kept.dt == pytest.approx(found.data.dt)
+    bare = found.graph.with_element("F", unit="")
+    write_verdict(replace(found, graph=bare, experiments=(wave,)), tmp_path)
+    assert Recording.read(tmp_path / NEXT)["F"].tolist() == course.tolist()
     write_verdict(replace(found, experiments=(sensor,)), tmp_path)
     assert not (tmp_path / NEXT).exists()
 

@@ -9,8 +9,8 @@ from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import Element, I, R
 from bondgraph.laws import Law
 from identification.diagnosis.catalogue.effect import Effect
-from identification.diagnosis.catalogue.lacking_element import per
-from identification.diagnosis.catalogue.places import masses, mechanical_resistors, undamped
+from identification.diagnosis.catalogue.lacking_element import free_name, per
+from identification.diagnosis.catalogue.places import mechanical_resistors, moves, undamped
 from identification.diagnosis.screening.port_history import FittedModel
 
 VISCOUS = 0.05
@@ -26,11 +26,8 @@ class Rubbing(Effect):
 
     def places(self, graph: BondGraph) -> tuple[Element, ...]:
         """Return mechanical resistors, and masses without one."""
-        heavy = {e.name for e in masses(graph)}
-        return (
-            *mechanical_resistors(graph),
-            *(e for e in undamped(graph) if isinstance(e, I) and e.name in heavy),
-        )
+        bare = (e for e in undamped(graph) if isinstance(e, I) and moves(graph, e))
+        return (*mechanical_resistors(graph), *bare)
 
     def home(self, element: Element) -> bool:
         """Whether the model knows that something is lost there."""
@@ -42,9 +39,8 @@ class Rubbing(Effect):
         """Return the graph with the law at the resistor, or at a new one beside a mass."""
         if isinstance(element, R):
             return super().with_law(scene, element, law)
-        past, name = scene.of(element), f"d_{element.name}"
-        while name in scene.graph.elements or name in scene.graph.parameters:
-            name += "_"
-        damper = R(name, VISCOUS * past.swing / past.largest, unit=per(element, 1), law=law)
+        past, name = scene.of(element), free_name(scene.graph, f"d_{element.name}")
+        unit = per(scene.graph, element, 1)
+        damper = R(name, VISCOUS * past.swing / past.largest, unit=unit, law=law)
         graph = scene.graph.with_branch(scene.graph.neighbour(element.name), [damper])
         return graph, tuple(p.name for p in law.parameters(name) if not p.fixed)

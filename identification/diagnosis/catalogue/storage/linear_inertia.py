@@ -7,6 +7,7 @@ from typing import ClassVar, final
 
 import numpy as np
 
+from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import C, Element, I
 from bondgraph.support.arrays import Array
 from identification.diagnosis.catalogue.lacking_element import LackingElement, per
@@ -19,10 +20,11 @@ class LinearInertia(LackingElement):
     """A linear inertia on a flow that has none in the model: effort in proportion to its rate."""
 
     name = "linear_inertia"
-    kind = "slow"
+    kind = "slow"  # as a filter of the motion, whose form is that of an after-effect
+    sort = "an effort in proportion to the rate of its flow"
     law = "inertia"
     sentence = "a mass or an inductance that the model lacks opposes every change of its flow"
-    looks = "quick changes come late and too small, slow ones are right"
+    looks = "slow motion is right, quick motion late and too small, or large at a resonance"
     confused_with = ("low_pass", "sensor_lag", "delay", "creep")
     separated_by = (
         "record what the drive really puts out beside its command, and diagnose with that as the "
@@ -38,10 +40,10 @@ class LinearInertia(LackingElement):
         rate = past.rate
         return np.asarray(np.gradient(rate, past.dt)) if isinstance(element, C) else rate
 
-    def unit(self, element: Element) -> str:
+    def unit(self, graph: BondGraph, element: Element) -> str:
         """Return effort over the rate of the flow."""
-        return per(element, 0)
+        return per(graph, element, 0)
 
     def held(self, name: str, coefficient: str, unit: str) -> I:
         """Return an inertia."""
-        return I(f"I_lacking_{name}", coefficient, unit=unit)
+        return I(name, coefficient, unit=unit)

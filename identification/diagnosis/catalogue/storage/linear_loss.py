@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import ClassVar, final
 
+from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import C, Element, R
 from bondgraph.support.arrays import Array
 from identification.diagnosis.catalogue.lacking_element import LackingElement, per
@@ -37,10 +38,10 @@ class LinearLoss(LackingElement):
         """Return the flow."""
         return past.rate if isinstance(element, C) else past.argument
 
-    def unit(self, element: Element) -> str:
+    def unit(self, graph: BondGraph, element: Element) -> str:
         """Return effort over flow."""
-        return per(element, 1)
+        return per(graph, element, 1)
 
     def held(self, name: str, coefficient: str, unit: str) -> R:
         """Return a resistor."""
-        return R(f"R_lacking_{name}", coefficient, unit=unit)
+        return R(name, coefficient, unit=unit)

@@ -7,6 +7,7 @@ from typing import ClassVar, final
 
 import numpy as np
 
+from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import C, Element
 from bondgraph.support.arrays import Array
 from identification.diagnosis.catalogue.lacking_element import LackingElement, per
@@ -37,10 +38,10 @@ class LinearSpring(LackingElement):
         """Return the displacement."""
         return past.moved if past.moved is not None else np.zeros(past.n)
 
-    def unit(self, element: Element) -> str:
+    def unit(self, graph: BondGraph, element: Element) -> str:
         """Return force over way."""
-        return per(element, 2)
+        return per(graph, element, 2)
 
     def held(self, name: str, coefficient: str, unit: str) -> C:
         """Return a spring."""
-        return C(f"C_lacking_{name}", stiffness=coefficient, unit=unit)
+        return C(name, stiffness=coefficient, unit=unit)
