@@ -86,8 +86,8 @@ def per(graph: BondGraph, element: Element, what: int) -> str:
     --------
     >>> from bondgraph import BondGraph, I, One, R
     >>> with BondGraph("plane") as g:
-    ...     One("body") >> I("m", 1.0, unit="kg")
-    ...     One("loop") >> R("R", 1.0, unit="ohm")
+    ...     mass = One("body") >> I("m", 1.0, unit="kg")
+    ...     wire = One("loop") >> R("R", 1.0, unit="ohm")
     >>> [per(g, g["m"], k) for k in (0, 1, 2)], [per(g, g["R"], k) for k in (0, 1)]
     (['kg', 'N*s/m', 'N/m'], ['H', 'ohm'])
     """
