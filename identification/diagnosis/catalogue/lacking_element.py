@@ -32,14 +32,12 @@ class LackingElement(Effect):
     plain = True
     word: ClassVar[str]
     """Name of the coefficient, without the element."""
+    over: ClassVar[int]
+    """What the effort is in proportion to: the rate of the flow (0), it (1), its integral (2)."""
 
     @abstractmethod
     def variable(self, past: PortHistory, element: Element) -> Array:
         """Return what the effort is in proportion to, shape (N,), SI."""
-
-    @abstractmethod
-    def unit(self, graph: BondGraph, element: Element) -> str:
-        """Return the unit of the coefficient."""
 
     @abstractmethod
     def held(self, name: str, coefficient: str, unit: str) -> C | I | R:
@@ -56,7 +54,7 @@ class LackingElement(Effect):
         way = self.variable(past, element)
         size = float(abs(way).max()) or 1.0
         typical = TYPICAL * past.swing / size
-        unit = self.unit(g, element)
+        unit = per(g, element, self.over)
         amount = Parameter(
             free_name(g, f"{self.word}_{element.name}"), typical, unit,
             lower=LEAST * typical, upper=typical / LEAST, scale=typical,

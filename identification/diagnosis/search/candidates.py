@@ -232,7 +232,7 @@ def _selection(ranked: Sequence[Screened], keep: int, far: bool) -> list[Screene
 
 
 PLAIN = 4
-"""Linear elements that a model may lack altogether, tried wherever they have a place."""
+"""Linear elements that a model may lack altogether, at most: they are quickly fitted."""
 
 
 def rivals_of(

@@ -241,7 +241,7 @@ def drive(at_load: R | None = None) -> BondGraph:
 
 
 def test_friction_where_the_model_has_no_damper() -> None:
-    """It was told at the damper that the model has, beside twice the noise."""
+    """It was told at the damper that the model has."""
     rubs = R("b_l", 1e-6, unit="N*m*s/rad", law=Coulomb(0.06, unit="N*m"))
     torque = 0.04 * PUSH
     seen = simulate(drive(rubs), T, {"M": torque}, hold="linear")

@@ -169,7 +169,7 @@ def test_of_signals_a_drive_alone_has_a_form() -> None:
 
 
 def test_loops_of_a_drive_are_those_of_bouc_and_wen() -> None:
-    """Stops left two hundredths, and bristles of the damper were told in their place."""
+    """Stops cannot follow them, and bristles of the damper were told in their place."""
     lagging = Drive(law=BoucWenMemory(0.35, 2.5, -1.2, 0.1, reach=10.0, sign=-1.0))
     t = np.asarray(DT * np.arange(N), np.float64)
     u = 5.0 + 5.0 * np.sin(0.9 * t) * np.cos(0.13 * t)

@@ -7,10 +7,9 @@ from typing import ClassVar, final
 
 import numpy as np
 
-from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import C, Element, I
 from bondgraph.support.arrays import Array
-from identification.diagnosis.catalogue.lacking_element import LackingElement, per
+from identification.diagnosis.catalogue.lacking_element import LackingElement
 from identification.diagnosis.catalogue.places import without_inertia
 from identification.diagnosis.screening.port_history import PortHistory
 
@@ -34,15 +33,12 @@ class LinearInertia(LackingElement):
     meanings: ClassVar[Mapping[str, str]] = {"inertia": "missing mass or inductance"}
     where = staticmethod(without_inertia)
     word = "inertia"
+    over = 0
 
     def variable(self, past: PortHistory, element: Element) -> Array:
         """Return the rate of the flow."""
         rate = past.rate
         return np.asarray(np.gradient(rate, past.dt)) if isinstance(element, C) else rate
-
-    def unit(self, graph: BondGraph, element: Element) -> str:
-        """Return effort over the rate of the flow."""
-        return per(graph, element, 0)
 
     def held(self, name: str, coefficient: str, unit: str) -> I:
         """Return an inertia."""

@@ -5,10 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import ClassVar, final
 
-from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import C, Element, R
 from bondgraph.support.arrays import Array
-from identification.diagnosis.catalogue.lacking_element import LackingElement, per
+from identification.diagnosis.catalogue.lacking_element import LackingElement
 from identification.diagnosis.catalogue.places import undamped
 from identification.diagnosis.screening.port_history import PortHistory
 
@@ -33,14 +32,11 @@ class LinearLoss(LackingElement):
     }
     where = staticmethod(undamped)
     word = "damping"
+    over = 1
 
     def variable(self, past: PortHistory, element: Element) -> Array:
         """Return the flow."""
         return past.rate if isinstance(element, C) else past.argument
-
-    def unit(self, graph: BondGraph, element: Element) -> str:
-        """Return effort over flow."""
-        return per(graph, element, 1)
 
     def held(self, name: str, coefficient: str, unit: str) -> R:
         """Return a resistor."""

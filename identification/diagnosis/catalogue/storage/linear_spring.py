@@ -7,10 +7,9 @@ from typing import ClassVar, final
 
 import numpy as np
 
-from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import C, Element
 from bondgraph.support.arrays import Array
-from identification.diagnosis.catalogue.lacking_element import LackingElement, per
+from identification.diagnosis.catalogue.lacking_element import LackingElement
 from identification.diagnosis.catalogue.places import unsprung
 from identification.diagnosis.screening.port_history import PortHistory
 
@@ -33,14 +32,11 @@ class LinearSpring(LackingElement):
     meanings: ClassVar[Mapping[str, str]] = {"stiffness": "stiffness of the missing spring"}
     where = staticmethod(unsprung)
     word = "stiffness"
+    over = 2
 
     def variable(self, past: PortHistory, element: Element) -> Array:
         """Return the displacement."""
         return past.moved if past.moved is not None else np.zeros(past.n)
-
-    def unit(self, graph: BondGraph, element: Element) -> str:
-        """Return force over way."""
-        return per(graph, element, 2)
 
     def held(self, name: str, coefficient: str, unit: str) -> C:
         """Return a spring."""
