@@ -143,9 +143,24 @@ def without_inertia(graph: BondGraph) -> tuple[Element, ...]:
         e
         for e in (*graph.of_type(R), *graph.of_type(C))
         if (isinstance(e, R) and _electrical(e))
-        or (moves(graph, e) and not any(isinstance(b, Zero) for b in sharing_flow(graph, e)))
+        or (moves(graph, e) and not _between(graph, e))
     )
     return _alone(graph, of, I)
+
+
+def _between(graph: BondGraph, element: Element) -> bool:
+    """Whether the flow of an element may be that between two parts: a 0-junction is beside it.
+
+    One behind a transformer is of another domain, or of another shaft, and says nothing.
+    """
+    node = graph.neighbour(element.name)
+    reached = [node] if isinstance(graph[node], One) else []
+    for n in reached:  # grows on the way
+        beside = {end for b in graph.bonds_of(n) for end in (b.tail, b.head)}
+        if any(isinstance(graph[m], Zero) for m in beside):
+            return True
+        reached += [m for m in beside if isinstance(graph[m], One) and m not in reached]
+    return False
 
 
 def moves(graph: BondGraph, element: Element) -> bool:

@@ -49,7 +49,7 @@ def exam_answer(
         kept.append(_diagnosed(public, recording_of(layout, public), seed, without))
         return kept[0]
 
-    content = _timed(public, whole)
+    content = timed_answer(public, whole)
     return content | {"baselines": _alongside(*kept) if kept else None}
 
 
@@ -67,7 +67,7 @@ def half_answer(layout: Layout, public: Public, seed: int = 0) -> dict[str, Any]
         recording = recording_of(layout, public)
         return _diagnosed(public, recording.slice(0, recording.n // 2), seed)
 
-    return _timed(public, half)
+    return timed_answer(public, half)
 
 
 def transplant_answer(layout: Layout, public: Public, seed: int = 0) -> dict[str, Any]:
@@ -81,7 +81,7 @@ def transplant_answer(layout: Layout, public: Public, seed: int = 0) -> dict[str
         return _diagnosed(public, transplant(_diagnosed(public, recording, seed), seed), seed)
 
     # the evidence would be of two recordings
-    return {**_timed(public, transplanted), "evidence": []}
+    return {**timed_answer(public, transplanted), "evidence": []}
 
 
 WORKS: Mapping[str, Callable[[Layout, Public, int], dict[str, Any]]] = MappingProxyType(
@@ -118,7 +118,7 @@ def _diagnosed(
     )
 
 
-def _timed(public: Public, work: Callable[[], Diagnosis]) -> dict[str, Any]:
+def timed_answer(public: Public, work: Callable[[], Diagnosis]) -> dict[str, Any]:
     begin, spent, others = time.perf_counter(), time.process_time(), os.times()
     content: dict[str, Any] = {
         "id": public.id, "verdict": None, "error": None, "nominal_rms": None, "repaired_rms": None

@@ -113,16 +113,17 @@ def _one(cell: str, i: int, order: Rng, rng: Rng, world: World) -> DrawnCase:
         case "rare":
             table = world.tables[cell]
             plant, effects = _effect(table, i, order, rng, float(rng.uniform(0, 30)))
-            return _case(cell, plant, effects, rng, "rare")
+            return drawn_case(cell, plant, effects, rng, "rare")
         case "slow":
             return _slow(i, order, rng, world)
         case "broadband":
             return _broadband(i, order, rng, world)
         case "mixed_up":
-            case = _case(cell, *_effect(world.tables[cell], i, order, rng, 30.0), rng)
+            case = drawn_case(cell, *_effect(world.tables[cell], i, order, rng, 30.0), rng)
             return replace(case, sensors=tuple(ALL_PLANTS[case.plant].sensors))
         case _:
-            return _case(cell, *_effect(world.tables[cell], i, order, rng, _strength(rng)), rng)
+            plant, effects = _effect(world.tables[cell], i, order, rng, _strength(rng))
+            return drawn_case(cell, plant, effects, rng)
 
 
 def _strength(rng: Rng) -> float:
@@ -172,7 +173,7 @@ def _excitation(plant: str, effects: Sequence[Hidden], rng: Rng) -> str:
     return "noise" if kind == "closed_loop" and not looped else kind
 
 
-def _case(
+def drawn_case(
     cell: str, plant: str, effects: Sequence[Hidden], rng: Rng, excitation: str = ""
 ) -> DrawnCase:
     """Return a case of a plant with effects, everything else drawn."""
@@ -203,7 +204,7 @@ def _control(i: int, rng: Rng, world: World) -> DrawnCase:
     kinds = [kind for kind, n in CONTROLS.items() for _ in range(n)]
     # neighbours in the list differ, so that a short exam has every kind
     kind = kinds[7 * i % len(kinds)]
-    case = replace(_case("control", plant, (), rng), control_kind=kind)
+    case = replace(drawn_case("control", plant, (), rng), control_kind=kind)
     match kind:
         case "wrong_parameters":
             return replace(case, parameters=_values(plant, rng, 0.4))
@@ -247,7 +248,7 @@ def _further(
 def _several(cell: str, n: int, rng: Rng, world: World) -> DrawnCase:
     plant = _plant(world, rng)
     levels = [float(x) for x in rng.uniform(6, 36, n)]
-    return _case(cell, plant, _further(plant, (), levels, rng, world), rng)
+    return drawn_case(cell, plant, _further(plant, (), levels, rng, world), rng)
 
 
 def _weak_further(i: int, order: Rng, rng: Rng, world: World) -> DrawnCase:
@@ -256,7 +257,7 @@ def _weak_further(i: int, order: Rng, rng: Rng, world: World) -> DrawnCase:
     plant, effects = _effect(world.inside, i, order, rng, strong)
     parts = 10 ** rng.uniform(-2, np.log10(0.05), int(rng.integers(1, 3)))
     levels = [strong + 10 * float(np.log10(x)) for x in parts]
-    return _case("weak_further", plant, _further(plant, effects, levels, rng, world), rng)
+    return drawn_case("weak_further", plant, _further(plant, effects, levels, rng, world), rng)
 
 
 def _slow(i: int, order: Rng, rng: Rng, world: World) -> DrawnCase:
@@ -270,7 +271,7 @@ def _slow(i: int, order: Rng, rng: Rng, world: World) -> DrawnCase:
             for e, law, places in world.tables["slow"]
         ]
         plant, effects = _effect(table, i, order, rng, _strength(rng))
-    case = _case("slow", plant, effects, rng, "slow")
+    case = drawn_case("slow", plant, effects, rng, "slow")
     return replace(case, samples=max(case.samples, 4000))
 
 
@@ -281,5 +282,5 @@ def _broadband(i: int, order: Rng, rng: Rng, world: World) -> DrawnCase:
         plant = _plant(world, rng)
     else:
         plant, effects = _effect(world.inside, i, order, rng, _strength(rng))
-    case = _case("broadband", plant, effects, rng, "broadband")
+    case = drawn_case("broadband", plant, effects, rng, "broadband")
     return replace(case, extra={"lead": float(case.samples // 10)})
