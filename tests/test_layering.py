@@ -48,12 +48,22 @@ def imports(text: str, source: str) -> Iterator[tuple[int, str]]:
             module = ".".join([*base, *(node.module or "").split(".")]).strip(".")
             yield from ((node.lineno, f"{module}.{alias.name}") for alias in node.names)
         elif isinstance(node, ast.Call) and node.args:
-            called = ast.unparse(node.func)
             first = node.args[0]
-            if called in ("__import__", "importlib.import_module", "import_module") and isinstance(
-                first, ast.Constant
-            ):
+            if called(node.func) in IMPORTERS and isinstance(first, ast.Constant):
                 yield node.lineno, str(first.value)
+
+
+IMPORTERS = ("__import__", "importlib.import_module", "import_module")
+
+
+def called(function: ast.expr) -> str:
+    """Return what is called, as it is written; empty where that is no name."""
+    match function:
+        case ast.Name(id=name):
+            return name
+        case ast.Attribute(value=ast.Name(id=name), attr=member):
+            return f"{name}.{member}"
+    return ""
 
 
 def offences(text: str, source: str) -> list[str]:

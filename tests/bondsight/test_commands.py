@@ -130,7 +130,9 @@ def test_one_sentence_says_that_nothing_was_written(
     assert capsys.readouterr().err == line
 
 
-@pytest.mark.parametrize(("more", "code"), [([], 130), (["--time", "1000"], 0)])
+@pytest.mark.parametrize(
+    ("more", "code"), [([], 130), pytest.param(["--time", "1000"], 0, marks=pytest.mark.long)]
+)
 def test_what_is_stopped_in_its_first_step_is_written(
     more: list[str], code: int, carriage: list[str], tmp_path: Path,
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch,

@@ -233,7 +233,7 @@ def test_bad_options_are_refused_in_one_line(
 
 @pytest.mark.parametrize(
     ("name", "said"),
-    [("milli", "unit"), ("reversed", "sign")],
+    [pytest.param("milli", "unit", marks=pytest.mark.long), ("reversed", "sign")],
 )
 def test_suspect_readings_are_said_in_words(
     name: str, said: str, model: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]

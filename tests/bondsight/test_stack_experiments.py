@@ -42,8 +42,8 @@ def test_charge_drive(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> Non
     assert text.count("gain 0.7071 linear") == 3
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("whole", [False, pytest.param(True, marks=pytest.mark.long)])
+@pytest.mark.long
+@pytest.mark.parametrize("whole", [False, True])
 def test_clock_skew(
     whole: bool, capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -163,7 +163,9 @@ def _screened(
     home = effect.home(element)
     if not signatures:
         return Screened(effect, element, home, 0.0, 0, 0.0, None)
-    looks = _best(onto, probes, element, signatures)
+    # what an earlier step has inserted is not in the model that is probed
+    known = [s for s in signatures if all(probes.knows(other) for other, _ in s.beside)]
+    looks = _best(onto, probes, element, known)
     if not looks:
         return None
     gain, x, signature, weights = looks[0]

@@ -147,6 +147,7 @@ def test_an_integrator_of_others_agrees() -> None:
     np.testing.assert_allclose(found["x"], exact.y[0], rtol=0, atol=1e-6)
 
 
+@pytest.mark.long
 def test_steps_are_as_fine_as_the_model_asks() -> None:
     """A resonance of four samples a period: one step a sample is far off."""
     with BondGraph("stage") as g:

@@ -169,7 +169,7 @@ def test_what_remembers_gives_no_energy_away(name: str) -> None:
         assert part[-1] > -1e-6 * np.abs(part).max()
 
 
-@pytest.mark.sampled(every=4)
+@pytest.mark.sampled(every=8)
 @pytest.mark.parametrize("name", EFFECTS)
 def test_cut_anywhere_and_looked_at_it_is_the_same(name: str) -> None:
     """State, dead times, drift and memory go on from call to call; a look leaves no trace."""

@@ -70,6 +70,7 @@ def recorded() -> Recording:
     return recording()
 
 
+@pytest.mark.long
 def test_a_wave_over_many_periods_is_named_with_its_amplitude(recorded: Recording) -> None:
     assert np.ptp(recorded["phi"]) > 14 * PERIOD
     found = diagnose(motor(), recorded, options=DiagnosisOptions(jobs=1))

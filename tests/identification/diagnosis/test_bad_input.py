@@ -76,7 +76,11 @@ def bent(graph: BondGraph, cubic: float, linear: float = 0.0) -> BondGraph:
 
 @pytest.mark.parametrize(
     ("cubic", "n", "seed"),
-    [(1e3, 900, 1), pytest.param(1e3, 600, 2, marks=pytest.mark.long), (-1e3, 600, 1)],
+    [
+        (1e3, 900, 1),
+        pytest.param(1e3, 600, 2, marks=pytest.mark.long),
+        pytest.param(-1e3, 600, 1, marks=pytest.mark.long),
+    ],
 )
 def test_a_model_that_runs_away_gets_an_answer(cubic: float, n: int, seed: int) -> None:
     """A spring that pushes near its middle, or everywhere: the plant does not."""

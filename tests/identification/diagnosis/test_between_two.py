@@ -98,6 +98,7 @@ def found(model: Callable[[str], BondGraph], missing: str) -> Diagnosis:
     ],
     ids=lambda v: v if isinstance(v, str) else "",
 )
+@pytest.mark.sampled(every=3)
 def test_a_law_between_two_is_named_with_its_number(
     model: Callable[[str], BondGraph],
     missing: str,

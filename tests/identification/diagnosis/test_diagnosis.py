@@ -80,6 +80,7 @@ def rubbing() -> Diagnosis:
     ],
     ids=["coulomb", "cubic"],
 )
+@pytest.mark.long
 def test_a_missing_law_is_named(law: Law, effect: str, place: str) -> None:
     if isinstance(law, Polynomial):
         (cubic,) = law.parameters(place)

@@ -43,6 +43,7 @@ def test_where_enough_sub_steps_would_take_too_long_it_is_said(
     assert said in in_words(found)
 
 
+@pytest.mark.long
 def test_steps_in_which_a_recording_was_simulated_are_kept() -> None:
     """What a tool has simulated in steps of a sample is no motion: those steps explain it best."""
     made = lure_of(equations(spring().with_element("d", law=Coulomb(FORCE))))

@@ -27,7 +27,7 @@ def stage(gain: float | None, drive: Drive | None = None) -> BondGraph:
     return g
 
 
-@pytest.mark.parametrize("gain", [None, 4.0])
+@pytest.mark.parametrize("gain", [pytest.param(None, marks=pytest.mark.long), 4.0])
 def test_a_limit_of_the_drive_is_found_behind_a_gain(gain: float | None) -> None:
     x = np.asarray(simulate(stage(None, Drive(law=Saturation(-6.0, 7.0))), T, {"F": FORCE})["x"])
     x = x + 1e-3 * x.std() * np.random.default_rng(3).standard_normal(T.size)

@@ -19,6 +19,7 @@ from identification.diagnosis.catalogue.lacking_element import per
 from identification.diagnosis.catalogue.places import law_of
 from identification.diagnosis.screening.observation import scene
 from identification.diagnosis.screening.port_response import probes
+from identification.diagnosis.screening.score_test import screen
 from identification.diagnosis.studio.law_plane import planes
 from identification.diagnosis.verdict import in_words
 from identification.estimation.single_record import fit
@@ -175,6 +176,44 @@ def test_a_winding_without_inductance_may_have_one() -> None:
     assert places("linear_loss", g) == []
 
 
+def test_a_rotor_without_inertia_may_have_one() -> None:
+    """What is behind its gear, or at the other end of its shaft, is another flow."""
+    with BondGraph("drive") as g:
+        rotor, between, load, shaft = One("rotor"), Zero("between"), One("load"), One("shaft")
+        Se("M", unit="N*m") >> rotor >> R("b", 5e-5, unit="N*m*s/rad")
+        rotor >> TF("n", ratio=0.2) >> between >> load >> I("J", 1e-3, unit="kg*m2")
+        between >> shaft >> C("k", stiffness=9.0, unit="N*m/rad")
+        load >> Df("w", unit="rad/s")
+    assert places("linear_inertia", g) == ["b"]
+
+
+def test_what_was_inserted_joins_nothing_in_the_model_before() -> None:
+    """A mass that was found is another one for a law between two; the probed model has it not."""
+    graph = chain_of_two()
+    push = PUSH - PUSH[0]
+    data = Data(
+        "run", T, {"F": push}, np.zeros((T.size, 1)), ("x",), np.array([NOISE]),
+        Split(slice(0, T.size), slice(T.size, T.size), "all"), hold="linear",
+    )  # fmt: skip
+    seen = scene(fit(Problem(graph, data), max_iterations=0))
+    repaired = by_name("linear_inertia").insert(seen, graph["d_2"]).graph
+    later = scene(fit(Problem(repaired, data), max_iterations=0))
+    found = screen(later, probes(later.nominal, graph), (by_name("cross_coupling"),))
+    assert [s.element.name for s in found] == []
+
+
+def chain_of_two() -> BondGraph:
+    """Two bodies on a spring, the far one without its mass."""
+    with BondGraph("chain") as g:
+        near, far, link, between = One("near"), One("far"), One("link"), Zero("between")
+        Se("F", unit="N") >> near >> MASS
+        near >> DAMPER
+        near >> between >> link >> SPRING
+        between >> TF("lever", ratio=1.0) >> far >> R("d_2", 3.0, unit="N*s/m")
+        near >> Dq("x", unit="m")
+    return g
+
+
 @pytest.mark.parametrize(("name", "held", "at", "value", "unit"), LACKING)
 def test_the_signature_is_what_the_element_does(
     name: str, held: tuple[Element, ...], at: str, value: float, unit: str
@@ -199,6 +238,7 @@ def test_the_signature_is_what_the_element_does(
     assert np.abs(more - said)[moving].max() < 0.03 * np.abs(more[moving]).max()
 
 
+@pytest.mark.sampled(every=2)
 @pytest.mark.parametrize(("name", "held", "at", "value", "unit"), LACKING)
 def test_it_is_named_with_its_value(
     name: str, held: tuple[Element, ...], at: str, value: float, unit: str
@@ -240,6 +280,7 @@ def drive(at_load: R | None = None) -> BondGraph:
     return g
 
 
+@pytest.mark.long
 def test_friction_where_the_model_has_no_damper() -> None:
     """It was told at the damper that the model has."""
     rubs = R("b_l", 1e-6, unit="N*m*s/rad", law=Coulomb(0.06, unit="N*m"))

@@ -170,6 +170,7 @@ def motor(friction: Coulomb | None = None, resistance: float = 2.0) -> BondGraph
     return g
 
 
+@pytest.mark.long
 def test_a_noise_read_off_the_steps_of_a_command_is_read_anew_beside_the_found_law() -> None:
     """The current of a motor answers every step at once: its spectrum tells no noise."""
     samples, dt, noise = 1500, 2e-4, np.array([1e-3, 0.05])

@@ -112,6 +112,7 @@ def voice_coil() -> BondGraph:
     return g
 
 
+@pytest.mark.long
 def test_a_shunted_part_of_a_coil_is_no_distortion_of_the_command() -> None:
     """By equations of its own: current, velocity, position and the current of the shunted part."""
     from scipy.signal import cont2discrete

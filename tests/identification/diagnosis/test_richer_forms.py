@@ -134,6 +134,7 @@ def test_the_form_that_is_there_is_found(true: Callable[[], BondGraph], law: str
     assert set(form.trial.insertion.strengths) > set(lead.trial.insertion.strengths)
 
 
+@pytest.mark.long
 def test_plain_stops_keep_their_name() -> None:
     """Thresholds are not quite the true ones: every form does a little better, none surely.
 

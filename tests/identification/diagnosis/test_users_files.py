@@ -170,6 +170,7 @@ EXCHANGED = [
 ]
 
 
+@pytest.mark.sampled(every=2)
 @pytest.mark.parametrize(("model", "spread", "numbers", "pair"), EXCHANGED)
 def test_exchanged_columns_are_told_whatever_their_units(
     tmp_path: Path,
@@ -185,7 +186,7 @@ def test_exchanged_columns_are_told_whatever_their_units(
     assert f"exchange the headers of {a} and {b} in the file" in d.advice[0]
 
 
-@pytest.mark.parametrize("model", [slower("motor"), "tanks"])
+@pytest.mark.parametrize("model", [slower("motor"), pytest.param("tanks", marks=pytest.mark.long)])
 def test_a_sign_is_told(tmp_path: Path, model: str) -> None:
     wrong = {"motor": "w", "tanks": "p_1"}[model]
     d = answer(written(tmp_path, model, {wrong: "-"}, {}, {}), model, None)
@@ -289,6 +290,7 @@ def test_several_files_with_a_command_in_a_readings_column(tmp_path: Path) -> No
     ("mistake", "friction"),
     [("sign", 9e-2), pytest.param("exchange", 5e-2, marks=pytest.mark.long)],
 )
+@pytest.mark.long
 def test_a_mistake_is_told_beside_physics_that_is_missing(mistake: str, friction: float) -> None:
     """A motor whose friction the model leaves out: the mistake explains most, not all."""
     t = np.arange(1200) * 2e-3

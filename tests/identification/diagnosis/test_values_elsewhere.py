@@ -38,6 +38,7 @@ def written(path: Path, many: float) -> Path:
     return path
 
 
+@pytest.mark.long
 def test_usual_units_of_every_channel_are_tried_where_nothing_points_at_one(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:

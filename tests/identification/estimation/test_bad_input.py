@@ -263,6 +263,7 @@ def test_training_on_what_says_nothing() -> None:
     assert all(wide(found, n, 100.0) for n in TRUTH)
 
 
+@pytest.mark.long
 def test_a_bent_step_finds_the_way_from_an_unstable_start() -> None:
     """The mass would be gone in a tenth of a second, but steps that bend come back."""
     made = Study(falling(-200.0), caught(400), hold="hold", nuisances=NO_NUISANCES)

@@ -89,6 +89,7 @@ def test_agrees_with_single_shooting(options: dict[str, object]) -> None:
     assert here.rmse()["x"] == pytest.approx(there.rmse()["x"], rel=1e-3)
 
 
+@pytest.mark.long
 def test_records_of_different_rates_share_the_parameters() -> None:
     here, there = both(study(record(250), record(200, fs=70.0, seed=8)))
     assert moved_by(here, there).max() < 1e-3

@@ -221,6 +221,7 @@ def test_prior_bounds_and_dead_time() -> None:
     assert held.values["k"] == pytest.approx(1.0, rel=1e-4)
 
 
+@pytest.mark.long
 def test_intervals_cover_the_truth() -> None:
     """Fifty records with noise of their own: about 95 in 100 intervals hold the truth."""
     graph = resonator(damping=1e-3)

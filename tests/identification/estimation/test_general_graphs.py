@@ -46,7 +46,7 @@ def wrong(name: str, seed: int, reach: float) -> Study:
     return Study(graph, record, [Vary(n, start=s) for n, s in zip(free, starts, strict=True)])
 
 
-@pytest.mark.sampled(every=2)
+@pytest.mark.sampled(every=4)
 @pytest.mark.parametrize("name", ["pendulum", "far swung pendulum", "motor", "tank"])
 def test_guess_lands_near_the_truth(name: str) -> None:
     """Factors 1e-2 to 1e2 in every parameter, then a fit whose intervals hold the truth."""

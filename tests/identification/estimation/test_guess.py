@@ -167,7 +167,11 @@ def test_other_records_and_models(name: str, close: float) -> None:
 
 
 @pytest.mark.parametrize(
-    ("name", "seeds"), [("hysteretic spring", (0, 8)), ("rough carriage", (2, 3))]
+    ("name", "seeds"),
+    [
+        ("hysteretic spring", (0, 8)),
+        pytest.param("rough carriage", (2, 3), marks=pytest.mark.long),
+    ],
 )
 def test_laws_are_fitted_beside_the_linear_rest(name: str, seeds: tuple[int, ...]) -> None:
     """Sizes of memory and dry friction are no part of the linear rest; seeds that need trials."""

@@ -99,6 +99,7 @@ def test_far_start_is_found() -> None:
     assert found.cost == pytest.approx(1.0, abs=0.1)
 
 
+@pytest.mark.long
 def test_clock_and_lag_reach_over_the_windows() -> None:
     made = study(record(600, lag=0.15), nuisances=Nuisances(clock=2e-4))
     one, many = estimate(made), estimate(made, "multiple_shooting")

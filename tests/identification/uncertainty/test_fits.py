@@ -110,6 +110,7 @@ def test_a_good_fit_has_no_findings(plain: Estimation) -> None:
     assert text.startswith("the data determine every parameter: m, d, k")
 
 
+@pytest.mark.long
 def test_profiles_in_parallel_are_the_same(fit: FitView) -> None:
     seen: list[str] = []
     one = profiles(fit, ("m", "k"), progress=lambda k, n, name: seen.append(f"{k}/{n} {name}"))

@@ -104,6 +104,7 @@ def test_profiles_and_judgement_hold_the_truth() -> None:
     assert "not worse than the best" in str(compare({"all": made, "two": fewer}))
 
 
+@pytest.mark.long
 def test_intervals_cover_the_truth() -> None:
     """A case is made from the speeds about the rest; too few trials for more than a bound."""
     case = case_of(pendulum(), samples=300, amplitude=2.0)

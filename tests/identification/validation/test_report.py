@@ -141,6 +141,7 @@ def test_the_page_says_what_was_found(fitted: Estimation, text: str) -> None:
     assert f"{rmse:.3g} µm" in text
 
 
+@pytest.mark.long
 def test_the_same_fit_is_written_as_the_same_page(fitted: Estimation, tmp_path: Path) -> None:
     file = write_report(fitted, tmp_path / "fit.html")
     assert file.read_text(encoding="utf-8") == page(fitted)

@@ -109,6 +109,7 @@ def test_only_the_chosen_parameters_count() -> None:
     assert alone < beside <= together * 1.0001
 
 
+@pytest.mark.long
 def test_prior_envelope_corner_and_share() -> None:
     def of(**options: object) -> Signal:
         made = optimal_multisine(

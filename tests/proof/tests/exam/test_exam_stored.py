@@ -34,7 +34,7 @@ from tests.settled import simulate
 from tests.spring import spring
 
 
-@pytest.mark.parametrize("friction", [0.0, 0.3])
+@pytest.mark.parametrize("friction", [0.0, pytest.param(0.3, marks=pytest.mark.long)])
 def test_stored_evidence_gives_the_same_decisions(friction: float) -> None:
     t = np.asarray(0.01 * np.arange(1200), np.float64)
     u = 4 * np.sin(2 * np.pi * 0.7 * t) + 3 * np.sin(2 * np.pi * 2.3 * t)

@@ -130,6 +130,7 @@ def test_a_wider_layout_keeps_what_a_narrower_one_knew() -> None:
     np.testing.assert_array_equal(b.softening[:3], a.softening)
 
 
+@pytest.mark.long
 def test_bond_graph_simulates_the_same_steady_state() -> None:
     p, data = values(), command(4)
     y = MODEL.settled(p, data).y
