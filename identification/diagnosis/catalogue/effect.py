@@ -55,6 +55,8 @@ class Insertion:
         Where states of the law went along the record, from zero, as far as that is known.
     joined : str
         The other element of a law that acts between two.
+    plain : bool
+        A linear element that the model lacks.
     """
 
     effect: str
@@ -72,6 +74,7 @@ class Insertion:
     form: bool = False
     courses: Mapping[str, Array] = field(default_factory=dict, compare=False, repr=False)
     joined: str = ""
+    plain: bool = False
 
     @property
     def label(self) -> str:
@@ -357,6 +360,7 @@ class Effect:
         return Insertion(
             self.name, self.family, self.law, element.name, graph, starts, strengths,
             self.simpler, self.confused_with, self.sentence, kind_at(self.kind, element), within,
+            plain=self.plain,
         )  # fmt: skip
 
 

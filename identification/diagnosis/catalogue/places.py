@@ -142,8 +142,7 @@ def without_inertia(graph: BondGraph) -> tuple[Element, ...]:
     of = tuple(
         e
         for e in (*graph.of_type(R), *graph.of_type(C))
-        if (isinstance(e, R) and _electrical(e))
-        or (moves(graph, e) and not _between(graph, e))
+        if (isinstance(e, R) and _electrical(e)) or (moves(graph, e) and not _between(graph, e))
     )
     return _alone(graph, of, I)
 

@@ -83,7 +83,7 @@ def trial(
     nothing: Any = None  # the decision does not look at graphs
     insertion = Insertion(
         effect, e.family, e.law, element, nothing, ({},), ("s",), e.simpler, e.confused_with,
-        e.sentence, e.kind, (("s", 0.0, most),),
+        e.sentence, e.kind, (("s", 0.0, most),), plain=e.plain,
     )  # fmt: skip
     made = Candidate(insertion, home, left_by(misfit), 1 + misfit**2, test, np.full(BLOCKS, test))
     vars(made)["added"] = added  # else it would be fitted to both parts

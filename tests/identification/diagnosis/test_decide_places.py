@@ -185,6 +185,13 @@ def test_a_law_that_the_form_of_its_kind_cannot_follow_there_imitates_another_pl
     assert "R_a" in d.places or named
 
 
+def test_a_linear_element_that_leaves_noise_needs_no_form_through_the_model_without_it() -> None:
+    """A coupling without its damper rings for ever: no form of a loss answers as it should."""
+    case = Case(5.0, classes=ALIKE).law("linear_loss at k", 0.0)
+    d = case.kind("dissipative", "k", lag(40.0)).kind("mode", "m_1", lag(1.0)).decided()
+    assert (d.kind, label(d)) == ("missing_physics", "linear_loss at k")
+
+
 def test_a_form_elsewhere_that_does_worse_leaves_the_law_where_it_is() -> None:
     case = Case(5.0, classes=ALIKE).law("creep at k", 0.0)
     d = case.kind("slow", "k", lag(40.0)).kind("slow", "R_a", lag(4.0)).decided()
