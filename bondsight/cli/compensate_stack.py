@@ -110,7 +110,7 @@ def _stack_of(sources: list[Path]) -> IdentifiedStack:
     """Return the stack of a file, or identify it from recordings."""
     from actuators.stack.identification import identify_stack
     from actuators.stack.identified import IdentifiedStack
-    from actuators.stack.ramps import Interval
+    from actuators.stack.loading_curve import Interval
     from bondgraph.signals.recording import Recording
 
     if sources[0].suffix == ".json":
