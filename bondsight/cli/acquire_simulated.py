@@ -9,7 +9,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from bondgraph.support.errors import UnusableInput, unknown_name
+from bondgraph.support.errors import unknown_name
 from bondsight.cli.output import words_of
 from bondsight.cli.virtual_bench import served
 
@@ -44,9 +44,7 @@ def simulated(
         strength=options.strength or None, seed=options.seed,
     )  # fmt: skip
     if config.plant.effect not in ("drawn", *effects()) and config.plant.name == "stack":
-        raise UnusableInput(
-            str(unknown_name("effect", config.plant.effect, "the bench", effects()))
-        )
+        raise unknown_name("effect", config.plant.effect, "the bench", effects())
     # refused before a process is started for it
     envelope = P840_1_UNIPOLAR
     _, rate = waveform(options.signal, options.rate, options.samples, envelope, options.seed)
