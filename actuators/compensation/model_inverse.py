@@ -45,31 +45,21 @@ class LumpedStack(Lumped):
 
 
 @dataclass(frozen=True, slots=True)
-class BondGraphStack:
+class BondGraphStack(Polarised):
     """Parameters of `actuators.stack.bond_graph`, with its defaults.
 
     Parameters
     ----------
-    transducer : float
-        Displacement from charge, m/C.
-    stiffness : float
-        Open circuit, N/m.
-    mass : float
-        kg.
-    damping : float
-        N s/m.
-    resistance : float
-        ohm.
-    length : float
-        m, a gauge.
+    transducer, length, stiffness : float
+        Displacement from charge, m/C; m, a gauge; open circuit, N/m.
+    mass, damping, resistance : float
+        kg, N s/m, ohm.
     """
 
-    transducer: float = 0.0327
     stiffness: float = 65e6
     mass: float = 5.3e-3
     damping: float = 80.0
     resistance: float = 5.0
-    length: float = 18e-3
 
     def graph(self, law: Operator) -> BondGraph:
         """Return the model as a bond graph with the law ``E = law(p)``, see `field_law`."""
@@ -173,5 +163,4 @@ def field_law(
 
     `stack` gives T and l.
     """
-    s = stack or BondGraphStack()
-    return polarisation_operator(operator, Polarised(s.transducer, s.length))
+    return polarisation_operator(operator, stack)

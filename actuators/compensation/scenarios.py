@@ -38,7 +38,10 @@ def actuator_like(model: AlJanaideh) -> VirtualActuator:
 def stack_of(actuator: VirtualActuator) -> BondGraphStack:
     """Return the electrics and the body of an actuator as the bond graph model has them."""
     a = actuator
-    return BondGraphStack(a.transducer, a.stiffness, a.mass, a.damping, a.resistance)
+    return BondGraphStack(
+        transducer=a.transducer, stiffness=a.stiffness, mass=a.mass, damping=a.damping,
+        resistance=a.resistance,
+    )  # fmt: skip
 
 
 def deviating(
