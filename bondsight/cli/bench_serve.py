@@ -126,9 +126,10 @@ def station_writer(path: Path, config: Any) -> Any:
 
     def write(addresses: dict[str, str]) -> list[str]:
         from bondgraph.support.whole_file import replacing
-        from hardware.station.virtual import station_table, station_text, stub_library
+        from hardware.station.settings import toml_text
+        from hardware.station.virtual import station_table, stub_library
 
-        text = station_text(station_table(addresses, config, stub_library(), config.card.ppm))
+        text = toml_text(station_table(addresses, config, stub_library()))
         with replacing(path) as stream:
             stream.write(text.encode())
         # a controller gives an edge at the start only, and an acquire line has to work as it is

@@ -65,7 +65,7 @@ def served(config: Any) -> Iterator[ServedBench]:
         with _started(folder) as server:
             try:
                 ready = _await(server, folder / "ready.json")
-                table = station_table(ready["addresses"], config, library, config.card.ppm)
+                table = station_table(ready["addresses"], config, library)
                 bench = ServedBench(settings_from(table, "virtual bench"), str(ready["hash"]))
                 yield bench
                 (folder / "end").touch()
