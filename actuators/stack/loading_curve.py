@@ -279,5 +279,7 @@ def transducer_constant(slope: Slope, stiffness: float, stiffness_error: float =
     """
     if not stiffness > 0.0:
         raise UnusableInput(f"transducer constant: stiffness = {stiffness} N/m must be positive")
-    error = math.hypot(stiffness * slope.standard_error, stiffness_error * slope.value)
-    return Interval.of(stiffness * slope.value, error)
+    value = stiffness * slope.value
+    half = 0.5 * stiffness * (slope.ci95[1] - slope.ci95[0])
+    reach = math.hypot(half, 1.96 * stiffness_error * slope.value)
+    return Interval(value, (value - reach, value + reach))
