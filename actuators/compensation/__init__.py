@@ -1,6 +1,7 @@
 """Hysteresis compensation of a piezo stack: references, inverses, closed loop, tracking numbers."""
 
 from actuators.compensation.adaptive_inverse import AdaptiveInverse as AdaptiveInverse
+from actuators.compensation.closed_loop import SAMPLE_RATE as SAMPLE_RATE
 from actuators.compensation.closed_loop import ControlLoop as ControlLoop
 from actuators.compensation.closed_loop import LoopRun as LoopRun
 from actuators.compensation.closed_loop import run_loop as run_loop

@@ -23,6 +23,9 @@ from bondgraph.signals.drive_limits import DriveLimits
 from bondgraph.support.errors import UnusableInput
 from bondgraph.support.ops import FloatArray
 
+SAMPLE_RATE = 20_000.0
+"""Hz."""
+
 
 @dataclass(frozen=True, slots=True)
 class ControlLoop:
@@ -45,7 +48,7 @@ class ControlLoop:
     controller: ProportionalIntegral | SlidingMode = OPEN
     feedforward: bool = True
     envelope: DriveLimits = UNIPOLAR
-    sample_rate: float = 20_000.0
+    sample_rate: float = SAMPLE_RATE
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,7 +77,6 @@ def run_loop(
     noise: FloatArray | None = None,
     *,
     preview: FloatArray | None = None,
-    substeps: int | None = None,
 ) -> LoopRun:
     """Run a loop from rest at 0 V, actuator and inverse virgin.
 
@@ -89,8 +91,6 @@ def run_loop(
     preview : ndarray, shape (N,), m, optional
         The reference that the feedforward uses, such as the one half a sample later, which undoes
         the delay of the hold; `reference` when not given.
-    substeps : int, optional
-        Steps of the actuator's integrator per sample.
 
     Returns
     -------
@@ -111,17 +111,14 @@ def run_loop(
     start = np.concatenate(
         [np.zeros(actuator.n_states + 2 + loop.controller.n_states), _model_start(loop)]
     )
-    out, _ = run_recursion(_step(loop, actuator, substeps), start, inputs)
+    out, _ = run_recursion(_step(loop, actuator), start, inputs)
     if not np.isfinite(out).all():
-        raise UnusableInput(
-            "run_loop: the loop diverged beyond all numbers; lower the gains, or raise substeps "
-            "if the actuator is stiff"
-        )
+        raise UnusableInput("run_loop: the loop diverged beyond all numbers; lower the gains")
     clipped = loop.envelope.outside(out[:, 1] + out[:, 2])
     return LoopRun(out[:, 0], out[:, 1], clipped)
 
 
-def _step(loop: ControlLoop, actuator: VirtualActuator, substeps: int | None) -> ca.Function:
+def _step(loop: ControlLoop, actuator: VirtualActuator) -> ca.Function:
     """One sample; state: actuator, last error, last reading, controller, model."""
     n, dt, model, controller = (
         actuator.n_states,
@@ -143,7 +140,7 @@ def _step(loop: ControlLoop, actuator: VirtualActuator, substeps: int | None) ->
         voltage, reached, excess, advanced = limited_inverse(model, wanted, memory, loop.envelope)
         after = ca.vertcat(*advanced)
     decided = controller.unwound(decided, reached - wanted, dt)
-    moved = actuator.step(plant, voltage, dt, substeps)
+    moved = actuator.step(plant, voltage, dt)
     measured = plant[1] + given[2]
     return ca.Function(
         "sample",

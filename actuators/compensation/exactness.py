@@ -58,31 +58,19 @@ def operator_residual(
     return voltage, operator.run(voltage, memory)[0] - x_ref
 
 
-def lumped_residual(
-    motion: AnalyticMotion,
-    hysteresis: Operator,
-    stack: LumpedStack,
-    *,
-    envelope: DriveLimits = UNIPOLAR,
-) -> FloatArray:
+def lumped_residual(motion: AnalyticMotion, hysteresis: Operator, stack: LumpedStack) -> FloatArray:
     """Return what the simulated lumped-parameter model leaves of a motion, shape (N,), m.
 
     The simulation starts at rest and takes the voltage as linear between the samples, which is
     the only error besides that of its integrator: it falls with the square of the sample step.
     """
-    voltage = lumped_feedforward(motion, hysteresis, stack, envelope=envelope)
+    voltage = lumped_feedforward(motion, hysteresis, stack)
     return _left(stack.graph(hysteresis), motion, voltage, 4 if stack.resistance else 2)
 
 
-def bond_graph_residual(
-    motion: AnalyticMotion,
-    law: Operator,
-    stack: BondGraphStack,
-    *,
-    envelope: DriveLimits = UNIPOLAR,
-) -> FloatArray:
+def bond_graph_residual(motion: AnalyticMotion, law: Operator, stack: BondGraphStack) -> FloatArray:
     """Return what the simulated general bond graph model leaves of a motion, shape (N,), m."""
-    voltage = bond_graph_feedforward(motion, law, stack, envelope=envelope)
+    voltage = bond_graph_feedforward(motion, law, stack)
     return _left(stack.graph(law), motion, voltage, 3)
 
 

@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 from actuators.compensation.recursion import run_recursion
 from actuators.stack.voltage_limits import UNIPOLAR
 from bondgraph.hysteresis import Memory, PrandtlIshlinskii
-from bondgraph.hysteresis.checks import finite_record, memory_states
+from bondgraph.hysteresis.checks import finite_record
 from bondgraph.hysteresis.invertible import InvertibleOperator
 from bondgraph.signals.drive_limits import DriveLimits
 from bondgraph.support.ops import CASADI, Expression, FloatArray
@@ -124,15 +124,16 @@ def limited_inverse(
 def limited_feedforward(
     operator: Invertible,
     x_ref: ArrayLike,
-    memory: Sequence[Expression] | None = None,
     *,
     envelope: DriveLimits = UNIPOLAR,
 ) -> LimitedFeedforward:
     """Return the command of `feedforward` held within the envelope, with its clipped samples.
 
+    The operator starts virgin at 0 V.
+
     Parameters
     ----------
-    operator, x_ref, memory, envelope
+    operator, x_ref, envelope
         As in `feedforward`.
 
     Returns
@@ -149,8 +150,6 @@ def limited_feedforward(
     >>> round(1e9 * float(limited.reached[2]))
     1000
     """
-    given = operator.initial_memory(0.0) if memory is None else memory
-    start = memory_states("the memory given", operator.n_memory, given)
     z, wanted = ca.SX.sym("z", operator.n_memory), ca.SX.sym("x")
     states = tuple(z[i] for i in range(operator.n_memory))
     voltage, reached, excess, after = limited_inverse(operator, wanted, states, envelope)
@@ -158,7 +157,8 @@ def limited_feedforward(
         "limited", [z, wanted], [ca.vertcat(*after), ca.vertcat(voltage, reached, excess)]
     )
     record = finite_record(x_ref)[:, None]
-    out, last = run_recursion(step, np.asarray(start, dtype=float), record)
+    start = np.asarray(operator.initial_memory(0.0), dtype=float)
+    out, last = run_recursion(step, start, record)
     clipped = envelope.outside(out[:, 0] + out[:, 2])
     return LimitedFeedforward(out[:, 0], out[:, 1], clipped, tuple(last.tolist()))
 

@@ -6,7 +6,6 @@ alone of a measured signal, would put peaks far above the signal into the voltag
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 
 import numpy as np
@@ -20,7 +19,7 @@ from bondgraph import BondGraph
 from bondgraph.hysteresis import AngInverse, Operator, PrandtlIshlinskii
 from bondgraph.laws import Hysteretic
 from bondgraph.signals.drive_limits import DriveLimits
-from bondgraph.support.ops import Expression, FloatArray
+from bondgraph.support.ops import FloatArray
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,31 +45,21 @@ class LumpedStack(Lumped):
 
 
 @dataclass(frozen=True, slots=True)
-class BondGraphStack:
+class BondGraphStack(Polarised):
     """Parameters of `actuators.stack.bond_graph`, with its defaults.
 
     Parameters
     ----------
-    transducer : float
-        Displacement from charge, m/C.
-    stiffness : float
-        Open circuit, N/m.
-    mass : float
-        kg.
-    damping : float
-        N s/m.
-    resistance : float
-        ohm.
-    length : float
-        m, a gauge.
+    transducer, length, stiffness : float
+        Displacement from charge, m/C; m, a gauge; open circuit, N/m.
+    mass, damping, resistance : float
+        kg, N s/m, ohm.
     """
 
-    transducer: float = 0.0327
     stiffness: float = 65e6
     mass: float = 5.3e-3
     damping: float = 80.0
     resistance: float = 5.0
-    length: float = 18e-3
 
     def graph(self, law: Operator) -> BondGraph:
         """Return the model as a bond graph with the law ``E = law(p)``, see `field_law`."""
@@ -81,7 +70,6 @@ def lumped_feedforward(
     motion: AnalyticMotion,
     hysteresis: Operator | None,
     stack: LumpedStack | None = None,
-    memory: Sequence[Expression] | None = None,
     *,
     force: float = 0.0,
     envelope: DriveLimits = UNIPOLAR,
@@ -97,9 +85,8 @@ def lumped_feedforward(
         With a resistance its jerk enters through q', so the acceleration must be continuous.
     hysteresis : Operator or None
         H, charge (C) to voltage (V), such as ``MaxwellResistiveCapacitor.stack_2hz()``.
+        Virgin at the first charge.
     stack : LumpedStack, optional
-    memory : sequence of float, optional
-        Memory of H before the first sample; virgin at the first charge when not given.
     force : float
         Constant external force F_e, N.
     envelope : DriveLimits
@@ -123,7 +110,7 @@ def lumped_feedforward(
     charge = s.transducer * motion.x + s.capacitance * v_t
     rate = (s.mass * motion.j + s.damping * motion.a + s.stiffness * motion.v) / s.transducer
     current = s.transducer * motion.v + s.capacitance * rate
-    v_h = np.zeros_like(v_t) if hysteresis is None else hysteresis.run(charge, memory)[0]
+    v_h = np.zeros_like(v_t) if hysteresis is None else hysteresis.run(charge)[0]
     return envelope.require(v_t + v_h + s.resistance * current, "lumped feedforward")
 
 
@@ -131,16 +118,14 @@ def bond_graph_feedforward(
     motion: AnalyticMotion,
     law: Operator,
     stack: BondGraphStack | None = None,
-    memory: Sequence[Expression] | None = None,
     *,
-    force: float = 0.0,
     envelope: DriveLimits = UNIPOLAR,
 ) -> FloatArray:
     """Return the voltage for which the general bond graph model follows a motion.
 
-    With ``p = (l/T) (x + (m x'' + R x' - F_e)/k)``::
+    With ``p = (l/T) (x + (m x'' + R x')/k)``::
 
-        V_in = l E_C(p) + T (m x'' + R x' - F_e) + (R_e/l) p'
+        V_in = l E_C(p) + T (m x'' + R x') + (R_e/l) p'
 
     Parameters
     ----------
@@ -148,10 +133,9 @@ def bond_graph_feedforward(
         Its jerk enters through p'. If the acceleration jumps, p jumps too, which takes an impulse
         of voltage as long as R_e > 0: use `smooth_reference`.
     law : Operator
-        E_C, dipole (C m) to field (V/m), see `field_law`.
+        E_C, dipole (C m) to field (V/m), see `field_law`; virgin at the first dipole.
     stack : BondGraphStack, optional
-    memory, force, envelope
-        As in `lumped_feedforward`, with the memory of E_C; virgin at the first dipole.
+    envelope : DriveLimits
 
     Returns
     -------
@@ -159,15 +143,15 @@ def bond_graph_feedforward(
 
     References
     ----------
-    Stack actuator thesis, eq. (5.4), with the external force it leaves out.
+    Stack actuator thesis, eq. (5.4).
     """
     s = stack or BondGraphStack()
-    load = s.mass * motion.a + s.damping * motion.v - force
+    load = s.mass * motion.a + s.damping * motion.v
     load_rate = s.mass * motion.j + s.damping * motion.a
     per_metre = s.length / s.transducer
     dipole = per_metre * (motion.x + load / s.stiffness)
     dipole_rate = per_metre * (motion.v + load_rate / s.stiffness)
-    field, _ = law.run(dipole, memory)
+    field, _ = law.run(dipole)
     voltage = s.length * field + s.transducer * load + s.resistance / s.length * dipole_rate
     return envelope.require(voltage, "bond graph feedforward")
 
@@ -179,5 +163,4 @@ def field_law(
 
     `stack` gives T and l.
     """
-    s = stack or BondGraphStack()
-    return polarisation_operator(operator, Polarised(s.transducer, s.length))
+    return polarisation_operator(operator, stack)

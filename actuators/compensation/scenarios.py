@@ -18,9 +18,7 @@ from actuators.compensation.model_inverse import (
 from actuators.compensation.motion import AnalyticMotion
 from actuators.compensation.sliding_mode import sliding_like
 from actuators.compensation.virtual_actuator import VirtualActuator
-from actuators.stack.voltage_limits import UNIPOLAR
 from bondgraph.hysteresis import AlJanaideh, Ang, MaxwellResistiveCapacitor
-from bondgraph.signals.drive_limits import DriveLimits
 from bondgraph.support.ops import FloatArray
 
 CREEP_RATIOS, CREEP_TIMES = (0.02, 0.02, 0.02), (0.05, 0.5, 5.0)
@@ -40,7 +38,10 @@ def actuator_like(model: AlJanaideh) -> VirtualActuator:
 def stack_of(actuator: VirtualActuator) -> BondGraphStack:
     """Return the electrics and the body of an actuator as the bond graph model has them."""
     a = actuator
-    return BondGraphStack(a.transducer, a.stiffness, a.mass, a.damping, a.resistance)
+    return BondGraphStack(
+        transducer=a.transducer, stiffness=a.stiffness, mass=a.mass, damping=a.damping,
+        resistance=a.resistance,
+    )  # fmt: skip
 
 
 def deviating(
@@ -86,9 +87,6 @@ def strategies(
     other: Ang,
     linear_gain: float,
     controller: ProportionalIntegral,
-    *,
-    envelope: DriveLimits = UNIPOLAR,
-    sample_rate: float = 20_000.0,
 ) -> dict[str, ControlLoop]:
     """Return the open and closed loops that are compared.
 
@@ -99,34 +97,23 @@ def strategies(
     linear_gain : float
         m/V, of the compensation that knows of no hysteresis.
     controller : ProportionalIntegral
-    envelope : DriveLimits
-    sample_rate : float
-        Hz.
     """
     linear, off = linear_operator(linear_gain), OPEN
     return {
-        "linear feedforward": ControlLoop(linear, off, True, envelope, sample_rate),
-        "Al Janaideh inverse": ControlLoop(model, off, True, envelope, sample_rate),
-        "Ang inverse": ControlLoop(other, off, True, envelope, sample_rate),
-        "PI alone": ControlLoop(linear, controller, False, envelope, sample_rate),
-        "PI + linear": ControlLoop(linear, controller, True, envelope, sample_rate),
-        "PI + inverse": ControlLoop(model, controller, True, envelope, sample_rate),
-        "sliding + inverse": ControlLoop(
-            model, sliding_like(controller), True, envelope, sample_rate
-        ),
-        "adaptive inverse": ControlLoop(AdaptiveInverse(model), off, True, envelope, sample_rate),
-        "PI + adaptive": ControlLoop(
-            AdaptiveInverse(model), controller, True, envelope, sample_rate
-        ),
+        "linear feedforward": ControlLoop(linear, off),
+        "Al Janaideh inverse": ControlLoop(model, off),
+        "Ang inverse": ControlLoop(other, off),
+        "PI alone": ControlLoop(linear, controller, False),
+        "PI + linear": ControlLoop(linear, controller),
+        "PI + inverse": ControlLoop(model, controller),
+        "sliding + inverse": ControlLoop(model, sliding_like(controller)),
+        "adaptive inverse": ControlLoop(AdaptiveInverse(model), off),
+        "PI + adaptive": ControlLoop(AdaptiveInverse(model), controller),
     }
 
 
 def model_voltages(
-    model: AlJanaideh,
-    nominal: VirtualActuator,
-    motion: AnalyticMotion,
-    *,
-    envelope: DriveLimits = UNIPOLAR,
+    model: AlJanaideh, nominal: VirtualActuator, motion: AnalyticMotion
 ) -> dict[str, FloatArray]:
     """Return the voltages, shape (N,), by which the inverses of whole models follow a motion.
 
@@ -138,13 +125,12 @@ def model_voltages(
         Gives the body, and the electrics of the bond graph model. The lumped model has the Maxwell
         elements of table 6.4, identified on another record, so it fits less well.
     motion : AnalyticMotion
-    envelope : DriveLimits
     """
     stack = stack_of(nominal)
     lumped = LumpedStack(transducer=REFITTED_TRANSDUCER, mass=nominal.mass, damping=nominal.damping)
     maxwell = MaxwellResistiveCapacitor.stack_2hz()
     law = field_law(model, stack)
     return {
-        "bond graph inverse": bond_graph_feedforward(motion, law, stack, envelope=envelope),
-        "lumped inverse": lumped_feedforward(motion, maxwell, lumped, envelope=envelope),
+        "bond graph inverse": bond_graph_feedforward(motion, law, stack),
+        "lumped inverse": lumped_feedforward(motion, maxwell, lumped),
     }

@@ -16,6 +16,9 @@ import casadi as ca
 from actuators.compensation.margins import ProportionalIntegral
 from bondgraph.support.errors import require_positive
 
+LAYER = 200e-9
+"""Half width of the boundary layer of `sliding_like`, m."""
+
 
 @dataclass(frozen=True, slots=True)
 class SlidingMode:
@@ -59,9 +62,9 @@ class SlidingMode:
         return ca.vertcat(state[0] + missing, state[1])
 
 
-def sliding_like(linear: ProportionalIntegral, layer: float = 200e-9) -> SlidingMode:
+def sliding_like(linear: ProportionalIntegral) -> SlidingMode:
     """Return the sliding mode that is inside its layer as fast as a linear controller.
 
     Its surface is a tenth of the integral gain, which costs 6 degrees of phase.
     """
-    return SlidingMode(linear.integral * layer, layer, 0.1 * linear.integral)
+    return SlidingMode(linear.integral * LAYER, LAYER, 0.1 * linear.integral)

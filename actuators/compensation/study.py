@@ -10,11 +10,12 @@ import numpy as np
 
 from actuators.compensation import (
     P840_1,
+    SAMPLE_RATE,
+    UNIPOLAR,
     AdaptiveInverse,
     AnalyticMotion,
     BondGraphStack,
     ControlLoop,
-    DriveLimits,
     LumpedStack,
     Margins,
     ProportionalIntegral,
@@ -47,6 +48,8 @@ if TYPE_CHECKING:
 
 MODEL, OTHER = AlJanaideh.stack_2hz(), Ang.stack_2hz()
 """Eq. (6.2) and (6.3): one stack; the virtual actuators are drawn around the first."""
+NOISE = 2e-9
+"""Standard deviation of the displacement sensor, m."""
 NANO = 1e9
 Response = Callable[[VirtualActuator, FloatArray, float], FloatArray]
 """Displacement (m) of an actuator under voltages (V) at a sample rate (Hz)."""
@@ -111,18 +114,15 @@ class CompensationStudy:
         The nominal one.
     scenarios : mapping of str to VirtualActuator
         Those that deviate from it, the nominal one first.
-    linear_gain, noise : float
-        Secant gain of `MODEL` (m/V); standard deviation of the displacement sensor (m).
+    linear_gain : float
+        Secant gain of `MODEL`, m/V.
     """
 
     actuator: VirtualActuator
     scenarios: Mapping[str, VirtualActuator]
     loops: Mapping[str, ControlLoop]
     controller: ProportionalIntegral
-    envelope: DriveLimits
-    sample_rate: float
     linear_gain: float
-    noise: float
     seed: int
 
     def margins(self) -> tuple[LoopMargins, ...]:
@@ -134,9 +134,9 @@ class CompensationStudy:
             ("all deviations, inverse", self.scenarios["all"], 0.0),
         ):
             for slipping, word in ((True, "within a stroke"), (False, "after a reversal")):
-                plant = _sampled(real, slipping, self.sample_rate)
+                plant = _sampled(real, slipping)
                 # the inverse divides by the slope of the model, the plain gain by the same always
-                own = by or _sampled(self.actuator, slipping, self.sample_rate).static_gain
+                own = by or _sampled(self.actuator, slipping).static_gain
                 m = margins(plant.scaled(1.0 / own), self.controller)
                 found.append(LoopMargins(name, word, m))
         return tuple(found)
@@ -145,7 +145,7 @@ class CompensationStudy:
         """Return `margins` as text."""
         c = self.controller
         lines = [
-            f"== closed loop at {self.sample_rate:g} Hz: kp {c.proportional:.4g}, "
+            f"== closed loop at {SAMPLE_RATE:g} Hz: kp {c.proportional:.4g}, "
             f"ki {c.integral:.4g} 1/s",
             "gain margin, phase margin, delay margin, crossover, loop gain at the resonance, poles",
         ]
@@ -166,9 +166,9 @@ class CompensationStudy:
             runs = [run_loop(loop, a, wanted.x, noise, preview=ahead.x) for a in actuators]
             held += sum(int(run.clipped.sum()) for run in runs)
             rows[name] = tuple(tracking(wanted.x, run.x) for run in runs)
-        voltages = model_voltages(MODEL, self.actuator, ahead, envelope=self.envelope)
+        voltages = model_voltages(MODEL, self.actuator, ahead)
         for name, v in voltages.items():
-            rows[name] = tuple(tracking(wanted.x, a.run(v, self.sample_rate)) for a in actuators)
+            rows[name] = tuple(tracking(wanted.x, a.run(v, SAMPLE_RATE)) for a in actuators)
         return TrackingTable("virtual actuator", frequency, tuple(self.scenarios), rows, held)
 
     def open_loop(self, what: str, frequency: float, respond: Response) -> TrackingTable:
@@ -181,8 +181,8 @@ class CompensationStudy:
             if not isinstance(loop.model, AdaptiveInverse)
         }  # fmt: skip
         for name, model in list(fixed.items())[:3]:
-            v = feedforward(model, wanted.x, envelope=self.envelope)
-            found = (respond(a, v, self.sample_rate) for a in first.values())
+            v = feedforward(model, wanted.x)
+            found = (respond(a, v, SAMPLE_RATE) for a in first.values())
             rows[name] = tuple(tracking(wanted.x, x) for x in found)
         return TrackingTable(what, frequency, tuple(first), rows)
 
@@ -209,68 +209,52 @@ class CompensationStudy:
 
     def _motions(self, frequency: float) -> tuple[AnalyticMotion, AnalyticMotion, FloatArray]:
         """Return the reference at the samples, half a sample later, and the sensor's noise."""
-        time = np.arange(round(2.0 * self.sample_rate / frequency) + 1) / self.sample_rate
-        noise = self.noise * np.random.default_rng(self.seed).standard_normal(time.size)
-        ahead = thesis_reference(time + 0.5 / self.sample_rate, frequency)
+        time = np.arange(round(2.0 * SAMPLE_RATE / frequency) + 1) / SAMPLE_RATE
+        noise = NOISE * np.random.default_rng(self.seed).standard_normal(time.size)
+        ahead = thesis_reference(time + 0.5 / SAMPLE_RATE, frequency)
         return thesis_reference(time, frequency), ahead, noise
 
 
 def compensation_study(
     *,
     frequencies: Iterable[float] = (),
-    sample_rate: float = 20_000.0,
-    limits: tuple[float, float] = (0.0, 100.0),
     spread: float = 0.1,
-    noise: float = 2e-9,
-    gain_margin: float = 2.0,
-    phase_margin: float = 60.0,
     seed: int = 1,
 ) -> CompensationStudy:
     """Draw virtual actuators and design the loops that compensate them.
 
     Parameters
     ----------
-    frequencies, sample_rate : iterable of float, float
-        Of the references that will be asked for (checked here) and of the loop, Hz.
-    limits : tuple of float
-        Voltages the actuator may see, V.
-    spread, noise, seed : float, float, int
-        Relative spread of the actuator's weights and thresholds, standard deviation of the
-        displacement sensor (m), and the seed of both.
-    gain_margin, phase_margin : float
-        Least margins of the loop, factor and degrees.
+    frequencies : iterable of float
+        Of the references that will be asked for (checked here), Hz.
+    spread, seed : float, int
+        Relative spread of the actuator's weights and thresholds, and the seed of it and of the
+        sensor's noise.
 
     Raises
     ------
-    UnusableInput, VoltageLimit
-        If an option cannot be used, or the reference does not fit into the limits.
+    UnusableInput
+        If an option cannot be used.
     """
     rates = tuple(frequencies)
-    if not all(0.0 < f <= sample_rate / 40 for f in rates):
+    if not all(0.0 < f <= SAMPLE_RATE / 40 for f in rates):
         raise UnusableInput(
             f"compensate: frequencies {rates} Hz must lie above 0 and up to 1/40 of the sample "
-            f"rate {sample_rate:g} Hz"
+            f"rate {SAMPLE_RATE:g} Hz"
         )
-    if not (0.0 <= spread < 0.5 and noise >= 0.0):
-        raise UnusableInput(
-            f"compensate: needs 0 <= spread {spread:g} < 0.5 and noise {noise:g} >= 0"
-        )
-    envelope = DriveLimits(*limits)
+    if not 0.0 <= spread < 0.5:
+        raise UnusableInput(f"compensate: needs 0 <= spread {spread:g} < 0.5")
     x = thesis_reference(np.linspace(0.0, 2.0, 20_001)).x
-    gain = float(x.max() / feedforward(MODEL, x, envelope=envelope).max())
+    gain = float(x.max() / feedforward(MODEL, x).max())
     actuator = actuator_like(MODEL)
-    plants = [_sampled(actuator, slipping, sample_rate) for slipping in (True, False)]
-    controller = choose_gains(
-        [p.scaled(1.0 / p.static_gain) for p in plants], gain=gain_margin, phase=phase_margin
-    )
-    loops = strategies(MODEL, OTHER, gain, controller, envelope=envelope, sample_rate=sample_rate)
-    return CompensationStudy(
-        actuator, deviating(actuator, seed, spread), loops, controller, envelope, sample_rate,
-        gain, noise, seed,
-    )  # fmt: skip
+    plants = [_sampled(actuator, slipping) for slipping in (True, False)]
+    controller = choose_gains([p.scaled(1.0 / p.static_gain) for p in plants])
+    loops = strategies(MODEL, OTHER, gain, controller)
+    scenarios = deviating(actuator, seed, spread)
+    return CompensationStudy(actuator, scenarios, loops, controller, gain, seed)
 
 
-def inverse_operators(envelope: DriveLimits, seed: int) -> tuple[InverseOperator, ...]:
+def inverse_operators(seed: int) -> tuple[InverseOperator, ...]:
     """Return how exact the operator inverses are on the reference (7.3)."""
     x_ref = thesis_reference(np.linspace(0.0, 2.0, 20_001)).x
     history = np.append(np.random.default_rng(seed).uniform(0.0, 100.0, 40), 0.0)
@@ -278,9 +262,9 @@ def inverse_operators(envelope: DriveLimits, seed: int) -> tuple[InverseOperator
     for operator in (MODEL, OTHER):
         virgin, used = operator.initial_memory(0.0), operator.run(history)[1]
         for word, memory, believed, limits in (
-            ("virgin", virgin, virgin, envelope),
+            ("virgin", virgin, virgin, UNIPOLAR),
             ("used, memory known", used, used, P840_1),
-            ("used, taken for virgin", used, virgin, envelope),
+            ("used, taken for virgin", used, virgin, UNIPOLAR),
         ):
             v, e = operator_residual(operator, operator, x_ref, memory, believed, envelope=limits)
             numbers = (float(n) for n in (v.min(), v.max(), np.abs(e).max()))
@@ -298,7 +282,7 @@ def operator_table(rows: Iterable[InverseOperator]) -> str:
     return "\n".join(lines)
 
 
-def inverse_models(envelope: DriveLimits) -> tuple[InverseModel, ...]:
+def inverse_models() -> tuple[InverseModel, ...]:
     """Return how exact the inverses of whole models are."""
     maxwell, lumped, stack = MaxwellResistiveCapacitor.stack_2hz(), LumpedStack(), BondGraphStack()
     law = field_law(OTHER, stack)
@@ -311,10 +295,10 @@ def inverse_models(envelope: DriveLimits) -> tuple[InverseModel, ...]:
     for f in (1.0, 50.0, 500.0):
         time = np.linspace(0.0, 2.0 / f, 20_001)
         for name, reference in (("(7.3)", thesis_reference), ("smooth", smooth_reference)):
-            e = lumped_residual(reference(time, f), maxwell, lumped, envelope=envelope)
+            e = lumped_residual(reference(time, f), maxwell, lumped)
             add(f"lumped, {name}", f, e, tuple(voltage_steps(reference, f, maxwell, lumped)))
         smooth = smooth_reference(time, f)
-        add("bond graph, smooth", f, bond_graph_residual(smooth, law, stack, envelope=envelope))
+        add("bond graph, smooth", f, bond_graph_residual(smooth, law, stack))
     return tuple(found)
 
 
@@ -331,9 +315,9 @@ def model_table(rows: Iterable[InverseModel]) -> str:
     return "\n".join(lines)
 
 
-def _sampled(actuator: VirtualActuator, slipping: bool, sample_rate: float) -> SampledPlant:
+def _sampled(actuator: VirtualActuator, slipping: bool) -> SampledPlant:
     a, b = actuator.linear_model(slipping=slipping)
-    return SampledPlant.from_continuous(a, b, np.eye(b.size)[1], 1.0 / sample_rate)
+    return SampledPlant.from_continuous(a, b, np.eye(b.size)[1], 1.0 / SAMPLE_RATE)
 
 
 def _cell(t: Tracking) -> str:

@@ -10,6 +10,9 @@ from actuators.stack.loop_width import branch_at
 from bondgraph.support.errors import UnusableInput
 from bondgraph.support.ops import FloatArray
 
+LEVELS = 400
+"""Of the reference at which the branches of a loop are compared, less one."""
+
 
 @dataclass(frozen=True, slots=True)
 class Tracking:
@@ -63,14 +66,12 @@ def tracking(reference: FloatArray, achieved: FloatArray) -> Tracking:
     )
 
 
-def loop_thickness(reference: FloatArray, achieved: FloatArray, points: int = 400) -> float:
+def loop_thickness(reference: FloatArray, achieved: FloatArray) -> float:
     """Return the largest gap between the longest rise and fall that adjoin, m.
 
     Parameters
     ----------
     reference, achieved : ndarray, shape (N,), m
-    points : int
-        Levels of the reference at which the branches are compared.
 
     Returns
     -------
@@ -97,6 +98,6 @@ def loop_thickness(reference: FloatArray, achieved: FloatArray, points: int = 40
     second = slice(starts[pair + 1], starts[pair + 2] + 1)
     low = max(reference[first].min(), reference[second].min())
     high = min(reference[first].max(), reference[second].max())
-    levels = np.linspace(low, high, points + 1)
+    levels = np.linspace(low, high, LEVELS + 1)
     one, other = (branch_at(levels, reference[part], achieved[part]) for part in (first, second))
     return float(np.abs(one - other).max())

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import TypeAlias, final
+from typing import TypeAlias
 
 from actuators.stack.bond_graph import stack_bond_graph
 from actuators.stack.hysteresis import stack_hysteresis
@@ -60,7 +60,6 @@ class Lumped:
         return self.stiffness / self.transducer
 
 
-@final
 @dataclass(frozen=True, slots=True)
 class Polarised:
     """Constants of the general bond graph model: T (m/C), l (m)."""

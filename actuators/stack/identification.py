@@ -9,10 +9,10 @@ from typing import Any
 from actuators.stack.conversions import Lumped
 from actuators.stack.identified import IdentifiedStack
 from actuators.stack.inner_curves import CapacitorFit, best_capacitor, fit_capacitor
+from actuators.stack.loading_curve import Interval
 from actuators.stack.ramps import (
     USUAL_CREEP,
     FromRest,
-    Interval,
     RampFit,
     fit_ramp,
     from_rest,

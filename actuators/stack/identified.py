@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from actuators.stack.conversions import Lumped, lumped_law
+from actuators.stack.loading_curve import Interval
 from actuators.stack.lumped import stack_lumped
-from actuators.stack.ramps import Interval
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.hysteresis import (
     AlJanaideh,

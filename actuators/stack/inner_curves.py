@@ -57,9 +57,7 @@ class CapacitorFit:
     held_out: float
 
 
-def fit_capacitor(
-    records: LoopRecords, constants: Lumped, segments: int = SEGMENTS
-) -> tuple[CapacitorFit, ...]:
+def fit_capacitor(records: LoopRecords, constants: Lumped) -> tuple[CapacitorFit, ...]:
     """Fit the Maxwell capacitor to V and x of the first record, by its rise and by all of it.
 
     The first way is the thesis': a polygon through the first rise from rest, eq. (5.11) and (5.12).
@@ -72,8 +70,6 @@ def fit_capacitor(
         V to m; the first one virgin, the last one (or the last third) held out.
     constants : Lumped
         C, T, k.
-    segments : int
-        Elements at most.
 
     Raises
     ------
@@ -87,7 +83,7 @@ def fit_capacitor(
     rising = loading_samples(u)
     found = []
     try:
-        polygon = fit_loading_curve(q[rising], v[rising], segments)
+        polygon = fit_loading_curve(q[rising], v[rising], SEGMENTS)
         whole = fit_maxwell(q, v, tuple(float(e) for e in polygon.ends))
     except BadInput as error:
         raise UnusableInput(f"Maxwell elements: {error} ({ADVICE})") from error

@@ -82,11 +82,26 @@ class LoadingSlopes:
 
 
 @dataclass(frozen=True, slots=True)
-class Constant:
-    """Electromechanical constant with its 95 % interval, N/V."""
+class Interval:
+    """A measured number with its 95 % interval, SI."""
 
     value: float
     ci95: tuple[float, float]
+
+    @classmethod
+    def of(cls, value: float, error: float) -> Interval:
+        """Return it from a standard error."""
+        return cls(float(value), (float(value - 1.96 * error), float(value + 1.96 * error)))
+
+    @property
+    def error(self) -> float:
+        """Standard error."""
+        return (self.ci95[1] - self.ci95[0]) / (2.0 * 1.96)
+
+    def widened(self, down: float, up: float = 0.0) -> Interval:
+        """Return it with an interval that goes further down and up, by shares of the value."""
+        low, high = self.ci95
+        return Interval(self.value, (low - down * self.value, high + up * self.value))
 
 
 def loading_curve(
@@ -236,7 +251,7 @@ def _least_squares(
     return Slope(value, error, (value - reach, value + reach), (low, high), n), noise, n
 
 
-def transducer_constant(slope: Slope, stiffness: float, stiffness_error: float = 0.0) -> Constant:
+def transducer_constant(slope: Slope, stiffness: float, stiffness_error: float = 0.0) -> Interval:
     """Return ``T = k dx/dV``, N/V.
 
     It takes the whole voltage to act on the transducer; where a hysteretic store still takes the
@@ -267,4 +282,4 @@ def transducer_constant(slope: Slope, stiffness: float, stiffness_error: float =
     value = stiffness * slope.value
     half = 0.5 * stiffness * (slope.ci95[1] - slope.ci95[0])
     reach = math.hypot(half, 1.96 * stiffness_error * slope.value)
-    return Constant(value, (value - reach, value + reach))
+    return Interval(value, (value - reach, value + reach))

@@ -32,16 +32,13 @@ class HysteresisLoop:
         return 100.0 * self.thickness / self.stroke
 
 
-def loop_of(u: ArrayLike, y: ArrayLike, *, points: int = 2001) -> HysteresisLoop:
+def loop_of(u: ArrayLike, y: ArrayLike) -> HysteresisLoop:
     """Measure one period with one rise and one fall of the input.
 
     Parameters
     ----------
     u, y : array, shape (N,)
         Input and output over one period, from any sample of it on.
-    points : int
-        Inputs at which the branches are compared; the outer hundredth at either end is left out,
-        where an interpolated branch is no longer defined.
 
     Returns
     -------
@@ -70,7 +67,8 @@ def loop_of(u: ArrayLike, y: ArrayLike, *, points: int = 2001) -> HysteresisLoop
     top = (high - low) % u.size
     up, down = round_trip[: top + 1], round_trip[top:][::-1]
     span = u[high] - u[low]
-    grid = u[low] + span * np.linspace(0.01, 0.99, points)
+    # at its ends an interpolated branch is no longer defined
+    grid = u[low] + span * np.linspace(0.01, 0.99, 2001)
     gap = branch_at(grid, u[down], y[down]) - branch_at(grid, u[up], y[up])
     return HysteresisLoop(float(gap[np.argmax(np.abs(gap))]), float(np.ptp(y)))
 

@@ -9,10 +9,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from actuators.stack.loading_curve import (
+    Interval,
     LoadingCurve,
     LoadingSlopes,
     largest_rises,
     loading_slopes,
+    transducer_constant,
     whole_slope,
 )
 from bondgraph.signals.recording import Recording
@@ -39,29 +41,6 @@ USUAL_CREEP = (0.02, 0.01)
 """Share of the displacement in a decade, and the time (s) from which on decades count."""
 STEADY = 0.2
 """Of the time of the last fifth of the voltage, what the last fiftieth takes; 0.1 on a ramp."""
-
-
-@dataclass(frozen=True, slots=True)
-class Interval:
-    """A measured number with its 95 % interval, SI."""
-
-    value: float
-    ci95: tuple[float, float]
-
-    @classmethod
-    def of(cls, value: float, error: float) -> Interval:
-        """Return it from a standard error."""
-        return cls(float(value), (float(value - 1.96 * error), float(value + 1.96 * error)))
-
-    @property
-    def error(self) -> float:
-        """Standard error."""
-        return (self.ci95[1] - self.ci95[0]) / (2.0 * 1.96)
-
-    def widened(self, down: float, up: float = 0.0) -> Interval:
-        """Return it with an interval that goes further down and up, by shares of the value."""
-        low, high = self.ci95
-        return Interval(self.value, (low - down * self.value, high + up * self.value))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -308,8 +287,6 @@ def fit_ramp(record: FromRest, stiffness: Interval) -> RampFit:
     UnusableInput
         If the stiffness is not positive, or the rise has too few samples.
     """
-    if not stiffness.value > 0.0:
-        raise UnusableInput(f"stiffness {stiffness.value:g} N/m must be positive")
     curve = record.largest_rise
     try:
         slopes = loading_slopes(curve)
@@ -321,8 +298,7 @@ def fit_ramp(record: FromRest, stiffness: Interval) -> RampFit:
         np.polyfit(curve.volt[end] - curve.volt[end].mean(), curve.displacement[end], 2)[0]
     )
     last = slopes.last
-    error = math.hypot(stiffness.value * last.standard_error, stiffness.error * last.value)
-    t = Interval.of(stiffness.value * last.value, error)
+    t = transducer_constant(last, stiffness.value, stiffness.error)
     bend = 2.0 * curvature * 0.1 * span / last.value if last.value else 0.0
     slow, begin = USUAL_CREEP
     creep = slow * math.log10(max(curve.volt.size / record.rate / begin, 1.0))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from html import escape
-from math import floor, isfinite, log10, pi
+from math import pi
 from typing import final
 
 from actuators.stack.sizing import (
@@ -23,26 +23,8 @@ from actuators.stack.sizing import (
     sine_slew,
     slew_limit,
 )
+from bondgraph.signals.quantity import engineering
 from bondgraph.support.errors import UnusableInput, unknown_name
-
-_PREFIXES = {-12: "p", -9: "n", -6: "u", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
-
-
-def engineering(value: float, unit: str, digits: int = 4) -> str:
-    """Return a number with a unit and a prefix that leaves one to three digits before the point.
-
-    Examples
-    --------
-    >>> engineering(0.0471, "A"), engineering(57e6, "N/m"), engineering(0.016, "kg")
-    ('47.1 mA', '57 MN/m', '16 g')
-    """
-    if unit == "kg":
-        value, unit = 1e3 * value, "g"
-    if value == 0 or not isfinite(value):
-        return f"{value:g} {unit}"
-    value = float(f"{value:.{digits - 1}e}")
-    power = min(9, max(-12, 3 * floor(log10(abs(value)) / 3)))
-    return f"{value / 10.0**power:.{digits}g} {_PREFIXES[power]}{unit}"
 
 
 @final
@@ -59,7 +41,7 @@ class SizingRow:
     @property
     def text(self) -> str:
         """Value and unit."""
-        return "not given" if self.value is None else engineering(self.value, self.unit)
+        return "not given" if self.value is None else engineering(self.value, self.unit, 4)
 
 
 @final
@@ -175,8 +157,8 @@ def sizing_sheet(
         *_generator_rows(stack),
     )
     title = (
-        f"{stack.name}: {engineering(volts, 'V')} peak to peak at {engineering(frequency, 'Hz')}, "
-        f"amplifier {engineering(current, 'A')}"
+        f"{stack.name}: {engineering(volts, 'V', 4)} peak to peak at "
+        f"{engineering(frequency, 'Hz', 4)}, amplifier {engineering(current, 'A', 4)}"
     )
     # at the low end of the stroke the moved mass presses with the load, at the high end it pulls
     # against it; the voltage may also rest there
@@ -243,22 +225,22 @@ def _warnings(
     found = []
     if needed > current:
         found.append(
-            f"the drive needs {engineering(needed, 'A')}, the amplifier gives "
-            f"{engineering(current, 'A')}; lower the frequency or the voltage"
+            f"the drive needs {engineering(needed, 'A', 4)}, the amplifier gives "
+            f"{engineering(current, 'A', 4)}; lower the frequency or the voltage"
         )
     if 2 * frequency > resonance:
         found.append(
-            f"the resonance {engineering(resonance, 'Hz')} is below twice the drive frequency; "
+            f"the resonance {engineering(resonance, 'Hz', 4)} is below twice the drive frequency; "
             "lighten the load or take a stiffer stack"
         )
     if stack.push_force is not None and push > stack.push_force:
         found.append(
-            f"load and moved mass press with up to {engineering(push, 'N')}, permitted are "
-            f"{engineering(stack.push_force, 'N')}; lower the load or go slower"
+            f"load and moved mass press with up to {engineering(push, 'N', 4)}, permitted are "
+            f"{engineering(stack.push_force, 'N', 4)}; lower the load or go slower"
         )
     if stack.pull_force is not None and pull > stack.pull_force:
         found.append(
-            f"the moved mass pulls with {engineering(pull, 'N')} more than the load presses, "
-            f"permitted are {engineering(stack.pull_force, 'N')}; preload the stack or go slower"
+            f"the moved mass pulls with {engineering(pull, 'N', 4)} more than the load presses, "
+            f"permitted are {engineering(stack.pull_force, 'N', 4)}; preload the stack or go slower"
         )
     return tuple(found)

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from actuators.stack.ramps import Interval, channel_in
+from actuators.stack.loading_curve import Interval
+from actuators.stack.ramps import channel_in
 from bondgraph.hysteresis.fitting.numbered import intervals, lowered
 from bondgraph.signals.recording import Recording
 from bondgraph.support.errors import UnusableInput

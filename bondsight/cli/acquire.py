@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from bondgraph.support.errors import UnusableInput, real_number
-from bondsight.cli.arguments import OUT, add_jobs, add_map, nonnegative
+from bondsight.cli.arguments import OUT, add_jobs, add_map, mapping_of, nonnegative
 from bondsight.cli.output import words_of, writable
 from bondsight.cli.spoken import as_options
 from bondsight.cli.take_file import TakeAction, described
@@ -145,15 +145,10 @@ def _check_maps(graph: Any, maps: list[str]) -> None:
     """Refuse a map of something that is neither in the model nor of the right form."""
     from bondgraph.graph.elements import Source
     from bondgraph.graph.sensors import Sensor
-    from bondgraph.support.errors import unknown_name
+    from bondgraph.support.errors import require_known
 
     known = [e.name for e in graph.of_type(Source, Sensor)]
-    for text in maps:
-        name, equals, column = (part.strip() for part in text.partition("="))
-        if not (name and equals and column):
-            raise UnusableInput(f"--map {text} is not NAME=COLUMN; write --map V_in=V")
-        if name not in known:
-            raise UnusableInput(str(unknown_name("source or sensor", name, graph.name, known)))
+    require_known("source or sensor", graph.name, known, *mapping_of(maps))
 
 
 def _recover(journal: Path) -> int:
@@ -214,7 +209,7 @@ def _held(graph: Any, maps: list[str]) -> str | None:
     """
     from bondgraph.graph.elements import Source
 
-    told = {m.partition("=")[0].strip(): m.partition("=")[2].strip() for m in maps}
+    told = mapping_of(maps)
     driven = [told.get(e.name, e.name) for e in graph.of_type(Source) if not e.measured]
     return "hold" if "V" in driven or "V" in told.values() else None
 
@@ -224,8 +219,7 @@ def _source(graph: Any, maps: list[str]) -> list[str]:
     from bondgraph.graph.elements import Source
 
     sources = [e.name for e in graph.of_type(Source) if not e.measured]
-    mapped = {m.partition("=")[0].strip() for m in maps}
-    if len(sources) == 1 and sources[0] not in mapped and sources[0] != "V":
+    if len(sources) == 1 and sources[0] not in mapping_of(maps) and sources[0] != "V":
         return [f"{sources[0]}=V"]
     return []
 
@@ -235,7 +229,7 @@ def _recorded_only(graph: Any, path: Path, maps: list[str], say: Callable[[str],
     from bondgraph.graph.sensors import Sensor
     from bondgraph.signals.recording import Recording
 
-    there = {*Recording.open(path).channels, *(m.partition("=")[0].strip() for m in maps)}
+    there = {*Recording.open(path).channels, *mapping_of(maps)}
     absent = [e.name for e in graph.of_type(Sensor) if e.name not in there]
     if len(absent) == len(graph.of_type(Sensor)):
         return graph  # names differ: the matching by unit, or its message, is the better answer

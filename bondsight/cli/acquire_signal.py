@@ -14,6 +14,7 @@ from bondgraph.signals.drive_limits import DriveLimits
 from bondgraph.signals.recording import Recording
 from bondgraph.support.arrays import FloatArray
 from bondgraph.support.errors import UnusableInput, real_number
+from bondsight.cli.target import only_channel
 from hardware.envelope import Envelope, allowed_share
 from identification.experiments.design import (
     demagnetise,
@@ -253,9 +254,4 @@ def _from_file(file: Path, rate: float | None) -> tuple[FloatArray, float]:
             f"{file.name}: was sampled at {recording.fs:.6g} Hz, not {rate:g}; leave --rate "
             "out to play it as it is"
         )
-    volts = [n for n in recording.channels if recording.units[n] == "V"]
-    if len(volts) != 1:
-        raise UnusableInput(
-            f"{file.name}: has {len(volts)} channels in V ({', '.join(volts)}); leave one"
-        )
-    return np.asarray(recording[volts[0]]), recording.fs
+    return only_channel(recording, "V", file.name), recording.fs

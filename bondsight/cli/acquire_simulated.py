@@ -9,7 +9,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from bondgraph.support.errors import UnusableInput, unknown_name
+from bondgraph.support.errors import unknown_name
 from bondsight.cli.output import words_of
 from bondsight.cli.virtual_bench import served
 
@@ -40,32 +40,21 @@ def simulated(
     if options.seed is None:
         options.seed = secrets.randbits(31)
     config = bench_config(
-        options.bench, options.effect, options.place, options.strength, options.seed
-    )
+        options.bench, effect=options.effect, place=options.place or None,
+        strength=options.strength or None, seed=options.seed,
+    )  # fmt: skip
     if config.plant.effect not in ("drawn", *effects()) and config.plant.name == "stack":
-        raise UnusableInput(
-            str(unknown_name("effect", config.plant.effect, "the bench", effects()))
-        )
+        raise unknown_name("effect", config.plant.effect, "the bench", effects())
     # refused before a process is started for it
     envelope = P840_1_UNIPOLAR
     _, rate = waveform(options.signal, options.rate, options.samples, envelope, options.seed)
     if options.erase is not None:
         erasure(options.erase, rate, envelope)
-    with served(_arguments(options), config) as bench:
+    with served(config) as bench:
         words_of(options)(f"truth sealed: sha256 {bench.digest}")
         result = record_and_diagnose(options, bench.settings)
     _conclude(bench.said, bench.digest, result, options.json)
     return 0
-
-
-def _arguments(options: argparse.Namespace) -> list[str]:
-    arguments = ["--seed", str(options.seed)]
-    for name in ("effect", "place", "strength"):
-        if getattr(options, name):
-            arguments += [f"--{name}", getattr(options, name)]
-    if options.bench is not None:
-        arguments += ["--config", str(options.bench)]
-    return arguments
 
 
 def _conclude(said: str, digest: str, result: Any, quiet: bool) -> None:

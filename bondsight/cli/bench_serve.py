@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -37,8 +38,9 @@ def bench_serve(options: argparse.Namespace) -> int:
     if len(options.what) > 1:
         raise UnusableInput(f"bench serve takes options only, not {' '.join(options.what[1:])}")
     config = bench_config(
-        options.config, options.effect, options.place, options.strength, options.seed
-    )
+        options.config, effect=options.effect, place=options.place, strength=options.strength,
+        seed=options.seed,
+    )  # fmt: skip
     if options.station is not None:
         _check_station(options.station)
     try:
@@ -51,17 +53,15 @@ def bench_serve(options: argparse.Namespace) -> int:
         raise UnusableInput(str(error)) from None
 
 
-def bench_config(
-    path: Path | None, effect: str | None, place: str | None, strength: str | None, seed: int | None
-) -> Any:
-    """Return the configuration of a file with what the command line says instead."""
+def bench_config(source: Path | Mapping[str, Any] | None, **said: Any) -> Any:
+    """Return the bench of a file, or of plain values, with what is `said` of its plant instead."""
     from dataclasses import replace
 
-    from hardware.simulators.bench_server import BenchConfig, load_config
+    from hardware.simulators.bench_server import load_config
+    from hardware.simulators.bench_server.config import config_from
 
     try:
-        config = load_config(path) if path is not None else BenchConfig()
-        said = {"effect": effect, "place": place, "strength": strength, "seed": seed}
+        config = load_config(source) if isinstance(source, Path) else config_from(source or {})
         given: dict[str, Any] = {k: v for k, v in said.items() if v is not None}
         return replace(config, plant=replace(config.plant, **given)) if given else config
     except ValueError as error:
@@ -126,9 +126,10 @@ def station_writer(path: Path, config: Any) -> Any:
 
     def write(addresses: dict[str, str]) -> list[str]:
         from bondgraph.support.whole_file import replacing
-        from hardware.station.virtual import station_table, station_text, stub_library
+        from hardware.station.settings import toml_text
+        from hardware.station.virtual import station_table, stub_library
 
-        text = station_text(station_table(addresses, config, stub_library(), config.card.ppm))
+        text = toml_text(station_table(addresses, config, stub_library()))
         with replacing(path) as stream:
             stream.write(text.encode())
         # a controller gives an edge at the start only, and an acquire line has to work as it is

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import json
-import tempfile
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -87,12 +85,8 @@ def _vibrated(options: argparse.Namespace) -> Path:
     real_number("--seconds", options.seconds)
     if options.source is not None:
         return _journal(options, read_settings(options.source))
-    with tempfile.TemporaryDirectory(prefix="bondsight-calibrate-") as scratch:
-        file = Path(scratch) / "bench.json"
-        file.write_text(json.dumps(POOR_HEAD), encoding="utf-8")
-        config = bench_config(file, None, None, None, 0)
-        with served(["--config", str(file), "--seed", "0"], config) as bench:
-            return _journal(options, bench.settings)
+    with served(bench_config(POOR_HEAD, seed=0)) as bench:
+        return _journal(options, bench.settings)
 
 
 def _journal(options: argparse.Namespace, settings: Any) -> Path:

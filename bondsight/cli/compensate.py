@@ -71,6 +71,7 @@ def _compensate(options: argparse.Namespace) -> int:
             f"compensate: {' and '.join(idle)} need an identified stack first: what bondsight "
             "stack identify wrote, or recordings"
         )
+    from actuators.compensation import UNIPOLAR
     from actuators.compensation import study as of
     from bondsight.cli.figures import save_figure
     from bondsight.cli.output import writable
@@ -81,10 +82,10 @@ def _compensate(options: argparse.Namespace) -> int:
         raise UnusableInput(f"compensate: figure {out} must end in {' or '.join(FORMATS)}")
     frequencies = tuple(options.frequencies or (1.0, 50.0))
     study = of.compensation_study(frequencies=frequencies, spread=options.spread, seed=options.seed)
-    print(of.operator_table(of.inverse_operators(study.envelope, study.seed)))
-    print(f"\n{of.model_table(of.inverse_models(study.envelope))}")
+    print(of.operator_table(of.inverse_operators(study.seed)))
+    print(f"\n{of.model_table(of.inverse_models())}")
     print(f"\n{study.margin_table()}")
-    low, high = study.envelope.low, study.envelope.high
+    low, high = UNIPOLAR.low, UNIPOLAR.high
     for f in frequencies:
         table = study.tracked(f)
         print(f"\n{table}")

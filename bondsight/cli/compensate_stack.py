@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import json
-from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -88,29 +86,26 @@ def compensate_stack(options: argparse.Namespace) -> int:
     return 0
 
 
-def controller_text(stack: IdentifiedStack, rate: float = 1000.0) -> str:
+def controller_text(stack: IdentifiedStack) -> str:
     """Return PI behind the inverse of a stack's operator as the TOML of a controller.
 
     Behind an inverse the stack is a gain of 1 with a sample or two of delay, so the integral alone
     does.
     """
-    head = ['kind = "inverse"', f"rate = {rate!r}", f"integral = {INTEGRAL * rate!r}"]
-    return "\n".join([*head, *_tables("operator", stack.operator.to_dict()), ""])
+    from hardware.station.settings import toml_text
 
-
-def _tables(name: str, values: Mapping[str, Any]) -> list[str]:
-    """Return a table and those inside it as lines of TOML."""
-    # a JSON text of numbers, texts and lists is a TOML text too
-    plain = [f"{k} = {json.dumps(v)}" for k, v in values.items() if not isinstance(v, Mapping)]
-    inner = [_tables(f"{name}.{k}", v) for k, v in values.items() if isinstance(v, Mapping)]
-    return ["", f"[{name}]", *plain, *(line for table in inner for line in table)]
+    rate = 1000.0
+    return toml_text(
+        {"kind": "inverse", "rate": rate, "integral": INTEGRAL * rate,
+         "operator": stack.operator.to_dict()}
+    )  # fmt: skip
 
 
 def _stack_of(sources: list[Path]) -> IdentifiedStack:
     """Return the stack of a file, or identify it from recordings."""
     from actuators.stack.identification import identify_stack
     from actuators.stack.identified import IdentifiedStack
-    from actuators.stack.ramps import Interval
+    from actuators.stack.loading_curve import Interval
     from bondgraph.signals.recording import Recording
 
     if sources[0].suffix == ".json":

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
@@ -46,13 +45,14 @@ class InverseDescription:
         """Return the controller at this rate (Hz)."""
         from bondgraph.hysteresis import PrandtlIshlinskii, operator_from_dict
         from bondgraph.hysteresis.invertible import InvertibleOperator
+        from bondgraph.support.json_text import plain_data
         from hardware.regulation import InverseLoop
 
         if (self.operator is None) == (self.gain is None):
             raise UnusableInput("controller: give either an operator or a gain (reading per volt)")
         content = self.operator
         if isinstance(content, str):
-            content = _json(Path(content))
+            content, _ = plain_data(Path(content))
         model: Any = content
         if content is None:
             model = PrandtlIshlinskii((0.0,), (float(self.gain or 0.0),))
@@ -230,12 +230,3 @@ def controller_of(text: str) -> tuple[Description, Mapping[str, Any]]:
     made: Any = make(lambda: record(cls, content, "", what="a controller"), file.name)
     benches = {"stage": M661, "lock": PLATE}
     return made, benches.get(str(kind), GAUGE if made.reading == "F" else STACK)
-
-
-def _json(file: Path) -> Any:
-    try:
-        return json.loads(file.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise UnusableInput(f"{file}: cannot be read, {error.strerror}; give an operator") from None
-    except ValueError as error:
-        raise UnusableInput(f"{file.name}: is no JSON, {error}") from None

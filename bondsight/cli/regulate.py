@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import argparse
-import json
 import sys
-import tempfile
 from pathlib import Path
 from typing import Any
 
 from bondgraph.support.errors import UnusableInput, real_number
-from bondsight.cli.arguments import OUT
+from bondsight.cli.arguments import OUT, nonnegative
 from bondsight.cli.output import writable
 
 
@@ -40,7 +38,7 @@ def add_regulate_command(verbs: Any) -> None:
         "--bench", type=Path, default=None, metavar="FILE",
         help="without a station: configuration of the virtual bench (TOML or JSON)",
     )  # fmt: skip
-    p.add_argument("--seed", type=int, default=5, help="of the virtual bench")
+    p.add_argument("--seed", type=nonnegative, default=5, help="of the virtual bench")
     p.add_argument("--name", default="loop", help="of the recording and its files")
     p.add_argument("--out", type=Path, default=OUT, help="folder (default: %(default)s)")
     p.add_argument("--quiet", action="store_true", help="no view of the progress")
@@ -93,14 +91,9 @@ def _on_virtual_bench(options: argparse.Namespace, table: Any, plan: Any, contro
     from bondsight.cli.bench_serve import bench_config
     from bondsight.cli.virtual_bench import served
 
-    with tempfile.TemporaryDirectory(prefix="bondsight-loop-") as scratch:
-        file = options.bench
-        if file is None:
-            file = Path(scratch) / "bench.json"
-            file.write_text(json.dumps(table), encoding="utf-8")
-        config = bench_config(file, None, None, None, options.seed)
-        with served(["--config", str(file), "--seed", str(options.seed)], config) as bench:
-            _run(options, bench.settings, plan, controller)
+    config = bench_config(options.bench or table, seed=options.seed)
+    with served(config) as bench:
+        _run(options, bench.settings, plan, controller)
     for line in bench.said.splitlines():
         if "voltage at the actuator" in line:
             print(f"actuator:   {line}")

@@ -25,7 +25,7 @@ UNKNOWN = (
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from actuators.stack.ramps import Interval
+    from actuators.stack.loading_curve import Interval
     from actuators.stack.step_response import Ringing
     from bondgraph.signals.recording import Recording
 
@@ -163,7 +163,8 @@ def _ramps(options: argparse.Namespace) -> Callable[[], Figure]:
 def _stiffness(options: argparse.Namespace) -> tuple[Interval, Ringing | None]:
     """Return k and the ringing, and say where k is from: load, user, ringing, or the thesis."""
     from actuators.stack.identification import said_of
-    from actuators.stack.ramps import Interval, stiffness_from_load, stiffness_from_weight
+    from actuators.stack.loading_curve import Interval
+    from actuators.stack.ramps import stiffness_from_load, stiffness_from_weight
     from actuators.stack.step_response import fit_step
 
     if options.load is not None:

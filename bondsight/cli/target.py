@@ -67,17 +67,28 @@ def _from_file(file: Path, rate: float, unit: str) -> FloatArray:
         recording = Recording.read(file)
     except UnusableInput as error:
         raise fitting(error, unit=unit) from None
+    values = only_channel(recording, unit, file.name)
+    time = np.asarray(recording.time) - recording.time[0]
+    t = _ticks(file.name, float(time[-1]), rate)
+    return np.interp(t, time, values)
+
+
+def only_channel(recording: Recording, unit: str, where: str) -> FloatArray:
+    """Return the one channel of a file that is in a unit.
+
+    Raises
+    ------
+    UnusableInput
+        There is none, or there are several.
+    """
     found = [n for n in recording.channels if recording.units[n] == unit]
     if not found:
         has = ", ".join(f"{n} in {recording.units[n]}" for n in recording.channels)
         raise UnusableInput(
-            f"{file.name}: no channel is in {unit} ({has}); a target is one, its header such as "
-            f"x[{unit}]"
+            f"{where}: no channel is in {unit} ({has}); it takes one, its header such as x[{unit}]"
         )
     if len(found) > 1:
         raise UnusableInput(
-            f"{file.name}: has {len(found)} channels in {unit} ({', '.join(found)}); leave one"
+            f"{where}: has {len(found)} channels in {unit} ({', '.join(found)}); leave one"
         )
-    time = np.asarray(recording.time) - recording.time[0]
-    t = _ticks(file.name, float(time[-1]), rate)
-    return np.interp(t, time, np.asarray(recording[found[0]]))
+    return np.asarray(recording[found[0]])

@@ -8,9 +8,9 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -41,13 +41,11 @@ class ServedBench:
 
 
 @contextmanager
-def served(arguments: Sequence[str], config: Any) -> Iterator[ServedBench]:
+def served(config: Any) -> Iterator[ServedBench]:
     """Start ``bondsight bench serve`` and end it with the block, its seal opened.
 
     Parameters
     ----------
-    arguments : sequence of str
-        Of the command, which make the same bench as `config`.
     config : BenchConfig
 
     Raises
@@ -63,10 +61,11 @@ def served(arguments: Sequence[str], config: Any) -> Iterator[ServedBench]:
     library = stub_library() if "interferometer" in config.fronts else ""
     with tempfile.TemporaryDirectory(prefix="bondsight-bench-") as scratch:
         folder = Path(scratch)
-        with _started(arguments, folder) as server:
+        (folder / "bench.json").write_text(json.dumps(asdict(config)), encoding="utf-8")
+        with _started(folder) as server:
             try:
                 ready = _await(server, folder / "ready.json")
-                table = station_table(ready["addresses"], config, library, config.card.ppm)
+                table = station_table(ready["addresses"], config, library)
                 bench = ServedBench(settings_from(table, "virtual bench"), str(ready["hash"]))
                 yield bench
                 (folder / "end").touch()
@@ -77,9 +76,10 @@ def served(arguments: Sequence[str], config: Any) -> Iterator[ServedBench]:
                     server.wait(PATIENCE)
 
 
-def _started(arguments: Sequence[str], folder: Path) -> subprocess.Popen[str]:
-    words = ["bench", "serve", "--ready", str(folder / "ready.json"), "--end", str(folder / "end"),
-             "--parent", str(os.getpid()), *arguments]  # fmt: skip
+def _started(folder: Path) -> subprocess.Popen[str]:
+    words = ["bench", "serve", "--config", str(folder / "bench.json"),
+             "--ready", str(folder / "ready.json"), "--end", str(folder / "end"),
+             "--parent", str(os.getpid())]  # fmt: skip
     # a Ctrl-C is for the program, which ramps down; the bench has to outlive it
     return subprocess.Popen(
         [sys.executable, "-m", "bondsight", *words],

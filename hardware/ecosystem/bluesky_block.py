@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from bondgraph.support.errors import UnusableInput
 from hardware.contracts import Acquisition, Clock, WallClock, WaveOut
 from hardware.ecosystem.block import BlockPlan, PartialTake, block_arrays, take_block
-from hardware.ecosystem.documents import array_key, number_key, readings, source_of
+from hardware.ecosystem.documents import array_key, number_key, or_nan, readings, source_of
 from hardware.ecosystem.status import ActionStatus
 
 _OUTPUT_UNITS = {"V": "V"}
@@ -155,12 +155,11 @@ class BlueskyBlock:
 
     def read_configuration(self) -> dict[str, dict[str, Any]]:
         """Return rate, length and waveform rate."""
-        rate = self.plan.wave_rate
         return readings(
             {
                 f"{self.name}_rate": self.plan.rate,
                 f"{self.name}_samples": self.plan.samples,
-                f"{self.name}_wave_rate": float("nan") if rate is None else rate,
+                f"{self.name}_wave_rate": or_nan(self.plan.wave_rate),
             }
         )
 

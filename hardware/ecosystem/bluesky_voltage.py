@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any, final
 
 from hardware.contracts import Clock, WallClock
-from hardware.ecosystem.documents import number_key, readings, source_of
+from hardware.ecosystem.documents import number_key, or_nan, readings, source_of
 from hardware.ecosystem.status import ActionStatus
 from hardware.envelope import GuardedOutput, OutputState, check_ramp
 
@@ -64,8 +64,7 @@ class BlueskyVoltage:
     @property
     def position(self) -> float:
         """Voltage last commanded (V); NaN while unknown."""
-        present = self._output.present
-        return float("nan") if present is None else present
+        return or_nan(self._output.present)
 
     def check_value(self, value: float) -> None:
         """Refuse a voltage (V) that no ramp from the safe value may reach; nothing is sent.
@@ -98,8 +97,7 @@ class BlueskyVoltage:
         """Return the voltage last commanded (V), and the measured one if asked for."""
         values = {self.name: self.position}
         if self._readback:
-            measured = self._output.read()
-            values[f"{self.name}_readback"] = float("nan") if measured is None else measured
+            values[f"{self.name}_readback"] = or_nan(self._output.read())
         return readings(values)
 
     def describe(self) -> dict[str, dict[str, Any]]:

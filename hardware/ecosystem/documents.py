@@ -17,6 +17,11 @@ def source_of(identity: Identity) -> str:
     return " ".join(p for p in parts if p) or "unnamed device"
 
 
+def or_nan(value: float | None) -> float:
+    """Return a number, NaN for one that nobody knows."""
+    return float("nan") if value is None else value
+
+
 def number_key(source: str, unit: str, precision: int = 6) -> dict[str, Any]:
     """Return the data key of one number."""
     return {

@@ -12,6 +12,7 @@ from typing import Any, final
 
 from hardware.contracts import Clock, RawOutput, Transport
 from hardware.ecosystem.bluesky_displacement import DisplacementReading, DisplacementSource
+from hardware.ecosystem.documents import or_nan
 from hardware.envelope import Envelope, GuardedOutput
 from hardware.errors import DriverMissing, LinkLost, TimedOut
 
@@ -129,8 +130,7 @@ class PyMeasureVoltage(Instrument):  # type: ignore[misc]
     @property
     def voltage(self) -> float:
         """Voltage last commanded (V), NaN while unknown; setting it ramps there."""
-        present = self.output.present
-        return float("nan") if present is None else present
+        return or_nan(self.output.present)
 
     @voltage.setter
     def voltage(self, volts: float) -> None:
@@ -139,8 +139,7 @@ class PyMeasureVoltage(Instrument):  # type: ignore[misc]
     @property
     def measured_voltage(self) -> float:
         """Voltage as the device tells (V); NaN where it cannot."""
-        volts = self.output.read()
-        return float("nan") if volts is None else volts
+        return or_nan(self.output.read())
 
     def step_to(self, volts: float) -> None:
         """Jump to a voltage (V) if the envelope allows the step."""

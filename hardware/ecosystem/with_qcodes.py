@@ -13,6 +13,7 @@ from bondgraph.support.errors import UnusableInput
 from hardware.contracts import Acquisition, Clock, Identity, WallClock
 from hardware.ecosystem.block import BlockPlan, PartialTake, block_arrays, take_block
 from hardware.ecosystem.bluesky_displacement import DisplacementSource
+from hardware.ecosystem.documents import or_nan
 from hardware.envelope import GuardedOutput
 from hardware.errors import DriverMissing
 
@@ -51,12 +52,15 @@ class QCoDeSVoltage(Instrument):
             "voltage",
             unit="V",
             label="Voltage",
-            get_cmd=self._present,
+            get_cmd=lambda: or_nan(output.present),
             set_cmd=lambda volts: output.ramp(volts, rate),
             vals=Numbers(envelope.v_min, envelope.v_max),
         )
         self.add_parameter(
-            "measured_voltage", unit="V", label="Measured voltage", get_cmd=self._measured
+            "measured_voltage",
+            unit="V",
+            label="Measured voltage",
+            get_cmd=lambda: or_nan(output.read()),
         )
         self.add_parameter("state", label="State", get_cmd=lambda: output.state.value)
 
@@ -78,14 +82,6 @@ class QCoDeSVoltage(Instrument):
             self._output.close()
         finally:
             super().close()
-
-    def _present(self) -> float:
-        present = self._output.present
-        return float("nan") if present is None else present
-
-    def _measured(self) -> float:
-        volts = self._output.read()
-        return float("nan") if volts is None else volts
 
 
 @final

@@ -12,8 +12,8 @@ from typing import Self, final
 import numpy as np
 from numpy.typing import NDArray
 
+from bondgraph.signals.quantity import engineering
 from bondgraph.support.errors import UnusableInput
-from hardware.envelope.plain_numbers import engineering
 
 
 @final

@@ -7,9 +7,9 @@ from dataclasses import asdict, dataclass, field
 from typing import Any, final
 
 from bondgraph.signals.drive_limits import DriveLimits
+from bondgraph.signals.quantity import engineering
 from bondgraph.support.errors import UnusableInput, real_number
 from hardware.envelope.capacitance import Capacitance
-from hardware.envelope.plain_numbers import engineering
 
 ROUNDING = 1e-9
 """Share of the range by which a command may miss a limit: what arithmetic leaves of 0 V."""

@@ -6,11 +6,11 @@ import threading
 from collections.abc import Callable
 from typing import TypeVar, final
 
+from bondgraph.signals.quantity import engineering
 from bondgraph.support.errors import UnusableInput
 from hardware.contracts import Clock, RawOutput
 from hardware.envelope.dwelling import Dwelling
 from hardware.envelope.limits import PLAUSIBLE, Converter, Dwell, Envelope
-from hardware.envelope.plain_numbers import engineering
 from hardware.envelope.state import OutputState
 from hardware.envelope.steps import in_steps
 from hardware.envelope.watchdog import Heartbeat

@@ -22,7 +22,6 @@ def check_monitor(
     before: int = 0,
     *,
     lag: int = 1,
-    slack: float = 0.0,
 ) -> int:
     """Refuse readings that do not follow their commands.
 
@@ -39,8 +38,6 @@ def check_monitor(
         What the call for the chunk before has returned.
     lag : int
         Delay of amplifier and monitor in samples.
-    slack : float
-        What may be missed in addition (V).
 
     Returns
     -------
@@ -65,7 +62,7 @@ def check_monitor(
     if wanted.size == 0:
         return before
     low, high = _reach(wanted, lag)
-    allowed = PLAUSIBLE * (envelope.v_max - envelope.v_min) + envelope.slack + slack
+    allowed = PLAUSIBLE * (envelope.v_max - envelope.v_min) + envelope.slack
     wrong: NDArray[np.bool_] = (told > high + allowed) | (told < low - allowed)
     first, count = longest(wrong)
     carried = before + lead(wrong)

@@ -11,8 +11,6 @@ from numpy.typing import NDArray
 
 from hardware.errors import LimitViolation
 
-_PREFIXES = {-4: "p", -3: "n", -2: "u", -1: "m", 0: "", 1: "k", 2: "M", 3: "G"}
-
 
 def finite_number(value: object, what: str) -> float:
     """Return `value` as a float.
@@ -73,22 +71,6 @@ def finite_wave(volts: Any, what: str) -> NDArray[np.float64]:
         )
     wave.setflags(write=False)
     return wave
-
-
-def engineering(value: float, unit: str) -> str:
-    """Return a number with a prefix, three digits.
-
-    Examples
-    --------
-    >>> engineering(1.33e5, "V/s"), engineering(2e-4, "s")
-    ('133 kV/s', '200 us')
-    """
-    if value == 0.0 or not math.isfinite(value):
-        return f"{value:g} {unit}"
-    # rounded first, so that 999.9 becomes 1 k and not 1e+03
-    rounded = float(f"{value:.3g}")
-    power = max(min(math.floor(math.log10(abs(rounded)) / 3.0 + 1e-12), 3), -4)
-    return f"{rounded / 1000.0**power:.3g} {_PREFIXES[power]}{unit}"
 
 
 def _shown(value: object) -> str:

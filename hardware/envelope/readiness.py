@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import threading
 
+from bondgraph.signals.quantity import engineering
 from hardware.envelope.limits import Dwell
 from hardware.envelope.line import OutputLine
-from hardware.envelope.plain_numbers import engineering
 from hardware.envelope.state import OutputState
 from hardware.errors import LimitViolation
 

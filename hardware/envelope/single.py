@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from bondgraph.signals.quantity import engineering
 from hardware.envelope.limits import ROUNDING, Converter, Envelope
-from hardware.envelope.plain_numbers import engineering, finite_number
+from hardware.envelope.plain_numbers import finite_number
 from hardware.errors import LimitViolation
 
 

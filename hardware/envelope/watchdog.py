@@ -33,18 +33,16 @@ class Heartbeat:
     ----------
     raw : RawOutput
         Fed if it has a watchdog and is `Fed`; otherwise nothing happens here.
-    share : float
-        Feed after this share of the device's time.
     """
 
     __slots__ = ("_fed", "_last", "_period", "_timeout")
 
-    def __init__(self, raw: RawOutput, share: float = 1.0 / 3.0) -> None:
+    def __init__(self, raw: RawOutput) -> None:
         self._fed: Fed | None = raw if raw.has_watchdog and isinstance(raw, Fed) else None
         self._timeout = 0.0 if self._fed is None else float(self._fed.watchdog_timeout)
         if self._fed is not None and not self._timeout > 0.0:
             raise UnusableInput(f"watchdog: a time of {self._timeout} s; it must be positive")
-        self._period = share * self._timeout
+        self._period = self._timeout / 3.0
         self._last: float | None = None
 
     @property

@@ -8,10 +8,11 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
+from bondgraph.signals.quantity import engineering
 from bondgraph.support.arrays import FloatArray as Array
 from hardware.envelope.content import above, dominant
 from hardware.envelope.limits import ROUNDING, Converter, Envelope
-from hardware.envelope.plain_numbers import engineering, finite_number, finite_wave
+from hardware.envelope.plain_numbers import finite_number, finite_wave
 from hardware.envelope.runs import lead, longest
 from hardware.errors import LimitViolation
 

@@ -56,8 +56,7 @@ class Gathering:
         self.urgent = False
         """Whether a warning came since the last state."""
         self.output = ""
-        self.stored: int | None = None
-        """Shown as they are, see `LiveState`."""
+        """Shown as it is, see `LiveState`."""
         self._ended = False
 
     def take(self, chunk: Chunk) -> None:
@@ -66,10 +65,6 @@ class Gathering:
         step = max(1, round(self._rates.get(chunk.stream, 1.0) * self._window / RECENT))
         for sentence in stream.take(chunk, step, self._clock.now()):
             self.warn(f"{chunk.stream}: {sentence}")
-
-    def filled(self, stream: str, share: float) -> None:
-        """Say how full the buffer of a stream is, 0 to 1."""
-        self._streams.setdefault(stream, _Stream()).fill = share
 
     def warn(self, sentence: str) -> None:
         """Show a sentence from now on; once, however often it comes."""
@@ -87,7 +82,7 @@ class Gathering:
         streams = tuple(s.state(n, self._totals.get(n)) for n, s in self._streams.items())
         return LiveState(
             self._name, elapsed, self._left(elapsed, streams), streams, self.output,
-            tuple(self._warnings), self.stored, self._ended, self.phase,
+            tuple(self._warnings), self._ended, self.phase,
         )  # fmt: skip
 
     def _left(self, elapsed: float, streams: tuple[StreamState, ...]) -> float | None:
@@ -111,7 +106,6 @@ class _Stream:
         self.samples = 0
         self.next = 0
         self.lost = 0
-        self.fill: float | None = None
         self._flags = np.zeros(16, np.int64)
         self._units: dict[str, str] = {}
         self._ends: dict[str, tuple[float, float, float]] = {}
@@ -160,9 +154,7 @@ class _Stream:
             if k != INSTANT
         )
         flags = {_flag(k): int(self._flags[k]) for k in range(16) if self._flags[k]}
-        return StreamState(
-            name, self.samples, total, self.lost, rate, channels, flags, self.fill
-        )  # fmt: skip
+        return StreamState(name, self.samples, total, self.lost, rate, channels, flags)
 
 
 def _ends(

@@ -18,6 +18,8 @@ from hardware.live.text import one_line
 
 _SHOWN = ("x", "V", "F", "V_mon", "i")
 _MAX_PANELS = 4
+_EVERY = 1.0
+"""Real time from picture to picture (s)."""
 
 
 @final
@@ -31,8 +33,6 @@ class Snapshot:
     ----------
     path : path
         The file, ending in .png.
-    every : float
-        s of real time from picture to picture.
 
     Raises
     ------
@@ -40,14 +40,13 @@ class Snapshot:
         The ending is another, the folder is not there, or the place is taken by no regular file.
     """
 
-    def __init__(self, path: str | Path, every: float = 1.0) -> None:
+    def __init__(self, path: str | Path) -> None:
         self._path = Path(path)
         if self._path.suffix.lower() != ".png":
             raise UnusableInput(f"{path}: the live picture is a .png; give such a name")
         if not self._path.parent.is_dir():
             raise UnusableInput(f"{self._path.parent}: there is no such folder; make it first")
         regular_target(self._path)
-        self._every = every
         self._newest: LiveState | None = None
         self._wake = threading.Event()
         self._ended = threading.Event()
@@ -65,7 +64,7 @@ class Snapshot:
     def show(self, state: LiveState) -> None:
         """Hand over a state; costs nothing unless it is time."""
         if self.due or state.ended:
-            self._next = time.monotonic() + self._every
+            self._next = time.monotonic() + _EVERY
             self._newest = state
             self._wake.set()
 

@@ -54,8 +54,6 @@ class StreamState:
         Its channels.
     flags : mapping of str to int
         Samples under each flag, only those there are.
-    fill : float, optional
-        How full the device's buffer is, 0 to 1.
     """
 
     name: str
@@ -65,7 +63,6 @@ class StreamState:
     rate: float = 0.0
     channels: tuple[ChannelState, ...] = ()
     flags: Mapping[str, int] = field(default_factory=dict)
-    fill: float | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -86,8 +83,6 @@ class LiveState:
         State of the output in words: "driving, 43.1 V", "parked", "unknown".
     warnings : tuple of str
         Sentences, the first first.
-    stored : int, optional
-        Bytes in the journal.
     ended : bool
         Whether it is over.
     phase : str
@@ -100,6 +95,5 @@ class LiveState:
     streams: tuple[StreamState, ...] = ()
     output: str = ""
     warnings: tuple[str, ...] = ()
-    stored: int | None = None
     ended: bool = False
     phase: str = ""

@@ -141,9 +141,8 @@ def _title(state: LiveState) -> str:
     left = "" if state.left is None else f", {_time(state.left)} left"
     when = f"{_time(state.elapsed)}, ended" if state.ended else f"{_time(state.elapsed)} elapsed"
     output = f"   output: {state.output}" if state.output else ""
-    stored = f"   {state.stored / 1e6:.1f} MB stored" if state.stored is not None else ""
     phase = f" ({state.phase})" if state.phase and not state.ended else ""
-    return f"{state.name}{phase}  {when}{'' if state.ended else left}{output}{stored}"
+    return f"{state.name}{phase}  {when}{'' if state.ended else left}{output}"
 
 
 def _stream(s: StreamState, label: int, width: int, blocks: bool) -> list[str]:
@@ -154,8 +153,7 @@ def _stream(s: StreamState, label: int, width: int, blocks: bool) -> list[str]:
         share = f"[{bar(done, room, blocks=blocks)}] {math.floor(100 * min(1.0, done))} %  "
         count = f"{s.samples}/{s.total}"
     rate = f"  {engineering(s.rate, 'Hz')}" if s.rate > 0.0 else ""
-    fill = f"  buffer {100 * s.fill:.0f} %" if s.fill is not None else ""
-    lines = [f"{_cut(s.name, label):<{label}}  {share}{count}{rate}{fill}"]
+    lines = [f"{_cut(s.name, label):<{label}}  {share}{count}{rate}"]
     against = [f"{s.lost} LOST"] if s.lost else []
     against += [f"{n} {f}" for f, n in s.flags.items()]
     if against:

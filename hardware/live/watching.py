@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Protocol, final
 
 from hardware.contracts import Chunk
@@ -42,8 +42,6 @@ class Watching:
         The terminal.
     snapshot : Snapshot, optional
         The picture.
-    stored : callable, optional
-        Gives the size of the journal in bytes.
     """
 
     def __init__(
@@ -51,10 +49,9 @@ class Watching:
         gathering: Gathering,
         view: LiveView | None = None,
         snapshot: Snapshot | None = None,
-        stored: Callable[[], int] | None = None,
     ) -> None:
         self.gathering = gathering
-        self._view, self._snapshot, self._stored = view, snapshot, stored
+        self._view, self._snapshot = view, snapshot
 
     def __call__(self, report: Report) -> None:
         """Count what a report brings, and show it if it is time."""
@@ -75,8 +72,6 @@ class Watching:
         picture = self._snapshot is not None and (at_once or self._snapshot.due)
         if not (view or picture):
             return
-        if self._stored is not None:
-            self.gathering.stored = self._stored()
         state = self.gathering.state()
         if self._view is not None and view:
             self._view.show(state)

@@ -69,9 +69,6 @@ def assemble(
     origins: Sequence[StreamOrigin],
     wiring: ClockWiring,
     *,
-    sensor: str = SENSOR,
-    length: str = "x",
-    copy: str = "V_copy",
     index: float = 1.0,
     ellipse: Ellipse | None = None,
 ) -> Assembled:
@@ -87,8 +84,6 @@ def assemble(
         Devices and nominal rates.
     wiring : ClockWiring
         What is known of clocks and trigger beforehand.
-    sensor, length, copy : str
-        Stream of the sensor, its displacement, and its copy of the voltage where there is one.
     index : float
         Refraction index of the air.
     ellipse : Ellipse, optional
@@ -99,7 +94,7 @@ def assemble(
     UnusableInput
         A stream is missing, or they have no time in common.
     """
-    for stream in (OUTPUT, sensor):
+    for stream in (OUTPUT, SENSOR):
         if stream not in journal.streams:
             raise UnusableInput(
                 f"{journal.path.name}: nothing of stream {stream!r} arrived; there is "
@@ -107,22 +102,20 @@ def assemble(
             )
     drive = journal.read(OUTPUT)
     known = {o.stream: o for o in origins}
-    heard = journal.read(sensor)
-    command = _held(drive, heard, plan, known[sensor].nominal_rate)
-    improved = corrected(heard, index, length, ellipse, command)
+    heard = journal.read(SENSOR)
+    command = _held(drive, heard, plan, known[SENSOR].nominal_rate)
+    improved = corrected(heard, index, ellipse, command)
     measured = improved.stream
     if plan.synchronisation == "clock":
         made = _same_clock(drive, measured, plan)
     else:
-        made = _two_clocks(
-            drive, measured, plan, known[sensor].nominal_rate, wiring, length=length, copy=copy
-        )
-    slow = [journal.read(n) for n in journal.streams if n not in (OUTPUT, sensor)]
+        made = _two_clocks(drive, measured, plan, known[SENSOR].nominal_rate, wiring)
+    slow = [journal.read(n) for n in journal.streams if n not in (OUTPUT, SENSOR)]
     made = _with_slow(made, drive, [s for s in slow if INSTANT in s.channels], plan.rate)
     lost = (*of_losses(drive), *of_losses(measured))
     made = without_gaps(replace(made, sentences=(*improved.sentences, *lost, *made.sentences)))
     made = replace(made, sentences=(*made.sentences, *of_flags(made.flags)))
-    return replace(made, origins=_counted(known, {OUTPUT: drive, sensor: measured}, made.clocks))
+    return replace(made, origins=_counted(known, {OUTPUT: drive, SENSOR: measured}, made.clocks))
 
 
 def _held(drive: StreamData, heard: StreamData, plan: TakePlan, rate: float) -> HeldCommand | None:
@@ -236,17 +229,12 @@ def _two_clocks(
     plan: TakePlan,
     rate: float,
     wiring: ClockWiring,
-    *,
-    length: str,
-    copy: str,
 ) -> Assembled:
     """Estimate how the clocks run, then read the sensor at the instants of the output."""
     output = Stream(plan.rate, _stored(drive), drive.numbers, drive.flags)
     sensor = Stream(rate, _stored(measured), measured.numbers, measured.flags)
-    found = align(
-        output, sensor, wiring, length=length, copy=copy,
-        budget=Budget(seconds=plan.skew_budget, excess="mark"),
-    )  # fmt: skip
+    budget = Budget(seconds=plan.skew_budget, excess="mark")
+    found = align(output, sensor, wiring, budget=budget)
     found = with_jitter_judged(found, plan.skew_budget)
     both = merged(output, sensor, found, base="drive", rate=2.0 * plan.rate)
     # of the points at halves and wholes of a step, the wholes: where the output changes

@@ -21,6 +21,7 @@ from hardware.optics import (
 )
 from hardware.optics.step_filter import HALF, step_estimates
 from hardware.storage import StreamData
+from hardware.synchrony import LENGTH
 
 SHORTEST = 64
 """Samples below which nothing is looked for."""
@@ -63,7 +64,6 @@ class HeldCommand:
 def corrected(
     stream: StreamData,
     index: float,
-    length: str = "x",
     known: Ellipse | None = None,
     command: HeldCommand | None = None,
 ) -> CorrectedStream:
@@ -75,22 +75,20 @@ def corrected(
         Of the interferometer: displacement (m), perhaps ``sin`` and ``cos``.
     index : float
         Refraction index of the air.
-    length : str
-        Channel of the displacement.
     known : Ellipse, optional
         Of a calibration; used where the record covers too little of a fringe for a fit.
     command : HeldCommand, optional
         Where it steps, a jump of the displacement is no lost fringe.
     """
-    if length not in stream.channels or stream.n < SHORTEST:
+    if LENGTH not in stream.channels or stream.n < SHORTEST:
         return CorrectedStream(stream, ())
-    found, said = _without_periodic_error(stream, index, length, known)
-    marked, seen = _with_miscounts(found, index, length, command)
+    found, said = _without_periodic_error(stream, index, known)
+    marked, seen = _with_miscounts(found, index, command)
     return CorrectedStream(marked, (*said, *seen))
 
 
 def _without_periodic_error(
-    stream: StreamData, index: float, length: str, known: Ellipse | None
+    stream: StreamData, index: float, known: Ellipse | None
 ) -> tuple[StreamData, tuple[str, ...]]:
     """Take the displacement from raw quadrature by Heydemann's correction."""
     channels = dict(stream.channels)
@@ -104,13 +102,13 @@ def _without_periodic_error(
         x = quadrature_displacement(cosine, sine, fit.ellipse, HELIUM_NEON, index)
     except UnusableInput as error:
         return kept, (f"periodic error not corrected: {error}",)
-    change = x - x[0] - (channels[length] - channels[length][0])
+    change = x - x[0] - (channels[LENGTH] - channels[LENGTH][0])
     if float(np.ptp(change)) > 0.5 * displacement_per_fringe(HELIUM_NEON, index):
         return kept, (
             "periodic error not corrected: quadrature and counter disagree by more than half a "
             "fringe; the motion is too fast for the rate of the samples",
         )
-    channels[length] = x - x[0] + channels[length][0]
+    channels[LENGTH] = x - x[0] + channels[LENGTH][0]
     e = fit.ellipse
     sentence = (
         f"periodic error corrected over {fit.arc:.2g} fringes"
@@ -122,7 +120,7 @@ def _without_periodic_error(
 
 
 def _with_miscounts(
-    stream: StreamData, index: float, length: str, command: HeldCommand | None
+    stream: StreamData, index: float, command: HeldCommand | None
 ) -> tuple[StreamData, tuple[str, ...]]:
     """Flag jumps of whole fringes; nothing is repaired."""
     flags = stream.flags.copy()
@@ -135,7 +133,7 @@ def _with_miscounts(
             continue
         try:
             fringe = displacement_per_fringe(HELIUM_NEON, index)
-            x = stream.channels[length][a:b]
+            x = stream.channels[LENGTH][a:b]
             found = find_miscounts(x, fringe)
             whole = [j for j in found.jumps if j.whole]
             stepped = _stepped(x, fringe, command, a, b) if whole else None

@@ -13,9 +13,9 @@ from typing import final
 
 import numpy as np
 
+from bondgraph.signals.quantity import engineering
 from bondgraph.support.errors import UnusableInput
 from hardware.contracts import Chunk, Flag, Tried
-from hardware.envelope.plain_numbers import engineering
 from hardware.errors import BeamLost, TimedOut
 from hardware.recorder.keeping import Notebook, heard, keep, note_air, rescue
 from hardware.recorder.taking import TakeProgress, Watch

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from bondgraph.signals.quantity import engineering
 from bondgraph.support.arrays import FloatArray
-from hardware.envelope.plain_numbers import engineering
 
 SHARE = 0.95
 """Of the cycles that must fit into a period."""

@@ -39,10 +39,10 @@ class LoopbackServer(ABC):
         """Tell that a client has left, whose link is closed; nobody is told here."""
         return
 
-    def start(self, host: str = "127.0.0.1", port: int | None = None) -> str:
+    def start(self) -> str:
         """Listen; return ``"host:port"``."""
         self._stopped.clear()
-        listener = socket.create_server((host, self._port if port is None else port))
+        listener = socket.create_server(("127.0.0.1", self._port))
         self._listener = listener
         self._run(lambda: self._accept(listener))
         return "{}:{}".format(*listener.getsockname()[:2])

@@ -39,6 +39,7 @@ The file is TOML::
 from __future__ import annotations
 
 import dataclasses
+import json
 import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -274,6 +275,27 @@ def toml_of(file: Path, what: str) -> dict[str, Any]:
         raise UnusableInput(f"{file}: cannot be read, {error.strerror}; give {what}") from None
     except (UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
         raise UnusableInput(f"{file.name}: is no TOML, {error}") from None
+
+
+def toml_text(table: Mapping[str, Any]) -> str:
+    """Return plain values as TOML, tables inside them last.
+
+    Examples
+    --------
+    >>> toml_text({"clock": {"ppm": 3.0}, "name": "bench"}).splitlines()
+    ['name = "bench"', '', '[clock]', 'ppm = 3.0']
+    """
+    return "\n".join([*_lines("", table), ""])
+
+
+def _lines(name: str, table: Mapping[str, Any]) -> list[str]:
+    # a JSON text of numbers, texts and lists is a TOML text too
+    lines = [f"{k} = {json.dumps(v)}" for k, v in table.items() if not isinstance(v, Mapping)]
+    for key, inner in table.items():
+        if isinstance(inner, Mapping):
+            full = f"{name}.{key}" if name else key
+            lines += ["", f"[{full}]", *_lines(full, inner)]
+    return lines
 
 
 def settings_from(content: Mapping[str, Any], where: str = "station") -> StationSettings:

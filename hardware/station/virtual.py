@@ -1,17 +1,14 @@
-"""The station of a virtual bench, as plain values and as the text of its file."""
+"""The station of a virtual bench, as plain values."""
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from typing import Any
 
 from bondgraph.support.errors import UnusableInput
 
 
-def station_table(
-    addresses: Mapping[str, str], config: Any, library: str, ppm: float = 0.0
-) -> dict[str, Any]:
+def station_table(addresses: Mapping[str, str], config: Any, library: str) -> dict[str, Any]:
     """Return the station of a virtual bench as plain values.
 
     Parameters
@@ -22,13 +19,11 @@ def station_table(
         What it is made of.
     library : str
         Path of the stub library of the interferometer.
-    ppm : float
-        Error of the program's clock.
     """
     table: dict[str, Any] = {
         "name": "virtual bench",
         "envelope": {"preset": "P-840.1-unipolar"},
-        "clock": {"bench": addresses["control"], "ppm": ppm},
+        "clock": {"bench": addresses["control"], "ppm": config.card.ppm},
     }
     if "card" in addresses:
         table["output"] = {
@@ -70,20 +65,6 @@ def _behind_the_card(config: Any) -> dict[str, Any]:
         channel, unit = ("x", "m") if config.driver == "amplifier" else ("lag", "1")
         told["readout"] = {"channel": channel, "unit": unit, "scale": config.readout}
     return told
-
-
-def station_text(table: Mapping[str, Any]) -> str:
-    """Return a station as the TOML of its file."""
-    lines = [f"{k} = {_toml(v)}" for k, v in table.items() if not isinstance(v, Mapping)]
-    for name, inner in table.items():
-        if isinstance(inner, Mapping):
-            lines += ["", f"[{name}]", *(f"{k} = {_toml(v)}" for k, v in inner.items())]
-    return "\n".join([*lines, ""])
-
-
-def _toml(value: Any) -> str:
-    # a JSON text is a TOML text too, and numbers are written alike
-    return json.dumps(value)
 
 
 def stub_library() -> str:

@@ -23,6 +23,7 @@ from hardware.synchrony.held import HeldColumns as HeldColumns
 from hardware.synchrony.merge import Merged as Merged
 from hardware.synchrony.merge import merged as merged
 from hardware.synchrony.several_tones import delay_from_lags as delay_from_lags
+from hardware.synchrony.stream import LENGTH as LENGTH
 from hardware.synchrony.stream import Stream as Stream
 from hardware.synchrony.time_map import TimeMap as TimeMap
 from hardware.synchrony.wiring import ClockWiring as ClockWiring

@@ -11,7 +11,7 @@ from hardware.synchrony.alignment import Alignment
 from hardware.synchrony.budget import Budget, checked
 from hardware.synchrony.by_copy import align_by_copy
 from hardware.synchrony.by_length import align_by_length
-from hardware.synchrony.stream import Stream
+from hardware.synchrony.stream import COPY, LENGTH, VOLTAGE, Stream
 from hardware.synchrony.time_map import TimeMap
 from hardware.synchrony.wiring import ClockWiring
 
@@ -21,9 +21,6 @@ def align(
     sensor: Stream,
     wiring: ClockWiring | None = None,
     *,
-    command: str = "V",
-    length: str = "x",
-    copy: str = "V_copy",
     budget: Budget | None = None,
 ) -> Alignment:
     """Estimate how the clocks of drive and sensor run, by the best that is there.
@@ -34,12 +31,10 @@ def align(
     Parameters
     ----------
     drive : Stream
-        With the commanded voltage.
+        With the commanded voltage as `VOLTAGE`.
     sensor : Stream
-        With the length, the copy of the voltage, or both.
+        With the length as `LENGTH`, a copy of the voltage as `COPY`, or both.
     wiring : ClockWiring, optional
-    command, length, copy : str
-        Channels; a length or a copy that is not there is not used.
     budget : Budget, optional
         What may remain.
 
@@ -51,16 +46,16 @@ def align(
         If what remains exceeds the budget (with the alignment as `partial`).
     """
     wiring = ClockWiring() if wiring is None else wiring
-    drive.channel(command)
-    if copy in sensor.channels:
-        found = align_by_copy(drive, sensor, wiring, command=command, copy=copy)
+    drive.channel(VOLTAGE)
+    if COPY in sensor.channels:
+        found = align_by_copy(drive, sensor, wiring)
     elif wiring.shared_clock:
         found = _by_wiring(sensor, wiring)
-    elif length in sensor.channels:
-        found = align_by_length(drive, sensor, wiring, command=command, length=length)
+    elif LENGTH in sensor.channels:
+        found = align_by_length(drive, sensor, wiring)
     else:
         raise UnusableInput(
-            f"clock: the sensor has neither {copy!r} nor {length!r}; it has "
+            f"clock: the sensor has neither {COPY!r} nor {LENGTH!r}; it has "
             f"{', '.join(sensor.channels)}"
         )
     return found if budget is None else checked(found, budget)

@@ -61,13 +61,12 @@ def between(values: Array, flags: NDArray[np.uint16], position: Array) -> Betwee
     spread = np.pad(marks, HALF_TAPS, mode="edge").astype(np.uint16)
     out = np.empty(position.size)
     short = np.empty(position.size)
-    touched = np.zeros(position.size, np.uint16)
     offsets = np.arange(1 - HALF_TAPS, HALF_TAPS + 1)
+    whole = np.clip(np.floor(position).astype(np.intp), 0, max(n - 2, 0))
     for k in range(0, position.size, PIECE):
-        at = position[k : k + PIECE]
-        whole = np.clip(np.floor(at).astype(np.intp), 0, max(n - 2, 0))
-        picked = padded[whole[:, None] + (offsets + HALF_TAPS)]
-        part = (at - whole)[:, None] - offsets
+        begun = whole[k : k + PIECE]
+        picked = padded[begun[:, None] + (offsets + HALF_TAPS)]
+        part = (position[k : k + PIECE] - begun)[:, None] - offsets
         out[k : k + PIECE] = np.einsum("ij,ij->i", _taps(part, HALF_TAPS), picked)
         short[k : k + PIECE] = np.einsum(
             "ij,ij->i", _taps(part[:, INNER], HALF_TAPS // 2), picked[:, INNER]
@@ -76,7 +75,6 @@ def between(values: Array, flags: NDArray[np.uint16], position: Array) -> Betwee
     run = spread
     for width in (1, 2, 4, 8, 16):
         run = run[:-width] | run[width:]
-    whole = np.clip(np.floor(position).astype(np.intp), 0, max(n - 2, 0))
     touched = run[whole + 1]
     # a value that sits on a sample is that sample
     near = np.rint(position)
@@ -84,9 +82,8 @@ def between(values: Array, flags: NDArray[np.uint16], position: Array) -> Betwee
     held = np.clip(near[on].astype(np.intp), 0, n - 1)
     touched[on] = marks[held]
     out[on] = short[on] = filled[held]
-    inner = np.clip(np.floor(position).astype(np.intp), 0, max(n - 2, 0))
     lost = np.where(on, missing[np.clip(near.astype(np.intp), 0, n - 1)],
-                    missing[inner] | missing[np.minimum(inner + 1, n - 1)])  # fmt: skip
+                    missing[whole] | missing[np.minimum(whole + 1, n - 1)])  # fmt: skip
     out[lost | (position < -1e-9) | (position > n - 1 + 1e-9)] = np.nan
     good = np.isfinite(out) & (touched == 0)
     error = float(np.abs(out - short)[good].max(initial=0.0))

@@ -17,7 +17,7 @@ from hardware.synchrony.held import HeldColumns
 from hardware.synchrony.jitter import jitter_of
 from hardware.synchrony.settle import settled
 from hardware.synchrony.spread import covariance_of, reach, spread_out
-from hardware.synchrony.stream import Stream
+from hardware.synchrony.stream import COPY, VOLTAGE, Stream
 from hardware.synchrony.time_map import TimeMap
 from hardware.synchrony.wiring import ClockWiring
 
@@ -31,29 +31,20 @@ FAST = 0.03
 """Lag in steps of the drive below which only the edges, not the slopes, tell the time."""
 
 
-def align_by_copy(
-    drive: Stream,
-    sensor: Stream,
-    wiring: ClockWiring,
-    *,
-    command: str = "V",
-    copy: str = "V_copy",
-) -> Alignment:
+def align_by_copy(drive: Stream, sensor: Stream, wiring: ClockWiring) -> Alignment:
     """Fit ``copy(t) = gain V(s(t) - latency) + offset`` with the hold and the amplifier's lag.
 
     Parameters
     ----------
     drive, sensor : Stream
     wiring : ClockWiring
-    command, copy : str
-        Channels of drive and sensor.
 
     Raises
     ------
     UnusableInput
         If the drive does not move, or the copy does not follow it.
     """
-    held, material = _material(drive, sensor, wiring, command, copy)
+    held, material = _material(drive, sensor, wiring)
     step = material.held.step
     lag = wiring.lag if wiring.lag is not None else FIRST_LAG * step
     smooth = max(lag, FIRST_LAG * step) if wiring.hold == "zero" else lag
@@ -107,7 +98,7 @@ def align_by_copy(
         covariance[0, 0] += float(np.mean(fitted.rest**2)) / steep
         if not wiring.shared_clock:
             covariance[1, 1] += covariance[0, 0] / float(np.ptp(material.time)) ** 2
-    kept = np.flatnonzero(sensor.usable(copy))
+    kept = np.flatnonzero(sensor.usable(COPY))
     gaps = tuple(SilentLoss(int(kept[g.first]), g.missing) for g in gaps)
     jitter, jitter_error = jitter_of(fitted.rest, fitted.slope)
     covariance[0, 0] += wiring.copy_latency_error**2
@@ -128,12 +119,12 @@ def align_by_copy(
 
 
 def _material(
-    drive: Stream, sensor: Stream, wiring: ClockWiring, command: str, copy: str
+    drive: Stream, sensor: Stream, wiring: ClockWiring
 ) -> tuple[HeldColumns, AlignmentData]:
-    usable = sensor.usable(copy)
+    usable = sensor.usable(COPY)
     time = sensor.time[usable]
-    held = HeldColumns(drive.filled(command)[:, None], 1.0 / drive.rate, wiring.hold)
-    return held, AlignmentData(held, time, sensor.channel(copy)[usable], np.ones((time.size, 1)))
+    held = HeldColumns(drive.filled(VOLTAGE)[:, None], 1.0 / drive.rate, wiring.hold)
+    return held, AlignmentData(held, time, sensor.channel(COPY)[usable], np.ones((time.size, 1)))
 
 
 def _mended(

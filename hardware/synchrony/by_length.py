@@ -26,7 +26,7 @@ from hardware.synchrony.jitter import jitter_of
 from hardware.synchrony.period import fundamental, one_loop
 from hardware.synchrony.played import Played
 from hardware.synchrony.spread import covariance_of, reach, spread_out
-from hardware.synchrony.stream import Stream
+from hardware.synchrony.stream import LENGTH, VOLTAGE, Stream
 from hardware.synchrony.time_map import TimeMap
 from hardware.synchrony.toned import Toned
 from hardware.synchrony.wiring import ClockWiring
@@ -53,8 +53,6 @@ def align_by_length(
     sensor: Stream,
     wiring: ClockWiring,
     *,
-    command: str = "V",
-    length: str = "x",
     model: Model | None = None,
 ) -> Alignment:
     """Estimate the clocks from drive and length.
@@ -67,8 +65,6 @@ def align_by_length(
     ----------
     drive, sensor : Stream
     wiring : ClockWiring
-    command, length : str
-        Channels.
     model : callable, optional
         Length, up to offset and gain, of a finely sampled voltage, both ``(n,)``: taken in place
         of plays and creep, where the actuator is known.
@@ -78,22 +74,20 @@ def align_by_length(
     UnusableInput
         If the drive does not move, the length does not follow, or the record is too short.
     """
-    volts = drive.channel(command)
+    volts = drive.channel(VOLTAGE)
     if float(np.ptp(volts)) <= 1e-12 * float(np.abs(volts).max(initial=0.0)):
         raise UnusableInput("clock: the drive is constant, so nothing marks the time; let it move")
     tone = fundamental(volts, drive.rate)
     if model is None and tone is not None and one_loop(volts, drive.rate, tone):
-        return _by_phase(drive, sensor, wiring, command, length, tone)
-    return _by_plays(drive, sensor, wiring, command, length, model)
+        return _by_phase(drive, sensor, wiring, tone)
+    return _by_plays(drive, sensor, wiring, model)
 
 
-def _by_phase(
-    drive: Stream, sensor: Stream, wiring: ClockWiring, command: str, length: str, tone: float
-) -> Alignment:
+def _by_phase(drive: Stream, sensor: Stream, wiring: ClockWiring, tone: float) -> Alignment:
     """Periodic drive: the ratio from the drift of fundamental and harmonics."""
     step = 1.0 / drive.rate
     t = sensor.time
-    usable = sensor.usable(length) & (t >= 1.0 / tone + wiring.delay)
+    usable = sensor.usable(LENGTH) & (t >= 1.0 / tone + wiring.delay)
     t = t[usable]
     if t.size < 64 or (t[-1] - t[0]) * tone < 2.0:
         raise UnusableInput(
@@ -113,7 +107,7 @@ def _by_phase(
         loose = step if wiring.lag is None else max(wiring.lag_error, 0.2 * step)
         beliefs += (("lag", lag, loose),)
     material = AlignmentData(
-        held, t, sensor.channel(length)[usable], _trend(t, tone), free, beliefs
+        held, t, sensor.channel(LENGTH)[usable], _trend(t, tone), free, beliefs
     )
     start = TimeMapGuess(wiring.bent(TimeMap(wiring.delay)), lag)
     fitted = _widened(material, start, tone)
@@ -123,7 +117,7 @@ def _by_phase(
     covariance[0, 0] = wiring.delay_error**2 if wiring.delay_error is not None else np.inf
     found = replace(fitted.guess.map, delay=wiring.delay)
     jitter, error = jitter_of(fitted.rest, fitted.slope)
-    answer, answer_error = _answer_lag(drive, command, material, fitted, tone)
+    answer, answer_error = _answer_lag(drive, material, fitted, tone)
     return Alignment(
         found, covariance, "phase", known, float(sensor.time[-1]), reach(len(free)), wiring.hold,
         wiring.lag or 0.0, wiring.lag_error, jitter, error, rms=fitted.rms,
@@ -148,13 +142,13 @@ def _widened(material: AlignmentData, start: TimeMapGuess, tone: float) -> Fitte
 
 
 def _answer_lag(
-    drive: Stream, command: str, material: AlignmentData, fitted: FittedTimeMap, tone: float
+    drive: Stream, material: AlignmentData, fitted: FittedTimeMap, tone: float
 ) -> tuple[float, float]:
     """Lag of the fundamental behind the drive's less the delay (s), and its standard deviation."""
     w = 2.0 * np.pi * tone
     own = Toned(tone, material.held.count // 2, material.held.step, False).at(drive.time)[0]
     (c, d), *_ = np.split(
-        np.linalg.lstsq(np.column_stack([own, np.ones(drive.n)]), drive.channel(command))[0], [2]
+        np.linalg.lstsq(np.column_stack([own, np.ones(drive.n)]), drive.channel(VOLTAGE))[0], [2]
     )
     a, b = fitted.coefficients[:2]
     lag = (math.atan2(b, a) - math.atan2(d, c)) / w - fitted.guess.map.delay
@@ -183,22 +177,15 @@ class _Way:
     creep: bool
 
 
-def _by_plays(
-    drive: Stream,
-    sensor: Stream,
-    wiring: ClockWiring,
-    command: str,
-    length: str,
-    model: Model | None,
-) -> Alignment:
+def _by_plays(drive: Stream, sensor: Stream, wiring: ClockWiring, model: Model | None) -> Alignment:
     """Free drive: the map under which plays and creep explain the length best."""
     step = 1.0 / drive.rate
-    usable = sensor.usable(length)
+    usable = sensor.usable(LENGTH)
     t = sensor.time[usable]
     lag = FIRST_LAG * step if wiring.lag is None else wiring.lag
     trend = np.ones((t.size, 1))
-    held = HeldColumns(drive.filled(command)[:, None], step, wiring.hold, lag)
-    plain = AlignmentData(held, t, sensor.channel(length)[usable], trend)
+    held = HeldColumns(drive.filled(VOLTAGE)[:, None], step, wiring.hold, lag)
+    plain = AlignmentData(held, t, sensor.channel(LENGTH)[usable], trend)
     far = _far(sensor, wiring)
     skew = 1e-9 if wiring.shared_clock else wiring.most_skew
     guess = first_guess(plain, held, wiring.delay, far, skew, lag).guess
@@ -238,7 +225,7 @@ def _by_plays(
         covariance[1, 1] += 0.0 if wiring.shared_clock else 12.0 * late / float(np.ptp(t)) ** 2
     share = min(r[1].share for r in results)
     if "skew" in free and not wiring.drifting and model is None:
-        answer = skew_by_response(drive, sensor, wiring.delay, command=command, length=length)
+        answer = skew_by_response(drive, sensor, wiring.delay)
         # free dynamics explain what plays leave of a resonant actuator, and tell the ratio better
         if answer is not None and MISSED * answer.error < math.sqrt(float(covariance[1, 1])):
             told = replace(fitted.guess.map, skew=answer.value, drift=answer.drift)

@@ -16,7 +16,7 @@ from scipy.signal import lfilter
 
 from bondgraph.hysteresis import PrandtlIshlinskii
 from bondgraph.support.arrays import FloatArray as Array
-from hardware.synchrony.stream import Stream
+from hardware.synchrony.stream import LENGTH, VOLTAGE, Stream
 from hardware.synchrony.time_map import TimeMap
 
 TAPS = 64
@@ -55,9 +55,7 @@ class Skew:
     drift_error: float = 0.0
 
 
-def skew_by_response(
-    drive: Stream, sensor: Stream, delay: float, *, command: str = "V", length: str = "x"
-) -> Skew | None:
+def skew_by_response(drive: Stream, sensor: Stream, delay: float) -> Skew | None:
     """Estimate the ratio; None if the record is too short for it, or the drive does not move.
 
     Parameters
@@ -65,14 +63,12 @@ def skew_by_response(
     drive, sensor : Stream
     delay : float
         Of the sensor's first sample (s), roughly.
-    command, length : str
-        Channels.
     """
-    volts = drive.filled(command)
-    usable = sensor.usable(length)
+    volts = drive.filled(VOLTAGE)
+    usable = sensor.usable(LENGTH)
     if volts.size <= TAPS or float(np.ptp(volts)) == 0.0 or int(usable.sum()) < 4 * TAPS:
         return None
-    own = CubicSpline(sensor.time[usable], sensor.channel(length)[usable])
+    own = CubicSpline(sensor.time[usable], sensor.channel(LENGTH)[usable])
     first, last = (float(sensor.time[usable][k]) for k in (0, -1))
     columns = _memories(volts, 1.0 / drive.rate)
     time = (drive.numbers[0] + np.arange(volts.size)) / drive.rate

@@ -15,7 +15,7 @@ from hardware.contracts import Flag
 from hardware.synchrony.alignment import Alignment
 from hardware.synchrony.between import between
 from hardware.synchrony.held import HeldColumns
-from hardware.synchrony.stream import Stream
+from hardware.synchrony.stream import VOLTAGE, Stream
 
 STILL_EVEN = 1e-3
 """Of a sample: instants that leave an even grid by less need no interpolation."""
@@ -58,7 +58,6 @@ def merged(
     sensor: Stream,
     alignment: Alignment,
     *,
-    command: str = "V",
     base: Literal["sensor", "drive"] = "sensor",
     rate: float | None = None,
 ) -> Merged:
@@ -68,8 +67,6 @@ def merged(
     ----------
     drive, sensor : Stream
     alignment : Alignment
-    command : str
-        Channel of the drive.
     base : {"sensor", "drive"}
         The sensor's own instants (nothing measured is interpolated, unless the ratio drifts or
         samples are missing), or the grid of the drive, in the middle of its steps.
@@ -114,15 +111,15 @@ def merged(
         got = between(even, even_flags, position)
         columns[name], errors[name] = got.values, got.error
         marks |= got.flags
-    volts, drive_marks = _driven(drive, alignment, command, time)
-    columns[command], errors[command] = volts, 0.0
+    volts, drive_marks = _driven(drive, alignment, time)
+    columns[VOLTAGE], errors[VOLTAGE] = volts, 0.0
     marks |= drive_marks | np.uint16(alignment.flag)
     kept = bool(np.array_equal(position, near))
     sentence = (
         f"{time.size} samples of {1.0 / step:.9g} Hz by the drive's clock; "
         + ("no sample of the sensor was interpolated" if kept else
            "the sensor was interpolated (error at most "
-           + ", ".join(f"{e:.2g} in {k}" for k, e in errors.items() if k != command) + ")")
+           + ", ".join(f"{e:.2g} in {k}" for k, e in errors.items() if k != VOLTAGE) + ")")
         + f"; the drive is the {alignment.hold}-order hold"
         + (f" behind {1e6 * alignment.lag:.4g} us" if alignment.lag else "")
     )  # fmt: skip
@@ -139,16 +136,14 @@ def _step(drive: Stream, s: Array, base: str) -> float:
     return float(s[-1] - s[0]) / (s.size - 1) if base == "sensor" else 1.0 / drive.rate
 
 
-def _driven(
-    drive: Stream, alignment: Alignment, command: str, time: Array
-) -> tuple[Array, NDArray[np.uint16]]:
+def _driven(drive: Stream, alignment: Alignment, time: Array) -> tuple[Array, NDArray[np.uint16]]:
     """Return the voltage at instants of the drive's clock, and the flags of its samples."""
     full = np.arange(drive.numbers[0], drive.numbers[-1] + 1)
     where = drive.numbers - drive.numbers[0]
     flags = np.full(full.size, np.uint16(Flag.LOST_BEFORE))
     flags[where] = drive.flags
     held = HeldColumns(
-        drive.filled(command)[:, None], 1.0 / drive.rate, alignment.hold, alignment.lag
+        drive.filled(VOLTAGE)[:, None], 1.0 / drive.rate, alignment.hold, alignment.lag
     )
     local = time - full[0] / drive.rate
     k = np.clip(np.floor(local * drive.rate).astype(np.intp), 0, full.size - 1)

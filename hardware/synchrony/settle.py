@@ -94,7 +94,8 @@ def _colour(fitted: FittedTimeMap) -> float:
     return (1.0 + r) / (1.0 - r)
 
 
-def _bunches(n: int, count: int = 32) -> NDArray[np.bool_]:
+def _bunches(n: int) -> NDArray[np.bool_]:
     """Choose an eighth of the samples in runs all over the record."""
+    count = 32
     run = max(n // (8 * count), 64)
     return np.asarray((np.arange(n) % max(n // count, 1)) < run)

@@ -14,6 +14,8 @@ from bondgraph.support.arrays import FloatArray as Array
 from bondgraph.support.errors import UnusableInput, require_known
 from hardware.contracts import Chunk, Flag
 
+VOLTAGE, LENGTH, COPY = "V", "x", "V_copy"
+"""Channels: the drive's command, the sensor's length and its copy of the voltage."""
 SPOILT = Flag.BEAM_LOST | Flag.MISCOUNT | Flag.SATURATED
 """Samples that no estimate may use."""
 

@@ -16,7 +16,8 @@ from hardware.optics import Ellipse
 from hardware.simulators.bench_server import MACHINES, BenchServer
 from hardware.simulators.bench_server.config import config_from
 from hardware.station import read_settings
-from hardware.station.virtual import station_table, station_text, stub_library
+from hardware.station.settings import toml_text
+from hardware.station.virtual import station_table, stub_library
 
 Serve = Callable[..., tuple[Any, Path]]
 
@@ -36,7 +37,7 @@ def serve(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Serve]:
         addresses = server.start()
         started.append(server)
         file = tmp_path / f"station{len(started)}.toml"
-        file.write_text(station_text(station_table(addresses, config, stub_library())))
+        file.write_text(toml_text(station_table(addresses, config, stub_library())))
         return server, file
 
     yield start

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from actuators.stack.identified import IdentifiedStack
-from actuators.stack.ramps import Interval
+from actuators.stack.loading_curve import Interval
 from bondgraph.hysteresis import AlJanaideh
 from bondgraph.signals.recording import Recording
 from bondsight.cli.main import main

@@ -26,9 +26,10 @@ from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.drives import Drive
 from bondgraph.graph.elements import Source
 from bondgraph.graph.parameter import Parameter
-from bondgraph.support.errors import require_known
+from bondgraph.graph.sensors import Sensor
+from bondgraph.support.errors import UnusableInput, require_known
 
-PLANT_MODELS: MappingProxyType[str, Callable[[Sequence[str] | None], BondGraph]] = MappingProxyType(
+PLANT_MODELS: MappingProxyType[str, Callable[[], BondGraph]] = MappingProxyType(
     {
         "chain": chain,
         "stack": stack,
@@ -45,7 +46,7 @@ PLANT_MODELS: MappingProxyType[str, Callable[[Sequence[str] | None], BondGraph]]
         "speaker": speaker,
     }
 )
-"""Factories by the name of the plant; each takes the sensors that were recorded."""
+"""Factories by the name of the plant; all its sensors are there."""
 
 
 def plant_model(plant: str, sensors: Sequence[str] | None = None, delay: float = 0.0) -> BondGraph:
@@ -63,11 +64,19 @@ def plant_model(plant: str, sensors: Sequence[str] | None = None, delay: float =
 
     Raises
     ------
-    UnknownName
-        If there is no such plant or sensor.
+    UnknownName, UnusableInput
+        If there is no such plant or sensor, or no sensor is named.
     """
     require_known("plant", "the virtual plants", PLANT_MODELS, plant)
-    graph = PLANT_MODELS[plant](sensors)
+    graph = PLANT_MODELS[plant]()
+    known = [e.name for e in graph.of_type(Sensor)]
+    recorded = known if sensors is None else sensors
+    require_known("sensor", plant, known, *recorded)
+    if not recorded:
+        raise UnusableInput(f"{plant}: name at least one sensor of {', '.join(known)}")
+    for name in known:
+        if name not in recorded:
+            graph = graph.remove(name)
     if delay <= 0.0:
         return graph
     (source,) = graph.of_type(Source)

@@ -2,26 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
-from actuators.models.plants.sensors import SPREAD, wanted
+from actuators.models.plants.spread import SPREAD
 from bondgraph import GY, TF, BondGraph, C, Da, De, Df, I, One, R, Se, Zero
 from bondgraph.laws.polynomial import Polynomial
 
-SENSORS = ("i", "a", "p")
 
-
-def speaker(sensors: Sequence[str] | None = None) -> BondGraph:
+def speaker() -> BondGraph:
     """Return a loudspeaker in a closed box; its suspension is known to harden.
 
     u - R_e, L_e - Bl - m, k (hardening), b - S_d - C_b, R_b.
 
-    Parameters
-    ----------
-    sensors : sequence of {"i", "a", "p"}, optional
-        Current (A), acceleration of the cone (m/s^2), pressure in the box (Pa).
+    Measured are the current, the acceleration of the cone and the pressure in the box.
     """
-    read = wanted("speaker", SENSORS, sensors)
     hardening = Polynomial(half=1e-3, size=0.1, orders=(3,), unit="N")
     with BondGraph("speaker") as g:
         coil, cone, box = One("coil"), One("cone"), Zero("box")
@@ -34,10 +26,7 @@ def speaker(sensors: Sequence[str] | None = None) -> BondGraph:
         cone >> TF("S_d", ratio=0.02, unit="m2", spread=SPREAD) >> box
         box >> C("C_b", 1.4e-7, unit="m3/Pa", spread=SPREAD)
         box >> R("R_b", 3e5, unit="Pa*s/m3", spread=SPREAD)
-        if "i" in read:
-            coil >> Df("i", unit="A")
-        if "a" in read:
-            cone >> Da("a", unit="m/s^2")
-        if "p" in read:
-            box >> De("p", unit="Pa")
+        coil >> Df("i", unit="A")
+        cone >> Da("a", unit="m/s^2")
+        box >> De("p", unit="Pa")
     return g.with_values({"a_3_k": 0.1})

@@ -2,25 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
-from actuators.models.plants.sensors import SPREAD, wanted
+from actuators.models.plants.spread import SPREAD
 from bondgraph import GY, BondGraph, C, Da, Df, Dq, I, One, R, Se, Zero
 
-SENSORS = ("i", "x_1", "a_2")
 
-
-def table(sensors: Sequence[str] | None = None) -> BondGraph:
+def table() -> BondGraph:
     """Return a linear motor that moves a carriage with a payload on an elastic coupling.
 
     u - R_w, L_w - K_f - m_1, b_1 - k_c, b_c - m_2, b_2.
 
-    Parameters
-    ----------
-    sensors : sequence of {"i", "x_1", "a_2"}, optional
-        Current (A), position of the carriage (m), acceleration of the payload (m/s^2).
+    Measured are the current, the position of the carriage and the acceleration of the payload.
     """
-    read = wanted("table", SENSORS, sensors)
     with BondGraph("table") as g:
         winding, carriage, payload = One("winding"), One("carriage"), One("payload")
         joint, link = Zero("joint"), One("link")
@@ -34,10 +26,7 @@ def table(sensors: Sequence[str] | None = None) -> BondGraph:
         link >> R("b_c", 15.0, unit="N*s/m", spread=SPREAD)
         payload >> I("m_2", 1.2, unit="kg", spread=SPREAD)
         payload >> R("b_2", 5.0, unit="N*s/m", spread=SPREAD)
-        if "i" in read:
-            winding >> Df("i", unit="A")
-        if "x_1" in read:
-            carriage >> Dq("x_1", unit="m")
-        if "a_2" in read:
-            payload >> Da("a_2", unit="m/s^2")
+        winding >> Df("i", unit="A")
+        carriage >> Dq("x_1", unit="m")
+        payload >> Da("a_2", unit="m/s^2")
     return g

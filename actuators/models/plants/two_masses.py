@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from actuators.models.plants.sensors import SPREAD
+from actuators.models.plants.spread import SPREAD
 from bondgraph import BondGraph, C, I, One, R, Se, Zero
 from bondgraph.graph.elements import Junction
 from bondgraph.laws.law import Law

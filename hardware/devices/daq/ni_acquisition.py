@@ -24,9 +24,9 @@ class NiAcquisition:
         Hz.
     count : int
         Samples wanted.
-    stream : str
-        Name of the stream.
     """
+
+    stream = "inputs"
 
     def __init__(
         self,
@@ -34,7 +34,6 @@ class NiAcquisition:
         channels: Sequence[str],
         rate: float,
         count: int,
-        stream: str = "inputs",
     ) -> None:
         if len(channels) != len(inputs.names):
             raise ProtocolFault(f"NI: {len(channels)} names for {len(inputs.names)} inputs")
@@ -42,7 +41,6 @@ class NiAcquisition:
         self._channels = tuple(channels)
         self.rate = rate
         self._count = count
-        self.stream = stream
         self._got = 0
 
     @property

@@ -9,6 +9,8 @@ from typing import TypeVar
 from hardware.contracts import Transport
 from hardware.errors import HardwareError, LinkLost, ProtocolFault, TimedOut
 
+TRIES = 3
+"""How often the identity is asked for while nothing comes."""
 _T = TypeVar("_T")
 
 
@@ -17,7 +19,6 @@ def resynchronise(
     receive: Callable[[float], bytes | None],
     right: Callable[[bytes], bool],
     patience: float,
-    tries: int = 3,
     owed: int = 0,
 ) -> bool:
     """Ask for the identity until nothing older can still be on its way.
@@ -35,8 +36,6 @@ def resynchronise(
         Whether an answer is the identity.
     patience : float
         Time for all tries together (s), real time.
-    tries : int
-        How often the query is sent while nothing comes.
     owed : int
         Identity queries sent before whose answers are still owed.
 
@@ -46,10 +45,10 @@ def resynchronise(
         Whether the next answer will belong to the next query.
     """
     seen, sent = 0, 0
-    while sent < tries:
+    while sent < TRIES:
         ask()
         sent += 1
-        deadline = time.monotonic() + patience / tries
+        deadline = time.monotonic() + patience / TRIES
         while (left := deadline - time.monotonic()) > 0.0:
             answer = receive(left)
             if answer is None:

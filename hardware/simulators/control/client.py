@@ -216,9 +216,9 @@ def _connected(address: str, timeout: float) -> socket.socket:
         raise ConnectionError(f"no virtual bench at {address}: {error}") from None
 
 
-def ask(address: str, line: str, timeout: float = 10.0) -> str:
+def ask(address: str, line: str) -> str:
     """Ask a bench one line over a connection of its own; see `BenchClock.ask`."""
-    clock = BenchClock(address, timeout=timeout)
+    clock = BenchClock(address, timeout=10.0)
     try:
         return clock.ask(line)
     finally:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import final
 
 from hardware.simulators.controllers.ascii_devices import ASCII_DEVICES, AsciiDevice
-from hardware.simulators.controllers.faults import FaultQueue
 from hardware.simulators.controllers.serving import PtyDoorway, Serving
 from hardware.simulators.rig import Rig
 
@@ -20,12 +19,8 @@ class AsciiFront(Serving):
         The bench.
     device : str or AsciiDevice
         Name in `ASCII_DEVICES`, or a device in front of the same bench.
-    faults : FaultQueue, optional
-        What happens to its answers.
     """
 
-    def __init__(
-        self, rig: Rig, device: str | AsciiDevice = "nv200", faults: FaultQueue | None = None
-    ) -> None:
+    def __init__(self, rig: Rig, device: str | AsciiDevice = "nv200") -> None:
         self.device = ASCII_DEVICES[device](rig) if isinstance(device, str) else device
-        super().__init__(self.device, PtyDoorway(), faults)
+        super().__init__(self.device, PtyDoorway())

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import Literal, final
 
-from hardware.simulators.controllers.faults import FaultQueue
 from hardware.simulators.controllers.gcs_device import GcsDevice
 from hardware.simulators.controllers.gcs_model import GcsModel
 from hardware.simulators.controllers.serving import PtyDoorway, Serving, TcpDoorway
@@ -26,10 +25,6 @@ class GcsFront(Serving):
         The controller's own clock.
     model : GcsModel, optional
         What it is.
-    faults : FaultQueue, optional
-        What happens to its answers.
-    host, port : str, int
-        Where it listens; port 0 takes any.
     over : {"tcp", "pty"}
         What carries its bytes.
     """
@@ -39,11 +34,8 @@ class GcsFront(Serving):
         rig: Rig,
         clock: DeviceClock | None = None,
         model: GcsModel | None = None,
-        faults: FaultQueue | None = None,
-        host: str = "127.0.0.1",
-        port: int = 0,
         over: Literal["tcp", "pty"] = "tcp",
     ) -> None:
         self.device = GcsDevice(rig, clock or DeviceClock(), model or GcsModel())
-        doorway = TcpDoorway(host, port) if over == "tcp" else PtyDoorway()
-        super().__init__(self.device, doorway, faults)
+        doorway = TcpDoorway() if over == "tcp" else PtyDoorway()
+        super().__init__(self.device, doorway)

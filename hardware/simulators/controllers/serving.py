@@ -76,16 +76,13 @@ class Serving:
         What answers.
     doorway : Doorway
         Where clients come in.
-    faults : FaultQueue, optional
-        What happens to the answers.
     """
 
-    def __init__(
-        self, device: AnsweringDevice, doorway: Doorway, faults: FaultQueue | None = None
-    ) -> None:
+    def __init__(self, device: AnsweringDevice, doorway: Doorway) -> None:
         self._answering = device
         self._doorway = doorway
-        self.faults = faults or FaultQueue()
+        self.faults = FaultQueue()
+        """What happens to the answers."""
         self._stop = threading.Event()
         self._thread: threading.Thread | None = None
         self._wake = (-1, -1)
@@ -166,8 +163,8 @@ def _ended(answer: bytes, terminator: bytes, fault: Fault) -> bytes:
 class TcpDoorway:
     """A port on the loopback; one client at a time, as the controllers have it."""
 
-    def __init__(self, host: str = "127.0.0.1", port: int = 0) -> None:
-        self._place = (host, port)
+    def __init__(self) -> None:
+        self._place = ("127.0.0.1", 0)
         self._listener: socket.socket | None = None
 
     def open(self) -> str:

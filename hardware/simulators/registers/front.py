@@ -34,8 +34,6 @@ class CardFront(LoopbackServer):
         The bench.
     clock, model, amplifier, wires
         As of `RegisterModel`.
-    port : int
-        0 takes a free one.
     """
 
     def __init__(
@@ -46,11 +44,10 @@ class CardFront(LoopbackServer):
         *,
         amplifier: AmplifierData | None = None,
         wires: Wires | None = None,
-        port: int = 0,
     ) -> None:
         self.clock = DeviceClock() if clock is None else clock
         self.registers = RegisterModel(rig, model, amplifier, wires, self.clock)
-        super().__init__(port)
+        super().__init__()
         self._holder = Holder()
 
     @property

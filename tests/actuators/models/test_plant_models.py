@@ -136,4 +136,4 @@ def test_a_declared_dead_time_is_a_parameter_of_the_command() -> None:
     (source,) = graph.of_type(Source)
     assert source.drive == Drive(delay="delay_F")
     assert graph.parameters["delay_F"].value == 0.004
-    assert plant_model("probe")["F"] == PLANT_MODELS["probe"](None)["F"]
+    assert plant_model("probe")["F"] == PLANT_MODELS["probe"]()["F"]

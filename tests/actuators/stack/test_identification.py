@@ -22,9 +22,9 @@ from actuators.stack.identification import (
 )
 from actuators.stack.identified import IdentifiedStack
 from actuators.stack.inner_curves import charge_curve, dipole_curve, fit_capacitor
+from actuators.stack.loading_curve import Interval
 from actuators.stack.lumped import stack_lumped
 from actuators.stack.ramps import (
-    Interval,
     fit_ramp,
     from_rest,
     mean_of,

@@ -32,10 +32,10 @@ from actuators.stack.sizing import (
     stack_capacitance,
     stack_mass,
 )
-from actuators.stack.sizing_sheet import engineering, sizing_sheet
+from actuators.stack.sizing_sheet import sizing_sheet
 from bondgraph import UnknownName, UnusableInput
 from bondgraph.equations.derivation import equations
-from bondgraph.signals.quantity import quantity
+from bondgraph.signals.quantity import engineering, quantity
 from bondsight.cli.sizing import add_sizing_command, sheet
 from tests.settled import simulate
 
@@ -174,7 +174,7 @@ def test_warned_forces_are_those_of_the_motion(options: dict[str, float]) -> Non
     ):  # fmt: skip
         said = [w for w in s.warnings if word in w]
         assert bool(said) == (most > limit)
-        assert not said or engineering(most, "N") in said[0]
+        assert not said or engineering(most, "N", 4) in said[0]
 
 
 def test_the_load_is_held_at_the_end_of_the_stroke() -> None:
@@ -182,7 +182,7 @@ def test_the_load_is_held_at_the_end_of_the_stroke() -> None:
     stiff = replace(P_840_1, push_force=300.0)
     s = sizing_sheet(stiff, load_stiffness=40e6, load_mass=0.5, frequency=900.0, current=10.0)
     assert s["force"] is not None
-    assert any(f"press with up to {engineering(s['force'], 'N')}" in w for w in s.warnings)
+    assert any(f"press with up to {engineering(s['force'], 'N', 4)}" in w for w in s.warnings)
 
 
 @pytest.mark.parametrize(
@@ -193,7 +193,7 @@ def test_the_load_is_held_at_the_end_of_the_stroke() -> None:
     ],
 )  # fmt: skip
 def test_engineering(value: float, unit: str, text: str) -> None:
-    assert engineering(value, unit) == text
+    assert engineering(value, unit, 4) == text
 
 
 @pytest.mark.parametrize(

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from bondgraph.signals.quantity import engineering
 from bondgraph.support.errors import UnusableInput
 from hardware.envelope import P840_1, PRESETS, Capacitance, Converter, Dwell, Envelope
-from hardware.envelope.plain_numbers import engineering
 
 GOOD: dict[str, Any] = {"v_min": -20.0, "v_max": 100.0, "slew": 1e5}
 

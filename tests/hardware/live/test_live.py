@@ -131,13 +131,13 @@ def test_the_text_as_a_whole() -> None:
     wave = np.sin(np.linspace(0.0, 2 * np.pi, 24))
     s = StreamState(
         "interferometer", 8000, 16000, 0, 16000.0,
-        (ChannelState("x", "m", 2.2e-6, -1e-9, 4.4e-6, wave),), {}, 0.25,
+        (ChannelState("x", "m", 2.2e-6, -1e-9, 4.4e-6, wave),), {},
     )  # fmt: skip
-    state = LiveState("run", 65.0, 3600.0, (s,), "driving, 43.1 V", ("mind the laser",), 1_500_000)
+    state = LiveState("run", 65.0, 3600.0, (s,), "driving, 43.1 V", ("mind the laser",))
     assert render(state, 80, blocks=False) == (
         "! mind the laser",
-        "run  1:05 elapsed, 1:00:00 left   output: driving, 43.1 V   1.5 MB stored",
-        "interferometer  [########        ] 50 %  8000/16000  16.00 kHz  buffer 25 %",
+        "run  1:05 elapsed, 1:00:00 left   output: driving, 43.1 V",
+        "interferometer  [########        ] 50 %  8000/16000  16.00 kHz",
         "  x        2.200 um  (-1.000 nm .. 4.400 um)  " + spark(wave, 33, blocks=False),
     )
     assert "\u2588" in "".join(render(state, 80))
@@ -152,7 +152,7 @@ def test_no_line_is_too_long_nor_controls_the_terminal(
     width: int, name: str, warnings: list[str], value: float, blocks: bool
 ) -> None:
     c = ChannelState(name, "V", value, value, value, np.array([value, 0.0]))
-    s = StreamState(name, 3, 0, 1, value, (c,), {name: 1}, value)
+    s = StreamState(name, 3, 0, 1, value, (c,), {name: 1})
     state = LiveState(name, value, value, (s,), name, tuple(warnings))
     for line in (*render(state, width, blocks=blocks), one_line(state)):
         assert line.isprintable()
@@ -222,7 +222,7 @@ class Told:
 def test_reports_are_counted_and_shown() -> None:
     out = io.StringIO()
     clock = Hand()
-    watch = Watching(gathered(clock), LiveView(out, plain_every=1e9), stored=lambda: 2_000_000)
+    watch = Watching(gathered(clock), LiveView(out, plain_every=1e9))
     watch(Told("prepare"))
     watch(Told("play", 0, (samples(0, 100), samples(100, 50))))
     watch(Told("play", 3, (samples(150, 50, Flag.BEAM_LOST),)))
@@ -230,7 +230,7 @@ def test_reports_are_counted_and_shown() -> None:
     watch(Told("end"))
     watch.close("the cable is gone")
     lines = out.getvalue().splitlines()
-    assert lines[0] == "run (prepare)  0:00 elapsed, 0:04 left   2.0 MB stored; sensor 0/4000"
+    assert lines[0] == "run (prepare)  0:00 elapsed, 0:04 left; sensor 0/4000"
     assert lines[1:3] == [
         "! sensor: BEAM_LOST from sample 199 on",
         "! output: samples came late, see the flag LATE",

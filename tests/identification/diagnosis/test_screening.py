@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from scipy.integrate import ode
 
-from actuators.models.plants.chain import chain
+from actuators.models.plants import plant_model
 from bondgraph import C
 from bondgraph.signals.split import interleaved
 from identification.diagnosis.catalogue import CATALOGUE, UNNAMED
@@ -73,7 +73,7 @@ def screened(extra: Callable[[Array, Array], Array]) -> tuple[Fit, list[Screened
     t = np.asarray(DT * np.arange(N), np.float64)
     names = ("x_1", "x_3")
     data = Data("chain", t, {"F": push(t)}, y, names, np.full(2, NOISE), interleaved(0, N))
-    made = fit(Problem(chain(names), data), max_iterations=12)
+    made = fit(Problem(plant_model("chain", names), data), max_iterations=12)
     return made, screen(scene(made), probes(made), (*CATALOGUE, UNNAMED))
 
 
