@@ -12,9 +12,10 @@ from typing import TypeAlias
 
 import sympy as sp
 
-from bondgraph.analysis.exact_algebra import PRIME, generic_values, modular, rank
+from bondgraph.analysis.exact_algebra import generic_values, modular, rank
 from bondgraph.analysis.linear import linear_rates
 from bondgraph.equations.derivation import equations
+from bondgraph.equations.elimination import PRIME
 from bondgraph.equations.system import System
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import MGY, MTF, Source, Valued

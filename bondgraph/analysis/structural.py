@@ -18,7 +18,7 @@ from dataclasses import dataclass
 from itertools import combinations, product
 from typing import TYPE_CHECKING, Literal, TypeAlias
 
-from bondgraph.analysis.exact_algebra import echelon, rank
+from bondgraph.analysis.exact_algebra import rank
 from bondgraph.analysis.kalman import (
     SET_ASIDE,
     generic_matrices,
@@ -29,6 +29,7 @@ from bondgraph.analysis.kalman import (
 from bondgraph.analysis.operator_equations import positions
 from bondgraph.causality.assignment import CausalConflict, assign_causality, storage_ports
 from bondgraph.equations.derivation import equations
+from bondgraph.equations.elimination import echelon
 from bondgraph.equations.system import System
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.composing.rewriting import replace as replaced

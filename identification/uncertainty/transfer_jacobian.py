@@ -15,10 +15,10 @@ from dataclasses import replace
 from fractions import Fraction
 from typing import TypeAlias
 
-from bondgraph.analysis.exact_algebra import PRIME
 from bondgraph.analysis.kalman import SET_ASIDE
 from bondgraph.analysis.linear import linear_rates
 from bondgraph.equations.derivation import equations
+from bondgraph.equations.elimination import PRIME
 from bondgraph.equations.system import System
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import Source
