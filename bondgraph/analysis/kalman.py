@@ -22,10 +22,9 @@ from bondgraph.graph.elements import MGY, MTF, Source, Valued
 from bondgraph.graph.parameter import Parameter
 from bondgraph.graph.sensors import Sensor
 from bondgraph.simulation.modes.resolve import in_mode
+from bondgraph.simulation.start import own_input
 
 Matrix: TypeAlias = list[list[int]]
-SET_ASIDE = ("one", "ramp")
-"""Inputs that nobody can choose: constants and drifts."""
 _TURNS: tuple[Callable[[sp.Expr], sp.Expr], ...] = (
     lambda n: n, lambda n: -n, lambda n: 1 / n, lambda n: -1 / n,
 )  # fmt: skip
@@ -105,7 +104,7 @@ def generic_matrices(model: System, seed: int) -> tuple[Matrix, Matrix, Matrix]:
     n = model.order
     a = [[modular(f.get(x, 0)) for x in model.states] for f in forms[:n]]
     c = [[modular(f.get(x, 0)) for x in model.states] for f in forms[n:]]
-    names = [u for u in model.inputs if u.rstrip("0123456789") not in SET_ASIDE]
+    names = [u for u in model.inputs if own_input(u, 1) is None]
     b: Matrix = [[] for _ in range(n)]
     for u in names:
         column = [0] * n
