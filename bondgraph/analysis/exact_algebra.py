@@ -14,8 +14,7 @@ from typing import Any, TypeAlias
 
 import sympy as sp
 
-PRIME = 2**61 - 1
-"""A Mersenne prime: the field in which ranks are taken."""
+from bondgraph.equations.elimination import PRIME, echelon
 
 Row: TypeAlias = dict[int, Any]
 
@@ -111,29 +110,6 @@ def modular(value: Fraction | int) -> int:
     """Return a rational number in the prime field."""
     f = Fraction(value)
     return f.numerator * pow(f.denominator, -1, PRIME) % PRIME
-
-
-def echelon(rows: Iterable[Sequence[int]]) -> list[tuple[int, list[int]]]:
-    """Return the reduced row echelon form over the prime field as (pivot column, row)."""
-    found: list[tuple[int, list[int]]] = []
-    for given in rows:
-        row = [v % PRIME for v in given]
-        for column, known in found:
-            if row[column]:
-                f = row[column]
-                row = [(v - f * k) % PRIME for v, k in zip(row, known, strict=True)]
-        pivot = next((c for c, v in enumerate(row) if v), None)
-        if pivot is None:
-            continue
-        scale = pow(row[pivot], -1, PRIME)
-        row = [v * scale % PRIME for v in row]
-        for n, (column, known) in enumerate(found):
-            if known[pivot]:
-                f = known[pivot]
-                changed = [(v - f * k) % PRIME for v, k in zip(known, row, strict=True)]
-                found[n] = (column, changed)
-        found.append((pivot, row))
-    return sorted(found, key=lambda t: t[0])
 
 
 def rank(rows: Iterable[Sequence[int]]) -> int:

@@ -12,19 +12,19 @@ from typing import TypeAlias
 
 import sympy as sp
 
-from bondgraph.analysis.exact_algebra import PRIME, generic_values, modular, rank
+from bondgraph.analysis.exact_algebra import generic_values, modular, rank
 from bondgraph.analysis.linear import linear_rates
 from bondgraph.equations.derivation import equations
+from bondgraph.equations.elimination import PRIME
 from bondgraph.equations.system import System
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import MGY, MTF, Source, Valued
 from bondgraph.graph.parameter import Parameter
 from bondgraph.graph.sensors import Sensor
 from bondgraph.simulation.modes.resolve import in_mode
+from bondgraph.simulation.start import own_input
 
 Matrix: TypeAlias = list[list[int]]
-SET_ASIDE = ("one", "ramp")
-"""Inputs that nobody can choose: constants and drifts."""
 _TURNS: tuple[Callable[[sp.Expr], sp.Expr], ...] = (
     lambda n: n, lambda n: -n, lambda n: 1 / n, lambda n: -1 / n,
 )  # fmt: skip
@@ -104,7 +104,7 @@ def generic_matrices(model: System, seed: int) -> tuple[Matrix, Matrix, Matrix]:
     n = model.order
     a = [[modular(f.get(x, 0)) for x in model.states] for f in forms[:n]]
     c = [[modular(f.get(x, 0)) for x in model.states] for f in forms[n:]]
-    names = [u for u in model.inputs if u.rstrip("0123456789") not in SET_ASIDE]
+    names = [u for u in model.inputs if own_input(u, 1) is None]
     b: Matrix = [[] for _ in range(n)]
     for u in names:
         column = [0] * n

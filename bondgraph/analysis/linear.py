@@ -206,13 +206,7 @@ def transfer_function(model: System, source: str, signal: str) -> sp.Expr:
 
     m = LAPLACE * sp.eye(n) - linear.a
     both = DomainMatrix.from_Matrix(m.row_join(b)).to_field()
-    numbers = both.to_Matrix()
-    solution = (
-        DomainMatrix.from_Matrix(numbers[:, :n])
-        .to_field()
-        .unify(DomainMatrix.from_Matrix(numbers[:, n:]).to_field())
-    )
-    answer = solution[0].lu_solve(solution[1]).to_Matrix()
+    answer = both[:, :n].lu_solve(both[:, n:]).to_Matrix()
     return sp.cancel(sp.together((c * answer)[0] + direct))
 
 

@@ -18,9 +18,8 @@ from dataclasses import dataclass
 from itertools import combinations, product
 from typing import TYPE_CHECKING, Literal, TypeAlias
 
-from bondgraph.analysis.exact_algebra import echelon, rank
+from bondgraph.analysis.exact_algebra import rank
 from bondgraph.analysis.kalman import (
-    SET_ASIDE,
     generic_matrices,
     linear_skeleton,
     null_vectors,
@@ -29,11 +28,13 @@ from bondgraph.analysis.kalman import (
 from bondgraph.analysis.operator_equations import positions
 from bondgraph.causality.assignment import CausalConflict, assign_causality, storage_ports
 from bondgraph.equations.derivation import equations
+from bondgraph.equations.elimination import echelon
 from bondgraph.equations.system import System
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.composing.rewriting import replace as replaced
 from bondgraph.graph.elements import MGY, MTF, Field, Se, Sf, Source
 from bondgraph.graph.sensors import Da, De, Df, Dq
+from bondgraph.simulation.start import own_input
 from bondgraph.support.html import html_table
 
 if TYPE_CHECKING:
@@ -217,7 +218,7 @@ def _paths(model: System, question: Question) -> dict[str, tuple[str, ...]]:
     net = _signal_graph(model)
     moved = question == "controllability"
     if moved:
-        ends = [n for n in model.inputs if n.rstrip("0123456789") not in SET_ASIDE]
+        ends = [n for n in model.inputs if own_input(n, 1) is None]
     else:
         ends = [signal for _, signal, _ in model.readings]
         net = net.reverse(copy=False)

@@ -26,7 +26,7 @@ from bondgraph.graph.modulation import TIME
 from bondgraph.graph.parameter import symbol
 from bondgraph.signals.recorded_rates import slopes
 from bondgraph.simulation.modes.resolve import in_mode
-from bondgraph.simulation.start import HOLDS
+from bondgraph.simulation.start import HOLDS, own_input
 from bondgraph.simulation.trajectory import Trajectory
 from bondgraph.support.errors import UnusableInput, require_known
 from bondgraph.support.ops import FloatArray
@@ -44,7 +44,7 @@ def observables(graph: BondGraph) -> tuple[str, ...]:
 
 
 def _needed(model: System) -> tuple[str, ...]:
-    inputs = tuple(u for u in model.inputs if u != "one" and not u.startswith("ramp"))
+    inputs = tuple(u for u in model.inputs if own_input(u, 1) is None)
     return (*model.states, *(a.name for a in model.algebraic), *inputs)
 
 
@@ -115,10 +115,9 @@ class _Followed:
             )
         found = {n: np.asarray(outputs[n], float) for n in _needed(model)}
         found[str(TIME)] = time - time[0]
-        found["one"] = np.ones_like(time)
-        for u in model.inputs:
-            if u.startswith("ramp"):
-                found[u] = np.linspace(0.0, 1.0, time.size) ** int(u[4:] or 1)
+        for u in ("one", *model.inputs):
+            if (own := own_input(u, time.size)) is not None:
+                found[u] = own
         for n in model.input_rates:
             order, _, source = n.partition("_")
             found[n] = found[source]
@@ -212,7 +211,7 @@ class _Followed:
             return first, last
         places = {n: i for i, n in enumerate(self.rows)}
         for n in self.model.inputs:
-            if n == "one" or n.startswith("ramp"):
+            if own_input(n, 1) is not None:
                 continue
             i = places[n]
             slope = np.diff(rows[i]) / h

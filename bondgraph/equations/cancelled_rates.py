@@ -8,13 +8,13 @@ residues (`elimination.Residues`).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any
 
-from bondgraph.equations.elimination import PRIME, Residues
+from bondgraph.equations.elimination import PRIME, Residues, echelon
+from bondgraph.equations.ordering import reached
 from bondgraph.equations.refusals import DerivativeCausality
-from bondgraph.equations.relation import Relation, Relations
+from bondgraph.equations.relation import Relation, Relations, readers_in
 
 MOST = 400
 """Signals between the rates and the storages at the most: the elimination is dense."""
@@ -58,23 +58,9 @@ def _still(name: str) -> str:
 
 def _between(found: Mapping[str, Relation], rates: set[str], stores: set[str]) -> set[str]:
     """Return the signals on the ways from the rates to what is stored."""
-    readers: dict[str, list[str]] = {}
-    for r in found.values():
-        for s in r.sources:
-            readers.setdefault(s, []).append(r.target)
-    after = _met(rates, lambda n: readers.get(n, ()))
-    before = _met(stores, lambda n: found[n].sources if n in found else ())
+    after = reached(rates, readers_in(found.values()))
+    before = reached(stores, lambda n: found[n].sources if n in found else ())
     return {n for n in after & before if n in found}
-
-
-def _met(begin: set[str], onward: Callable[[str], Iterable[str]]) -> set[str]:
-    met, ahead = set(begin), list(begin)
-    while ahead:
-        for n in onward(ahead.pop()):
-            if n not in met:
-                met.add(n)
-                ahead.append(n)
-    return met
 
 
 def _bends(r: Relation, between: set[str]) -> bool:
@@ -95,27 +81,10 @@ def _influence(
             if s in at:
                 row[at[s]] = (row[at[s]] - residues.of(c)) % PRIME
         rows.append(row)
-    reduced = _reduced(rows)
-    return None if reduced is None else dict(zip(names, reduced, strict=True))
-
-
-def _reduced(rows: list[list[Any]]) -> list[list[int]] | None:
-    """Return what stands beside the unit matrix that the first columns become (Gauss and Jordan).
-
-    None where those columns are singular.
-    """
-    n = len(rows)
-    for j in range(n):
-        pivot = next((i for i in range(j, n) if rows[i][j]), None)
-        if pivot is None:
-            return None
-        rows[j], rows[pivot] = rows[pivot], rows[j]
-        scale = pow(rows[j][j], -1, PRIME)
-        rows[j] = top = [v * scale % PRIME for v in rows[j]]
-        for i in range(n):
-            if i != j and (factor := rows[i][j]):
-                rows[i] = [(v - factor * w) % PRIME for v, w in zip(rows[i], top, strict=True)]
-    return [r[n:] for r in rows]
+    reduced = echelon(rows)  # what stands beside the unit matrix that the first columns become
+    if [pivot for pivot, _ in reduced] != list(range(len(names))):
+        return None
+    return {n: row[len(names) :] for n, (_, row) in zip(names, reduced, strict=True)}
 
 
 def _refused(made: Relations, why: str) -> DerivativeCausality:

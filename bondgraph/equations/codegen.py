@@ -313,8 +313,15 @@ def signal_function(
     for n in names:
         found.append(made.value[n if n in own else model.called(n)])
     ins, labels = made.arguments
-    column = ca.vertcat(*found)
+    column = ca.vertcat(ca.SX(0, 1), *found)
     return ca.Function("signals", ins, [ca.densify(ca.SX(column))], labels, ["s"])
+
+
+def law_arguments(program: Program) -> ca.Function:
+    """Return ``(t, x, z, u, p, m, h) -> arguments`` of the laws with memory, in their order."""
+    assert program.model is not None
+    uses = (use for use in program.model.laws if use.law.n_memory)
+    return signal_function(program.model, tuple(u.argument for u in uses), program.held)
 
 
 def with_signals(program: Program, model: System, names: tuple[str, ...]) -> Program:

@@ -13,9 +13,9 @@ from dataclasses import replace
 
 import sympy as sp
 
-from bondgraph.equations.ordering import components
+from bondgraph.equations.ordering import components, reached
 from bondgraph.equations.refusals import DerivativeCausality, NotLinearUpToLaws
-from bondgraph.equations.relation import Dependent, Relation, Relations, StoredState
+from bondgraph.equations.relation import Dependent, Relation, Relations, StoredState, readers_in
 from bondgraph.graph.elements import C, I
 from bondgraph.graph.parameter import symbol
 
@@ -185,17 +185,7 @@ class _Displacing:
 
     def _needing(self, flow: str) -> set[str]:
         """Return `flow` and what is met on the way from it through the relations."""
-        readers: dict[str, list[str]] = {}
-        for r in self.found.values():
-            for s in r.sources:
-                readers.setdefault(s, []).append(r.target)
-        met, ahead = {flow}, [flow]
-        while ahead:
-            for target in readers.get(ahead.pop(), ()):
-                if target not in met:
-                    met.add(target)
-                    ahead.append(target)
-        return met
+        return reached([flow], readers_in(self.found.values()))
 
     def _closed(self) -> dict[sp.Symbol, sp.Expr]:
         """Return the signals, in closed form, that can be had without solving a loop."""

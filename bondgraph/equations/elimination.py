@@ -8,7 +8,7 @@ one chance in 10^18) whether it vanishes identically.
 from __future__ import annotations
 
 import random
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from fractions import Fraction
 from typing import Any
 
@@ -19,6 +19,7 @@ from bondgraph.graph.parameter import symbol
 from bondgraph.support.errors import UnusableInput
 
 PRIME = 2**61 - 1
+"""A Mersenne prime: the field in which ranks are taken."""
 SMALL = 1e-13
 THRESHOLD = 0.1
 
@@ -90,6 +91,29 @@ class Residues:
         if key not in self._residue:
             self._residue[key] = self._random.randrange(1, PRIME)
         return self._residue[key]
+
+
+def echelon(rows: Iterable[Sequence[int]]) -> list[tuple[int, list[int]]]:
+    """Return the reduced row echelon form over the prime field as (pivot column, row)."""
+    found: list[tuple[int, list[int]]] = []
+    for given in rows:
+        row = [v % PRIME for v in given]
+        for column, known in found:
+            if row[column]:
+                f = row[column]
+                row = [(v - f * k) % PRIME for v, k in zip(row, known, strict=True)]
+        pivot = next((c for c, v in enumerate(row) if v), None)
+        if pivot is None:
+            continue
+        scale = pow(row[pivot], -1, PRIME)
+        row = [v * scale % PRIME for v in row]
+        for n, (column, known) in enumerate(found):
+            if known[pivot]:
+                f = known[pivot]
+                changed = [(v - f * k) % PRIME for v, k in zip(known, row, strict=True)]
+                found[n] = (column, changed)
+        found.append((pivot, row))
+    return sorted(found, key=lambda t: t[0])
 
 
 class _Numbers(Residues):

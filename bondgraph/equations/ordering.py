@@ -103,3 +103,20 @@ def tear(
     for piece in components([n for n in nodes if n in left], local(left)):
         order.extend(piece)
     return sorted(torn, key=position.__getitem__), order
+
+
+def reached(begin: Iterable[str], onward: Reads) -> set[str]:
+    """Return the nodes from which a way begins, and all that are met on it.
+
+    Examples
+    --------
+    >>> sorted(reached(["b"], {"a": ["b"], "b": ["c"], "c": ["b"]}.__getitem__))
+    ['b', 'c']
+    """
+    met = set(begin)
+    ahead = list(met)
+    while ahead:
+        new = [n for n in onward(ahead.pop()) if n not in met]
+        met.update(new)
+        ahead += new
+    return met

@@ -7,7 +7,7 @@ graph of 10^5 bonds costs no symbolic work before someone asks for a closed form
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -54,6 +54,15 @@ class Relation:
     def sources(self) -> Iterable[str]:
         """All signals on the right-hand side."""
         return [s for _, s in self.terms] + list(self.reads)
+
+
+def readers_in(found: Iterable[Relation]) -> Callable[[str], Iterable[str]]:
+    """Return what gives the targets of the relations that read a signal."""
+    readers: dict[str, list[str]] = {}
+    for r in found:
+        for s in r.sources:
+            readers.setdefault(s, []).append(r.target)
+    return lambda name: readers.get(name, ())
 
 
 @dataclass(frozen=True, slots=True)

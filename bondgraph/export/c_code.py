@@ -68,7 +68,13 @@ def c_code(program: Program) -> dict[str, str]:
     if not name[0].isalpha():
         name = f"model{name}" if name.startswith("_") else f"model_{name}"
     source = f'#include "{name}.h"\n\n#include <math.h>\n#include <stddef.h>\n'
-    parts = [source, *_functions(program, name), _start(program), _written("runtime.c")]
+    parts = [
+        source,
+        *_functions(program, name),
+        _start(program),
+        _written("linear.c"),
+        _written("runtime.c"),
+    ]
     texts = {
         f"{name}.h": _header(program),
         f"{name}.c": "\n".join(parts),

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import importlib
 from collections.abc import Mapping
 from typing import Any
 
 from bondgraph.equations.program import Program
 from bondgraph.export.linear import LinearModel, linear_model
+from bondgraph.signals.files.checks import optional
 from bondgraph.support.errors import UnusableInput, unknown_name
 from bondgraph.support.ops import FloatArray
 
@@ -24,7 +24,7 @@ def to_control(program: Program) -> Any:
         It is not linear or has memory (see `linear_model`), or python-control is not installed.
     """
     m = linear_model(program)
-    return _control("to_control").StateSpace(
+    return optional("control", "to_control", "control").StateSpace(
         m.a, m.b, m.c, m.d, name=_system_name(m.name),
         states=list(m.states), inputs=list(m.inputs), outputs=list(m.outputs),
         remove_useless_states=False,
@@ -52,7 +52,7 @@ def to_nonlinear_control(program: Program) -> Any:
             "and FMU exports and bondgraph.simulate carry it"
         )
     evaluate = _Evaluation(program)
-    return _control("to_nonlinear_control").NonlinearIOSystem(
+    return optional("control", "to_nonlinear_control", "control").NonlinearIOSystem(
         evaluate.rates, evaluate.readings, name=_system_name(program.name),
         states=list(program.states), inputs=list(program.inputs), outputs=list(program.outputs),
         params=dict(zip(program.parameters, program.nominal, strict=True)),
@@ -102,15 +102,6 @@ def _names(names: tuple[str, ...]) -> str:
 def _system_name(name: str) -> str:
     """Return the name as python-control takes it: a dot means a subsystem there."""
     return name.replace(".", "_")
-
-
-def _control(function: str) -> Any:
-    try:
-        return importlib.import_module("control")
-    except ImportError as error:
-        raise UnusableInput(
-            f"{function} needs python-control: pip install 'bondsight[control]'"
-        ) from error
 
 
 class _Evaluation:

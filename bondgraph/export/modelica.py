@@ -16,10 +16,9 @@ from typing import Any
 
 import sympy as sp
 
-from bondgraph.equations.casadi_printer import to_casadi
 from bondgraph.equations.program import LawCall, Program
 from bondgraph.export.modelica_language import MODELICA, Identifiers, number, quoted, unit_text
-from bondgraph.export.tape import tape, written
+from bondgraph.export.tape import tape, tape_of, written
 from bondgraph.graph.modulation import TIME
 from bondgraph.graph.parameter import symbol
 from bondgraph.support.errors import BondsightError, UnusableInput
@@ -190,18 +189,7 @@ class _Writer:
 
     def _expression(self, expression: Any) -> str:
         """Text of an expression; a part used twice becomes an equation of its own."""
-        import casadi as ca
-
-        form = sp.sympify(expression) if isinstance(expression, int | float) else expression
-        free = sorted(form.free_symbols, key=str)
-        values = [ca.SX.sym(f"a{i}") for i in range(len(free))]
-        out = ca.densify(ca.SX(to_casadi(form, dict(zip(free, values, strict=True)))))
-        function = ca.Function("expression", values, [out])
-        found = written(
-            tape(function, [[self._resolve(s)] for s in free], prefix="part?"),
-            MODELICA,
-            width=WIDTH,
-        )
+        found = written(tape_of(expression, self._resolve, prefix="part?"), MODELICA, width=WIDTH)
         renamed: dict[str, str] = {}
         for target, text in found.lines:
             renamed[target] = self.names.new("part")

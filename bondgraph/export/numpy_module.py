@@ -12,9 +12,8 @@ from typing import Any
 from bondgraph.equations.program import LawCall, Program
 from bondgraph.export.identifiers import comment, distinct
 from bondgraph.export.linearised import linearised
-from bondgraph.export.sympy_python import to_python
-from bondgraph.export.tape import tape, written
-from bondgraph.export.tape_languages import PYTHON, PYTHON_HELPERS, used_helpers
+from bondgraph.export.tape import tape, tape_of, written
+from bondgraph.export.tape_languages import PYTHON, PYTHON_HELPERS, READABLE, used_helpers
 from bondgraph.support.errors import BondsightError
 
 _VECTORS = ("x", "z", "u", "p")
@@ -22,6 +21,8 @@ _OWN = frozenset(
     "t x z u p m h math np abs min max float int range rates readings residuals memory".split()
 )
 _RESERVED = frozenset({*keyword.kwlist, *_OWN, *PYTHON_HELPERS})
+WIDTH = 10_000
+"""Readable equations are written on one line; only what is used twice gets a name."""
 
 
 def numpy_module(program: Program) -> str:
@@ -165,33 +166,42 @@ def _evaluate(program: Program, laws: tuple[str, ...]) -> str:
         "def evaluate(t, x, z, u, p, m, h):",
         '    """Return rates, outputs, residuals and the memory after acceptance."""',
     ]
+    part = "part"
+    while any(name.startswith(part) for name in local.values()):
+        part += "_"
+
+    def right(expression: Any) -> str:
+        """Text of an expression; parts that are used twice stand on lines before it."""
+        own = tape_of(expression, lambda s: names[s.name], prefix=f"{part}{len(lines)}_")
+        found = written(own, READABLE, width=WIDTH)
+        lines.extend(f"    {target} = {text}" for target, text in found.lines)
+        return found.outputs[0][0]
+
+    def called(call: LawCall) -> str:
+        memory = f"m[{call.memory.start}:{call.memory.stop}]"
+        parameters = ", ".join(names[n] for n in call.parameters)
+        return f"{right(call.argument)}, {memory}, [{parameters}], h"
+
     for column, members in columns.items():
         if members:
             lines.append(f"    {', '.join(local[n] for n in members)}, = {column}")
     for s in program.steps:
         if s.law is None:
-            right = to_python(s.expression, names)
+            text = right(s.expression)
         else:
-            call = program.laws[s.law]
-            right = f"value_{laws[s.law]}({_call(call, names)})"
-        lines.append(f"    {local[s.target]} = {right}  # {comment(s.comment)}")
+            text = f"value_{laws[s.law]}({called(program.laws[s.law])})"
+        lines.append(f"    {local[s.target]} = {text}  # {comment(s.comment)}")
     for target, expressions in (
         ("rates", program.rates),
         ("readings", program.readings),
         ("residuals", program.residuals),
     ):
-        lines.append(f"    {target} = {_list([to_python(e, names) for e in expressions])}")
+        lines.append(f"    {target} = {_list([right(e) for e in expressions])}")
     lines.append("    memory = []")
     calls = sorted(zip(laws, program.laws, strict=True), key=lambda pair: pair[1].memory.start)
-    lines += [f"    memory += advance_{n}({_call(c, names)})" for n, c in calls if c.law.n_memory]
+    lines += [f"    memory += advance_{n}({called(c)})" for n, c in calls if c.law.n_memory]
     lines.append("    return rates, readings, residuals, memory")
     return "\n".join(lines) + "\n"
-
-
-def _call(call: LawCall, names: dict[str, str]) -> str:
-    memory = f"m[{call.memory.start}:{call.memory.stop}]"
-    parameters = ", ".join(names[n] for n in call.parameters)
-    return f"{to_python(call.argument, names)}, {memory}, [{parameters}], h"
 
 
 def _jacobian(program: Program) -> str:

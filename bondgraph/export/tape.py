@@ -1,9 +1,9 @@
 """The instructions of a CasADi SX function as plain data, and as expressions of a language.
 
 `tape` reads a function into single assignments, each with a name from a fixed list of operations;
-`written` prints them in a `Notation` (`PYTHON` or `C99` of `tape_languages`, or one of your own),
-folding values that are used once into the line that uses them. Every operation keeps its order, so
-the printed text computes what CasADi computes.
+`written` prints them in a `Notation` (such as `PYTHON` of `tape_languages`), folding values that
+are used once into the line that uses them. Every operation keeps its order, so the printed text
+computes what CasADi computes. `tape_of` reads SymPy in the same way.
 """
 
 from __future__ import annotations
@@ -12,6 +12,8 @@ from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
+
+import sympy as sp
 
 from bondgraph.support.errors import BondsightError
 
@@ -125,6 +127,34 @@ def tape(
     return AssignmentTape(tuple(instructions), tuple(map(tuple, outputs)), shapes)
 
 
+def tape_of(
+    expression: Any, named: Callable[[sp.Symbol], str], *, prefix: str = "v"
+) -> AssignmentTape:
+    """Read a SymPy expression, or a number, whose symbols are called as `named` says.
+
+    Raises
+    ------
+    BondsightError
+        If a node of the expression has no rule in CasADi.
+
+    Examples
+    --------
+    >>> a, b = sp.symbols("a b")
+    >>> [tuple(i) for i in tape_of(a - b, str).instructions]
+    [('v0', 'sub', ('a', 'b'))]
+    """
+    import casadi as ca
+
+    from bondgraph.equations.casadi_printer import to_casadi
+
+    form = sp.sympify(expression)
+    free = sorted(form.free_symbols, key=str)
+    values = [ca.SX.sym(f"a{i}") for i in range(len(free))]
+    out = ca.densify(ca.SX(to_casadi(form, dict(zip(free, values, strict=True)))))
+    function = ca.Function("expression", values, [out])
+    return tape(function, [[named(s)] for s in free], prefix=prefix)
+
+
 def _input_entries(function: Any, names: Sequence[Sequence[str]] | None) -> list[tuple[str, ...]]:
     if not function.is_a("SXFunction"):
         raise BondsightError(
@@ -219,11 +249,11 @@ def written(program: AssignmentTape, notation: Notation, *, width: int = 72) -> 
     Examples
     --------
     >>> import casadi as ca
-    >>> from bondgraph.export.tape_languages import C99
+    >>> from bondgraph.export.tape_languages import PYTHON
     >>> s, m = ca.SX.sym("s"), ca.SX.sym("m", 2)
     >>> f = ca.Function("f", [s, m], [3.0 * (ca.fmax(s, m[1]) + s)], ["s", "m"], ["w"])
-    >>> written(tape(f), C99).outputs
-    (('3.0 * (fmax(s, m[1]) + s)',),)
+    >>> written(tape(f), PYTHON).outputs
+    (('3.0 * (max(s, m[1]) + s)',),)
     """
     uses = Counter(a for i in program.instructions for a in i.args if isinstance(a, str))
     uses.update(a for entries in program.outputs for a in entries if isinstance(a, str))

@@ -1,10 +1,11 @@
-"""Python and C as notations of a tape."""
+"""Python as a notation of a tape."""
 
 from __future__ import annotations
 
 import math
 import re
 from collections.abc import Mapping
+from dataclasses import replace
 
 from bondgraph.export.tape import (
     ATOM,
@@ -44,38 +45,10 @@ def arithmetic() -> dict[str, Rule]:
     }
 
 
-_SAME_IN_C = (
+_IN_MATH = (
     "exp log sqrt sin cos tan asin acos atan sinh cosh tanh asinh acosh atanh floor ceil fabs erf "
     "log1p expm1 fmod copysign fmin fmax atan2 hypot remainder"
 ).split()
-
-
-def _c_number(value: float) -> str:
-    if math.isfinite(value):
-        return repr(value)
-    return "NAN" if math.isnan(value) else "INFINITY" if value > 0 else "-INFINITY"
-
-
-C99 = Notation(
-    rules=arithmetic()
-    | {op: call(op, OPERATIONS[op]) for op in _SAME_IN_C}
-    | {
-        "pow": call("pow", 2),
-        "constpow": call("pow", 2),
-        "not": Rule("(double)(!{0})", UNARY, (ATOM,)),
-        "and": Rule("(double)({0} && {1})", UNARY, (COMPARE, COMPARE)),
-        "or": Rule("(double)({0} || {1})", UNARY, (COMPARE, COMPARE)),
-        "if_else_zero": Rule("({0} ? {1} : 0.0)", ATOM, (COMPARE, PLUS)),
-        "sign": Rule("(double)(({0} > 0.0) - ({0} < 0.0))", UNARY, (PLUS,)),
-    }
-    # a quotient of two truths must not be one of integers
-    | {
-        op: Rule(f"(double)({{0}} {sign} {{1}})", UNARY, (PLUS, PLUS))
-        for op, sign in {"lt": "<", "le": "<=", "eq": "==", "ne": "!="}.items()
-    },
-    number=_c_number,
-)
-"""C99 with ``math.h``; operands are double."""
 
 
 def _python_number(value: float) -> str:
@@ -90,7 +63,7 @@ _GUARDED = (
 
 PYTHON = Notation(
     rules=arithmetic()
-    | {op: call(f"math.{op}", OPERATIONS[op]) for op in _SAME_IN_C}
+    | {op: call(f"math.{op}", OPERATIONS[op]) for op in _IN_MATH}
     | {op: call(f"safe_{op}", OPERATIONS[op]) for op in _GUARDED}
     | {
         "div": call("safe_div", 2),
@@ -110,6 +83,11 @@ PYTHON = Notation(
     number=_python_number,
 )
 """Python on floats, with ``import math`` and the `PYTHON_HELPERS` that the text uses."""
+
+READABLE = replace(
+    PYTHON, rules={**PYTHON.rules, **{op: arithmetic()[op] for op in ("div", "inv")}}
+)
+"""The same with plain division, for equations that are to be read."""
 
 _ERRORS = "(ArithmeticError, ValueError)"
 

@@ -32,7 +32,7 @@ from bondgraph.graph.elements import (
 )
 from bondgraph.graph.sensors import Da, De, Df, Dq, Sensor
 from bondgraph.graph.unit_slips import TRANSDUCER, slip
-from bondgraph.signals.units import Dimension, parse_unit
+from bondgraph.signals.units import Dimension, parse_unit, product
 from bondgraph.support.errors import UnusableInput
 
 SECOND: Dimension = (0, 0, 1, 0, 0)
@@ -94,7 +94,7 @@ def domain_problems(graph: BondGraph) -> tuple[str, ...]:
             lines.append(slip(group) or _line(*pair))
             continue
         e, f, z = (next((s for s in group if s.quantity == q), None) for q in "efz")
-        if e and f and z and _minus(e.dims, f.dims) != z.dims:
+        if e and f and z and product(e.dims, f.dims, -1) != z.dims:
             lines.append(
                 slip(group)
                 or f"{e}, {f} and {z} do not fit together: effort over flow is not the unit of "
@@ -137,9 +137,9 @@ def _resolved(said: list[UnitStatement]) -> tuple[Dimension | None, Dimension | 
     by = {s.quantity: s.dims for s in reversed(said)}
     e, f, z = by.get("e"), by.get("f"), by.get("z")
     if e is None and f is not None and z is not None:
-        e = _plus(f, z)
+        e = product(f, z)
     if f is None and e is not None and z is not None:
-        f = _minus(e, z)
+        f = product(e, z, -1)
     if e is not None and f is not None:
         return e, f
     fits = [s.domains for s in said if s.domains]
@@ -266,17 +266,17 @@ def _written(graph: BondGraph, e: Element) -> tuple[tuple[str, str], ...]:
 def as_quotient(quantity: str, dims: Dimension) -> tuple[str, Dimension]:
     """Express a displacement or a rate as its flow or effort; the coefficients as a quotient."""
     if quantity == "q":
-        return "f", _minus(dims, SECOND)
+        return "f", product(dims, SECOND, -1)
     if quantity == "p":
-        return "e", _minus(dims, SECOND)
+        return "e", product(dims, SECOND, -1)
     if quantity in ("df", "de"):
-        return quantity[1:], _plus(dims, SECOND)
+        return quantity[1:], product(dims, SECOND)
     if quantity == "k":  # effort / displacement
-        return "z", _plus(dims, SECOND)
+        return "z", product(dims, SECOND)
     if quantity == "c":  # displacement / effort
-        return "z", _minus(SECOND, dims)
+        return "z", product(SECOND, dims, -1)
     if quantity == "i":  # momentum / flow
-        return "z", _minus(dims, SECOND)
+        return "z", product(dims, SECOND, -1)
     return quantity, dims
 
 
@@ -286,14 +286,6 @@ def fitting(quantity: str, dims: Dimension) -> frozenset[str]:
     found = set()
     for d in DOMAINS.values():
         e, f = d.effort.parsed.dims, d.flow.parsed.dims
-        if d.name != "generic" and dims == {"e": e, "f": f, "z": _minus(e, f)}[quantity]:
+        if d.name != "generic" and dims == {"e": e, "f": f, "z": product(e, f, -1)}[quantity]:
             found.add(d.name)
     return frozenset(found)
-
-
-def _plus(a: Dimension, b: Dimension) -> Dimension:
-    return (a[0] + b[0], a[1] + b[1], a[2] + b[2], a[3] + b[3], a[4] + b[4])
-
-
-def _minus(a: Dimension, b: Dimension) -> Dimension:
-    return (a[0] - b[0], a[1] - b[1], a[2] - b[2], a[3] - b[3], a[4] - b[4])

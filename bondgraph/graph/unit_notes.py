@@ -17,7 +17,7 @@ from bondgraph.graph.elements import GY, TF, TwoPort
 from bondgraph.graph.modulation import TIME
 from bondgraph.graph.parameter import Parameter
 from bondgraph.graph.sensors import Reading
-from bondgraph.signals.units import Dimension, read_unit
+from bondgraph.signals.units import Dimension, Unit, product, read_unit
 
 Known = Dimension | None
 _BASE = ("m", "kg", "s", "A", "K")
@@ -106,11 +106,11 @@ def _expression(x: sp.Expr, parameters: dict[str, Parameter]) -> Known:
         return _read(parameters[str(x)].unit) if str(x) in parameters else None
     parts = [_expression(a, parameters) for a in x.args]
     if isinstance(x, sp.Pow) and x.exp.is_Integer and parts[0] is not None:
-        return _times(_NONE, parts[0], int(x.exp))
+        return product(_NONE, parts[0], int(x.exp))
     if isinstance(x, sp.Mul):
         total: Known = _NONE
         for p in parts:
-            total = None if total is None or p is None else _times(total, p, 1)
+            total = None if total is None or p is None else product(total, p, 1)
         return total
     if isinstance(x, sp.Add) and len(set(parts)) == 1:
         return parts[0]
@@ -130,8 +130,8 @@ def _signals(graph: BondGraph) -> dict[str, Known]:
     found |= {second: found[first] for second, first in names.aliases().items() if first in found}
     for name, b, _ in storage_ports(graph):
         e, f = known[b]
-        found[f"q_{name}"] = None if f is None else _times(f, _SECOND, 1)
-        found[f"p_{name}"] = None if e is None else _times(e, _SECOND, 1)
+        found[f"q_{name}"] = None if f is None else product(f, _SECOND, 1)
+        found[f"p_{name}"] = None if e is None else product(e, _SECOND, 1)
     return found
 
 
@@ -176,7 +176,7 @@ def _dimension(x: sp.Expr, known: Callable[[sp.Symbol], Known], wrong: list[str]
         return None
     total: Known = _NONE
     for p in parts:
-        total = None if total is None or p is None else _times(total, p, 1)
+        total = None if total is None or p is None else product(total, p, 1)
     return total
 
 
@@ -215,18 +215,8 @@ def _read(text: str) -> Known:
 
 
 def _over(a: Known, b: Known) -> Known:
-    return None if a is None or b is None else _times(a, b, -1)
-
-
-def _times(a: Dimension, b: Dimension, power: int) -> Dimension:
-    m, kg, s, amp, kel = (x + power * y for x, y in zip(a, b, strict=True))
-    return (m, kg, s, amp, kel)
+    return None if a is None or b is None else product(a, b, -1)
 
 
 def _text(dims: Dimension) -> str:
-    def power(symbol: str, k: int) -> str:
-        return symbol if k == 1 else f"{symbol}^{k}"
-
-    up = "*".join(power(s, k) for s, k in zip(_BASE, dims, strict=True) if k > 0)
-    down = "".join("/" + power(s, -k) for s, k in zip(_BASE, dims, strict=True) if k < 0)
-    return (up or "1") + down
+    return Unit(1.0, dims, "", tuple((s, k) for s, k in zip(_BASE, dims, strict=True) if k)).si

@@ -46,7 +46,6 @@ from bondgraph.hysteresis.plays.maxwell import (
 )
 from bondgraph.hysteresis.plays.one_plus import identity_plus as identity_plus
 from bondgraph.hysteresis.plays.one_plus import inverse_of_identity_plus as inverse_of_identity_plus
-from bondgraph.hysteresis.plays.play import initial_play as initial_play
 from bondgraph.hysteresis.plays.play import play as play
 from bondgraph.hysteresis.plays.play import play_record as play_record
 from bondgraph.hysteresis.plays.play import reachable_plays as reachable_plays

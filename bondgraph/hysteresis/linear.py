@@ -12,7 +12,6 @@ from numpy.typing import ArrayLike
 from bondgraph.hysteresis.checks import finite_record, numbers
 from bondgraph.hysteresis.operator import Memory, Operator
 from bondgraph.hysteresis.plays.play import (
-    initial_play,
     play,
     play_record,
     reachable_plays,
@@ -32,7 +31,7 @@ class OnPlays(Operator, ABC):
 
     def _initial(self, ops: Ops, x0: Expression, states: Memory | None) -> Memory:
         if states is None:
-            return tuple(initial_play(ops, x0, r) for r in self._half_widths)
+            return tuple(play(ops, x0, r, 0.0) for r in self._half_widths)
         return reachable_plays(ops, x0, self._half_widths, states)
 
     def _advance(self, ops: Ops, x: Expression, memory: Memory, step: Expression) -> Memory:

@@ -32,6 +32,18 @@ _DEGC_NOTE = (
 )
 
 
+def product(a: Dimension, b: Dimension, power: int = 1) -> Dimension:
+    """Return the dimension of ``a b^power``.
+
+    Examples
+    --------
+    >>> product((1, 0, 0, 0, 0), (0, 0, 1, 0, 0), -2)
+    (1, 0, -2, 0, 0)
+    """
+    m, kg, s, amp, kel = (x + power * y for x, y in zip(a, b, strict=True))
+    return (m, kg, s, amp, kel)
+
+
 @dataclass(frozen=True, slots=True)
 class Unit:
     """A unit of measure: value in SI = scale * value as written.
@@ -88,16 +100,14 @@ class Unit:
         powers = dict(self.factors)
         for symbol, power in other.factors:
             powers[symbol] = powers.get(symbol, 0) + sign * power
-        a, b = self.dims, other.dims
-        m, kg, sec, amp, kel = (x + sign * y for x, y in zip(a, b, strict=True))
         scale = self.scale * other.scale if sign > 0 else self.scale / other.scale
         factors = tuple((s, k) for s, k in powers.items() if k)
-        return Unit(scale, (m, kg, sec, amp, kel), self.symbol, factors, self.note or other.note)
+        dims = product(self.dims, other.dims, sign)
+        return Unit(scale, dims, self.symbol, factors, self.note or other.note)
 
     def _power(self, power: int) -> Unit:
-        d = self.dims
-        dims = (d[0] * power, d[1] * power, d[2] * power, d[3] * power, d[4] * power)
         factors = tuple((s, k * power) for s, k in self.factors)
+        dims = product(_NONE, self.dims, power)
         return Unit(self.scale**power, dims, self.symbol, factors, self.note)
 
 

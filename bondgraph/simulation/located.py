@@ -30,6 +30,8 @@ from bondgraph.support.arrays import Array
 
 STANDING = 1e-12
 """Share of its largest argument up to which what a law that jumps acts on stands still."""
+FOLLOWED = 32
+"""Steps a sample that a run with derivatives may take on the average."""
 
 
 March = Callable[[Array, Within, Array], KernelRun]
@@ -89,17 +91,11 @@ def followed(
     seen: KernelRun,
     reach: DifferenceSteps | None = None,
     accuracy: float = 1e-6,
-    most: int = 32,
 ) -> tuple[Array, Array] | None:
     """Return the outputs of `located`, and their derivatives by central differences.
 
     Each difference is one of runs with the same tolerance. Matrices are moved along their
     derivatives, which leaves central differences right to the same order.
-
-    Parameters
-    ----------
-    most : int
-        Steps a sample that a run may take on the average.
 
     Returns
     -------
@@ -109,7 +105,7 @@ def followed(
         return None
     ladder = _Ladder(compiled, p, step, () if reach is None else tuple(reach.directions))
     own, quiet = ladder.march(u, hold, memory), _quiet(compiled, seen)
-    found = _halved(compiled, own, x0, u.shape[0], quiet, accuracy, most)
+    found = _halved(compiled, own, x0, u.shape[0], quiet, accuracy, FOLLOWED)
     if found is None:
         return None
     _, run, allowed = found
@@ -118,7 +114,7 @@ def followed(
         return run.y, np.zeros((*run.y.shape, 0))
 
     def moved(march: March, start: Array) -> Array:
-        within = Within(allowed, np.array([most * u.shape[0]]), np.zeros((2, allowed.size)))
+        within = Within(allowed, np.array([FOLLOWED * u.shape[0]]), np.zeros((2, allowed.size)))
         y = march(start, within, quiet).y
         return y if within.left[0] > 0 else np.full_like(y, np.nan)
 

@@ -13,6 +13,7 @@ from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.simulation.exact_run import prepare, run_record
 from bondgraph.simulation.law_rest import law_rest
 from bondgraph.simulation.lure import Compiled, exact_form, law_slices
+from bondgraph.simulation.start import own_input
 from bondgraph.support.arrays import FloatArray as Array
 from bondgraph.support.errors import BondsightError, UnusableInput
 
@@ -76,7 +77,7 @@ class ExactMarch:
     ) -> None:
         names = compiled.inputs
         _refuse_rates(compiled.model.name, compiled.model.recorded)
-        if ramps := [n for n in names if n.startswith("ramp")]:
+        if ramps := [n for n in names if n != "one" and own_input(n, 1) is not None]:
             raise UnusableInput(
                 f"{compiled.model.name}: {', '.join(ramps)} belongs to the length of a record; a "
                 "bench has none: leave the drift out"

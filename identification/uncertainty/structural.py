@@ -15,9 +15,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from bondgraph.analysis.exact_algebra import PRIME, echelon
 from bondgraph.analysis.kalman import null_vectors
 from bondgraph.equations.derivation import equations
+from bondgraph.equations.elimination import PRIME, echelon
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.sensors import Sensor
 from bondgraph.support.errors import UnusableInput, require_known

@@ -15,14 +15,14 @@ from dataclasses import replace
 from fractions import Fraction
 from typing import TypeAlias
 
-from bondgraph.analysis.exact_algebra import PRIME
-from bondgraph.analysis.kalman import SET_ASIDE
 from bondgraph.analysis.linear import linear_rates
 from bondgraph.equations.derivation import equations
+from bondgraph.equations.elimination import PRIME
 from bondgraph.equations.system import System
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import Source
 from bondgraph.graph.sensors import Sensor
+from bondgraph.simulation.start import own_input
 from bondgraph.support.errors import UnusableInput
 
 SQUARE = PRIME * PRIME
@@ -56,7 +56,7 @@ def transfer_jacobian(graph: BondGraph, free: Sequence[str], point: Mapping[str,
     model = equations(graph)
     delays = delays_of(graph)
     own = [n for n in free if n in model.parameters and n not in delays]
-    constants = [u for u in model.inputs if u.rstrip("0123456789") in SET_ASIDE]
+    constants = [u for u in model.inputs if own_input(u, 1) is not None]
     if constants:
         raise UnusableInput(f"{graph.name}: constant inputs ({', '.join(constants)}) set it off")
     base = _coefficients(model, point)

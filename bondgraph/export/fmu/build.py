@@ -17,7 +17,7 @@ from bondgraph.export.fmu.sizes import size_header, state_sizes
 from bondgraph.export.fmu.variables import variables
 from bondgraph.support.errors import UnusableInput, require_known
 
-_SHARED = ("model.h", "model.c", "linear.c", "values.c")
+_SHARED = ("model.h", "model.c", "values.c")
 _OWN = {
     2: ("fmi2.c", "fmi2_types.h", "fmi2_refused.c", "radau.c"),
     3: ("fmi3.c", "fmi3_types.h", "fmi3_refused.c"),
@@ -155,6 +155,7 @@ def _write(
 ) -> Path:
     folder = files("bondgraph.export.fmu").joinpath("sources")
     sources = {n: folder.joinpath(n).read_bytes() for n in (*_SHARED, *_OWN[version])}
+    sources["linear.c"] = files("bondgraph.export").joinpath("sources/linear.c").read_bytes()
     sources["equations.c"] = found.source.encode()
     sources["sizes.h"] = header.encode()
     token = token_form % _fingerprint([describe(""), sources])

@@ -11,10 +11,9 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from bondgraph.equations.casadi_printer import to_casadi
+from bondgraph.equations.codegen import law_arguments
 from bondgraph.equations.program import Program
 from bondgraph.export.switches import switches
-from bondgraph.graph.modulation import TIME
 
 
 @dataclass(frozen=True)
@@ -65,7 +64,7 @@ def equations(program: Program) -> Equations:
     by_v, by_u = ca.jacobian(both, v), ca.jacobian(both, u)
     size = ca.fabs(by_v) @ ca.fabs(v) + ca.fabs(by_u) @ ca.fabs(u)
     size += ca.fabs(ca.jacobian(both, t) * t)
-    arguments = _arguments(program, point)
+    arguments = law_arguments(program)(*point) if program.memory else ca.SX(0, 1)
     arguments_by_v = ca.jacobian(arguments, v)
     ins = [t, v, u, p, m, h]
     pieces = switches(both, ins, v, m)
@@ -116,35 +115,6 @@ def _structure(expression: Any, by: Any) -> np.ndarray:
     rows, columns = pattern.get_triplet()
     found[rows, columns] = True
     return found
-
-
-def _arguments(program: Program, point: tuple[Any, ...]) -> Any:
-    """Arguments of the laws with memory, in the order of the laws."""
-    if not program.memory:
-        return ca.SX(0, 1)
-    t, x, z, u, p, m, h = point
-    values: dict[str, Any] = {str(TIME): t, "one": ca.SX(1)}
-    vectors = ((program.states, x), (program.algebraic, z), (program.inputs, u))
-    for names, vector in (*vectors, (program.parameters, p)):
-        values |= {name: vector[i] for i, name in enumerate(names)}
-    position = {name: i for i, name in enumerate(program.parameters)}
-    found: dict[int, Any] = {}
-    for step in program.steps:
-        if step.law is None:
-            values[step.target] = _value(step.expression, values)
-            continue
-        call = program.laws[step.law]
-        s = _value(call.argument, values)
-        q = ca.vertcat(*[p[position[name]] for name in call.parameters])
-        values[step.target] = call.value(s, m[call.memory], q, h)
-        if call.memory.stop > call.memory.start:
-            found[step.law] = s
-    return ca.densify(ca.vertcat(ca.SX(0, 1), *[found[i] for i in sorted(found)]))
-
-
-def _value(expression: Any, values: dict[str, Any]) -> Any:
-    symbols = expression.free_symbols
-    return ca.SX(to_casadi(expression, {s: values[str(s)] for s in symbols if str(s) in values}))
 
 
 def _source(functions: list[ca.Function]) -> str:

@@ -6,46 +6,6 @@ typedef struct {
 
 typedef void (*@_system)(const @_problem *q, const double *y, double *r, double *matrix);
 
-/* Gauss elimination with row scaling; b becomes the solution. Returns 0 if singular. */
-static int @_solve(int n, double *a, double *b)
-{
-  int i, j, k;
-  for (i = 0; i < n; i++) {
-    double largest = 0.0;
-    for (j = 0; j < n; j++) largest = fmax(largest, fabs(a[i * n + j]));
-    if (!(largest > 0.0) || !isfinite(largest)) return 0;
-    for (j = 0; j < n; j++) a[i * n + j] /= largest;
-    b[i] /= largest;
-  }
-  for (k = 0; k < n; k++) {
-    int pivot = k;
-    double swap;
-    for (i = k + 1; i < n; i++)
-      if (fabs(a[i * n + k]) > fabs(a[pivot * n + k])) pivot = i;
-    if (!(fabs(a[pivot * n + k]) > 0.0)) return 0;
-    for (j = 0; j < n; j++) {
-      swap = a[k * n + j];
-      a[k * n + j] = a[pivot * n + j];
-      a[pivot * n + j] = swap;
-    }
-    swap = b[k];
-    b[k] = b[pivot];
-    b[pivot] = swap;
-    for (i = k + 1; i < n; i++) {
-      const double factor = a[i * n + k] / a[k * n + k];
-      for (j = k; j < n; j++) a[i * n + j] -= factor * a[k * n + j];
-      b[i] -= factor * b[k];
-    }
-  }
-  for (i = n - 1; i >= 0; i--) {
-    for (j = i + 1; j < n; j++) b[i] -= a[i * n + j] * b[j];
-    b[i] /= a[i * n + i];
-  }
-  for (i = 0; i < n; i++)
-    if (!isfinite(b[i])) return 0;
-  return 1;
-}
-
 static double @_merit(int n, const double *r, const double *terms)
 {
   double worst = 0.0;
@@ -62,20 +22,22 @@ static double @_merit(int n, const double *r, const double *terms)
 static int @_newton(int n, @_system system, const @_problem *q, double *y)
 {
   double r[@_SIZE_XZ], tried[@_SIZE_XZ], change[@_SIZE_XZ], terms[@_SIZE_XZ];
-  double matrix[@_SIZE_XZ * @_SIZE_XZ], factors[@_SIZE_XZ * @_SIZE_XZ];
+  double matrix[@_SIZE_XZ * @_SIZE_XZ], factors[@_SIZE_XZ * @_SIZE_XZ], scale[@_SIZE_XZ];
   double merit = INFINITY;
-  int i, j, round;
+  int pivot[@_SIZE_XZ], i, j, round;
   if (n == 0) return 1;
   for (round = 0; round < 60; round++) {
     double best = INFINITY, chosen = 0.0, share = 1.0;
     system(q, y, r, matrix);
     for (i = 0; i < n; i++) change[i] = -r[i];
     for (i = 0; i < n * n; i++) factors[i] = matrix[i];
-    if (!@_solve(n, factors, change)) break;
+    if (!factor(n, factors, pivot, scale)) break;
+    solve(n, factors, pivot, change);
+    if (!all_finite(n, change)) break;
     for (i = 0; i < n; i++) {
       terms[i] = 0.0;
       for (j = 0; j < n; j++)
-        terms[i] += fabs(matrix[i * n + j]) * fmax(fabs(y[j]), fabs(change[j]));
+        terms[i] += fabs(matrix[i + j * n]) * fmax(fabs(y[j]), fabs(change[j]));
       if (terms[i] == 0.0) terms[i] = 1.0;
     }
     merit = @_merit(n, r, terms);
@@ -104,14 +66,7 @@ static int @_newton(int n, @_system system, const @_problem *q, double *y)
 static void @_at_state(const @_problem *q, const double *z, double *r, double *matrix)
 {
   @_call_residual(q->t, q->x, z, q->u, q->p, q->m, q->h, r);
-  if (matrix) {
-    double columns[@_SIZE_Z * @_SIZE_Z];
-    int i, j;
-    @_call_slope(q->t, q->x, z, q->u, q->p, q->m, q->h, columns);
-    for (i = 0; i < @_N_ALGEBRAIC; i++)
-      for (j = 0; j < @_N_ALGEBRAIC; j++)
-        matrix[i * @_N_ALGEBRAIC + j] = columns[j * @_N_ALGEBRAIC + i];
-  }
+  if (matrix) @_call_slope(q->t, q->x, z, q->u, q->p, q->m, q->h, matrix);
 }
 
 /* Residuals of one stage of a step, y = (x, z). */
@@ -124,13 +79,10 @@ static void @_at_stage(const @_problem *q, const double *y, double *r, double *m
   @_call_residual(q->t, y, y + n_x, q->u, q->p, q->m, q->h, r + n_x);
   for (i = 0; i < n_x; i++) r[i] = y[i] - q->base[i] - q->weight * dx[i];
   if (matrix) {
-    double columns[@_SIZE_XZ * @_SIZE_XZ];
-    @_call_linearised(q->t, y, y + n_x, q->u, q->p, q->m, q->h, columns);
-    for (i = 0; i < n; i++)
-      for (j = 0; j < n; j++) {
-        const double slope = columns[j * n + i];
-        matrix[i * n + j] = i < n_x ? (i == j ? 1.0 : 0.0) - q->weight * slope : slope;
-      }
+    @_call_linearised(q->t, y, y + n_x, q->u, q->p, q->m, q->h, matrix);
+    for (j = 0; j < n; j++)
+      for (i = 0; i < n_x; i++)
+        matrix[i + j * n] = (i == j ? 1.0 : 0.0) - q->weight * matrix[i + j * n];
   }
 }
 

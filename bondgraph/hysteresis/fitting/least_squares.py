@@ -43,7 +43,7 @@ def fit_linear_blocks(
     ----------
     blocks : iterable of (array, array)
         Outputs of the single operators, shape (samples, n), and what they are to explain, shape
-        (samples,), both finite; `records.require_regressors` makes one of arrays of any kind.
+        (samples,), both finite.
     constraint : {"non_negative", "prefix_sums", "none"}
         Condition on the weights.
     minimum : float or sequence of float, optional

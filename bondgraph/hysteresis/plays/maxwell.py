@@ -155,10 +155,7 @@ class MaxwellResistiveCapacitor(OnPlays):
     @property
     def linear_slope(self) -> Expression:
         """Slope right after a reversal, when all elements stick: sum of k_i."""
-        total = self.stiffnesses[0]
-        for k in self.stiffnesses[1:]:
-            total = total + k
-        return total
+        return sum(self.stiffnesses[1:], self.stiffnesses[0])
 
     @property
     def _half_widths(self) -> Sequence[Expression]:

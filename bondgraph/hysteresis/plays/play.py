@@ -92,31 +92,6 @@ def sum_of_plays(
     return total
 
 
-def initial_play(ops: Ops, x0: Expression, r: Expression, y: Expression = 0.0) -> Expression:
-    """Return the play state at the first input ``x0``; ``y = 0`` is the virgin state.
-
-    ``y(0) = max(x0 - r, min(x0 + r, y))``, the admissible state nearest to ``y``.
-
-    The arguments are those of `play`.
-
-    Returns
-    -------
-    expression
-        Admissible state, unit of ``x0``.
-
-    References
-    ----------
-    kuhnen2003
-
-    Examples
-    --------
-    >>> from bondgraph.support.ops import NUMPY
-    >>> float(initial_play(NUMPY, 3.0, 1.0, 2.5))
-    2.5
-    """
-    return play(ops, x0, r, y)
-
-
 def reachable_plays(
     ops: Ops, x0: Expression, r: Sequence[Expression], y: Sequence[Expression]
 ) -> tuple[Expression, ...]:

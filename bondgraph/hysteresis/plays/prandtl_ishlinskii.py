@@ -93,12 +93,7 @@ class PrandtlIshlinskii(LinearInWeights, InvertibleOperator["PrandtlIshlinskii"]
 
     @property
     def linear_slope(self) -> Expression:
-        """Slope right after a reversal, w_0; output per input."""
-        return self.weights[0]
-
-    @property
-    def slope_virgin(self) -> Expression:
-        """Initial slope of the virgin curve, w_0; output per input."""
+        """Slope right after a reversal and of the virgin curve at first, w_0; output per input."""
         return self.weights[0]
 
     @property

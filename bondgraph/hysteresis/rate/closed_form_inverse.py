@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import ClassVar, final
 
@@ -14,7 +13,7 @@ from bondgraph.hysteresis.plays.kuhnen import (
     inverse_weights,
     slopes,
 )
-from bondgraph.hysteresis.plays.play import play, reachable_plays
+from bondgraph.hysteresis.plays.play import play, reachable_plays, sum_of_plays
 from bondgraph.hysteresis.rate.rate import measured_rate
 from bondgraph.hysteresis.rate.rate_dependent import RateDependentPrandtlIshlinskii
 from bondgraph.support.ops import Expression, Ops
@@ -92,25 +91,16 @@ class RateDependentClosedFormInverse(Operator):
             return states
         at_rest = self._widths(ops, 0.0)
         plays = reachable_plays(ops, x0, at_rest, tuple(0.0 for _ in at_rest))
-        x = self._sum(x0, plays)
+        x = self._value(ops, x0, (x0, 0.0, *plays), 0.0)
         return (x, 0.0 * x, *plays)
 
-    def _sum(self, y: Expression, plays: Sequence[Expression]) -> Expression:
-        first, *others = inverse_weights(self.forward.weights)
-        x = first * y
-        for w, p in zip(others, plays, strict=True):
-            x = x + w * p
-        return x
-
-    def _moved(self, ops: Ops, y: Expression, memory: Memory) -> tuple[Expression, ...]:
-        plays = zip(self._widths(ops, memory[1]), memory[2:], strict=True)
-        return tuple(play(ops, y, r, p) for r, p in plays)
-
     def _value(self, ops: Ops, x: Expression, memory: Memory, step: Expression) -> Expression:
-        return self._sum(x, self._moved(ops, x, memory))
+        first, *others = inverse_weights(self.forward.weights)
+        return first * x + sum_of_plays(ops, x, self._widths(ops, memory[1]), others, memory[2:])
 
     def _advance(self, ops: Ops, x: Expression, memory: Memory, step: Expression) -> Memory:
-        plays = self._moved(ops, x, memory)
-        found = self._sum(x, plays)
-        smoothing = self.forward.smoothing
-        return (found, measured_rate(ops, found, memory[0], memory[1], step, smoothing), *plays)
+        last, rate, *states = memory
+        found = self._value(ops, x, memory, step)
+        plays = zip(self._widths(ops, rate), states, strict=True)
+        rate = measured_rate(ops, found, last, rate, step, self.forward.smoothing)
+        return (found, rate, *(play(ops, x, r, p) for r, p in plays))

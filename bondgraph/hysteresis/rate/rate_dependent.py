@@ -23,7 +23,7 @@ from bondgraph.hysteresis.creep.first_order_lag import relaxed_share
 from bondgraph.hysteresis.errors import NotInvertible
 from bondgraph.hysteresis.operator import Memory
 from bondgraph.hysteresis.plays.kuhnen import first_bad_slope, inverse_states, slopes
-from bondgraph.hysteresis.plays.play import initial_play, play
+from bondgraph.hysteresis.plays.play import play, sum_of_plays
 from bondgraph.hysteresis.rate.rated_plays import RatedPlays
 from bondgraph.hysteresis.rate.solve_plays import solve_plays
 from bondgraph.support.ops import NUMPY, Expression, Ops
@@ -112,7 +112,7 @@ class RateDependentPrandtlIshlinskii(RatedPlays):
 
     def _initial(self, ops: Ops, x0: Expression, states: Memory | None) -> Memory:
         if states is None:
-            return (x0, 0.0 * x0, *(initial_play(ops, x0, a) for a in self.thresholds[1:]))
+            return (x0, 0.0 * x0, *(play(ops, x0, a, 0.0) for a in self.thresholds[1:]))
         plays: list[Expression] = []
         near, low, gain = x0, 0.0, 0.0
         pairs = zip(self.thresholds[1:], self.rate_gains[1:], states[2:], strict=True)
@@ -123,19 +123,14 @@ class RateDependentPrandtlIshlinskii(RatedPlays):
             near, low, gain = plays[-1], a, b
         return (x0, states[1], *plays)
 
-    def _moved(self, ops: Ops, x: Expression, memory: Memory) -> tuple[Expression, ...]:
-        plays = zip(self.widths(ops, memory[1]), memory[2:], strict=True)
-        return tuple(play(ops, x, r, p) for r, p in plays)
-
     def _value(self, ops: Ops, x: Expression, memory: Memory, step: Expression) -> Expression:
-        output = self.weights[0] * x
-        for w, p in zip(self.weights[1:], self._moved(ops, x, memory), strict=True):
-            output = output + w * p
-        return output
+        plays = sum_of_plays(ops, x, self.widths(ops, memory[1]), self.weights[1:], memory[2:])
+        return self.weights[0] * x + plays
 
     def _advance(self, ops: Ops, x: Expression, memory: Memory, step: Expression) -> Memory:
         rate = self._rate(ops, x, memory, step)
-        return (x, rate, *self._moved(ops, x, memory))
+        plays = zip(self.widths(ops, memory[1]), memory[2:], strict=True)
+        return (x, rate, *(play(ops, x, r, p) for r, p in plays))
 
     def check_invertible(self) -> None:
         """Require ``w_0`` plus every subset of the other weights to be positive.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from bondgraph.hysteresis.plays.play import play
+from bondgraph.hysteresis.plays.play import sum_of_plays
 from bondgraph.support.ops import Expression, Ops
 
 
@@ -50,10 +50,7 @@ def solve_plays(
         return y / weights[0]
 
     def output(x: Expression) -> Expression:
-        total = weights[0] * x
-        for w, r, p in plays:
-            total = total + w * play(ops, x, r, p)
-        return total
+        return weights[0] * x + sum_of_plays(ops, x, widths, weights[1:], states)
 
     lower, upper = [p - r for _, r, p in plays], [p + r for _, r, p in plays]
     corners = lower + upper

@@ -7,7 +7,7 @@ from functools import lru_cache
 import casadi as ca
 import numpy as np
 
-from bondgraph.equations.casadi_printer import to_casadi
+from bondgraph.equations.codegen import law_arguments
 from bondgraph.equations.program import Program
 from bondgraph.simulation.radau.interpreted import Carried
 from bondgraph.simulation.radau.recorder import Key, Order, consistent, functions_of
@@ -63,27 +63,9 @@ def arguments_of(program: Program) -> ca.Function:
 
 @lru_cache(maxsize=64)
 def _arguments(key: Key) -> ca.Function:
-    q = key.program
-    v = ca.SX.sym("v", len(q.states) + len(q.algebraic))
-    u, p = ca.SX.sym("u", len(q.inputs)), ca.SX.sym("p", len(q.parameters))
-    m, t, h = ca.SX.sym("m", len(q.memory)), ca.SX.sym("t"), ca.SX.sym("h")
-    names = (*q.states, *q.algebraic, *q.inputs, *q.parameters)
-    known = dict(zip(names, ca.vertsplit(ca.vertcat(v, u, p)), strict=True))
-    known.setdefault("time", t)
-    known.setdefault("one", ca.SX(1))
-
-    def value(expression: object) -> ca.SX:
-        symbols = getattr(expression, "free_symbols", ())
-        return ca.SX(to_casadi(expression, {s: known[s.name] for s in symbols}))
-
-    for step in q.steps:
-        if step.law is None:
-            known[step.target] = value(step.expression)
-            continue
-        call = q.laws[step.law]
-        own = ca.vertcat(*[p[q.parameters.index(n)] for n in call.parameters])
-        known[step.target] = call.value(value(call.argument), m[call.memory], own, h)
-    arguments = [value(c.argument) for c in q.laws if c.law.n_memory]
-    s = ca.vertcat(*arguments)
-    results = [ca.densify(s), *(ca.densify(ca.jacobian(s, w)) for w in (v, p, m))]
+    arguments = law_arguments(key.program)
+    t, x, z, u, p, m, h = (ca.SX.sym(n, *arguments.size_in(n)) for n in arguments.name_in())
+    v = ca.SX.sym("v", x.numel() + z.numel())
+    s = arguments(t, v[: x.numel()], v[x.numel() :], u, p, m, h)
+    results = [s, *(ca.densify(ca.jacobian(s, w)) for w in (v, p, m))]
     return ca.Function("arguments", [t, v, u, p, m, h], results)

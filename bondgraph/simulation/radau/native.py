@@ -15,6 +15,7 @@ some thirty states and unknowns.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
@@ -26,16 +27,15 @@ from bondgraph.simulation.halving import Within
 from bondgraph.simulation.radau.interpreted import Carried
 from bondgraph.simulation.radau.jumping import jumping
 from bondgraph.simulation.radau.memory import relaxed_memory
-from bondgraph.simulation.radau.native_source import GeneralFunctions
 from bondgraph.simulation.radau.recorder import (
     Order,
-    functions_of,
     located_recorder,
     recorder,
 )
+from bondgraph.simulation.radau.start import unknowns_at
 from bondgraph.simulation.start import fine_inputs, initial_state
 from bondgraph.support.arrays import Array
-from bondgraph.support.errors import UnusableInput
+from bondgraph.support.errors import BondsightError, UnusableInput
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -221,9 +221,11 @@ def run_general(
     record = recorder(q) if within is None else located_recorder(q)
     assert record is not None
     end, reached = record(order, begin, out)
-    if reached == 0 and n_z and (z := _search(functions_of(q), order, begin)).size:
-        begin = Carried(np.concatenate([x0, z]), m, tv, tm)
-        end, reached = record(order, begin, out)
+    if reached == 0 and n_z:
+        with suppress(BondsightError):  # from farther than plain Newton steps come
+            z = unknowns_at(q, time, x0, u[0], ready.p, m)
+            begin = Carried(np.concatenate([x0, z]), m, tv, tm)
+            end, reached = record(order, begin, out)
     out[reached:] = np.nan
     settled = reached == out.shape[0]
     if not settled:
@@ -281,18 +283,3 @@ def inputs_between(
             u[0, column] = fine[0, 0, column]
     u, fine = with_rates(q.inputs, q.recorded, u, fine, ready.step)
     return u, np.ascontiguousarray(fine)
-
-
-def _search(functions: GeneralFunctions, order: Order, begin: Carried) -> Array:
-    """Algebraic unknowns at the start for which plain Newton failed; empty if there are none."""
-    from scipy.optimize import root
-
-    n_x = functions.n_x
-
-    def at(z: Array) -> tuple[Array, Array]:
-        v = np.concatenate([begin.v[:n_x], z])
-        value, slope = functions.stage(order.time, v, order.first, order.p, begin.m, 0.0)
-        return value.full().ravel()[n_x:], slope.full()[n_x:, n_x:]
-
-    found = root(lambda z: at(z)[0], begin.v[n_x:], jac=lambda z: at(z)[1], options={"xtol": 1e-13})
-    return np.asarray(found.x if np.isfinite(found.x).all() else np.zeros(0), float)

@@ -206,6 +206,15 @@ def test_a_position_adds_what_a_speed_cannot_see() -> None:
     assert kalman_ranks(g) == (2, 2, 2)
 
 
+def test_a_source_called_like_a_constant_moves_states() -> None:
+    with BondGraph("rc") as g:
+        loop = One("loop")
+        Se("one1") >> loop >> R("R_1", 1.0)
+        loop >> C("C_1", 1.0)
+    assert controllability(g).holds
+    assert kalman_ranks(g)[0] == 1
+
+
 def test_input_derivatives_do_not_hide_a_constant() -> None:
     """Two capacitors across a source: one state, which no voltage moves."""
     with BondGraph("divider") as g:

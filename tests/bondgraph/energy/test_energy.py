@@ -274,6 +274,16 @@ def test_inputs_held_between_samples() -> None:
     assert ledger(g, run, hold="linear").relative_residual > 1e-4
 
 
+def test_a_source_may_be_called_like_a_ramp() -> None:
+    with BondGraph("rc") as g:
+        loop = One("loop")
+        Se("ramp_up") >> loop >> R("R_1", 1.0)
+        loop >> C("C_1", 1.0)
+    time = np.linspace(0.0, 2.0, 201)
+    run = simulate(g, time, {"ramp_up": np.sin(time)}, observed=observables(g))
+    assert ledger(g, run).closes
+
+
 def test_parameters_of_the_run_are_those_of_the_ledger() -> None:
     g = rlc()
     time = np.linspace(0.0, 2.0, 401)

@@ -1,13 +1,9 @@
-"""Tapes: printed Python and C compute what CasADi computes."""
+"""Tapes: printed Python computes what CasADi computes."""
 
 from __future__ import annotations
 
-import ctypes
 import math
-import shutil
-import subprocess
 from collections.abc import Callable, Sequence
-from pathlib import Path
 from typing import Any
 
 import casadi as ca
@@ -16,7 +12,7 @@ import pytest
 
 from bondgraph.equations.codegen import law_functions
 from bondgraph.export.tape import OPERATIONS, AssignmentTape, Notation, tape, written
-from bondgraph.export.tape_languages import C99, PYTHON, PYTHON_HELPERS, used_helpers
+from bondgraph.export.tape_languages import PYTHON, PYTHON_HELPERS, used_helpers
 from bondgraph.laws import (
     Coulomb,
     GrowingDamping,
@@ -101,52 +97,6 @@ def test_printed_python_is_casadi_to_the_last_bit(name: str) -> None:
                 same(run(*given)[0], function(*given))
 
 
-def c_text(name: str, function: Any) -> str:
-    text = written(tape(function, [_subscripts(function, i) for i in range(4)]), C99)
-    lines = [f"    const double {target} = {expression};" for target, expression in text.lines]
-    lines += [f"    out[{i}] = {entry};" for i, entry in enumerate(text.outputs[0])]
-    unused = "    (void)s; (void)m; (void)q; (void)h; (void)out;"
-    head = f"void {name}(double s, const double *m, const double *q, double h, double *out)"
-    return "\n".join([head, "{", unused, *lines, "}", ""])
-
-
-@pytest.fixture(scope="module")
-def library(tmp_path_factory: pytest.TempPathFactory) -> Any:
-    gcc = shutil.which("gcc")
-    if gcc is None:
-        pytest.skip("no gcc")
-    folder: Path = tmp_path_factory.mktemp("tape")
-    parts = ["#include <math.h>"]
-    for i, law in enumerate(LAWS.values()):
-        pair, _ = functions(law)
-        parts += [c_text(f"{kind}_{i}", f) for kind, f in zip(("v", "a"), pair, strict=True)]
-        parts += [f"void {kind}_{i}(double, const double *, const double *, double, double *);"
-                  for kind in "va"]  # fmt: skip
-    source = folder / "laws.c"
-    source.write_text("\n".join(parts))
-    # no fused multiply-add: the comparison is to the last bits
-    flags = "-std=c99 -Wall -Wextra -Werror -O1 -ffp-contract=off -fPIC -shared".split()
-    subprocess.run([gcc, *flags, str(source), "-o", str(folder / "laws.so"), "-lm"], check=True)
-    return ctypes.CDLL(str(folder / "laws.so"))
-
-
-@pytest.mark.sampled(every=3)
-@pytest.mark.parametrize("name", LAWS)
-def test_printed_c_is_casadi(name: str, library: Any) -> None:
-    law = LAWS[name]
-    i = list(LAWS).index(name)
-    pair, q = functions(law)
-    for kind, function in zip(("v", "a"), pair, strict=True):
-        n_out = function.numel_out(0)
-        for s, m, p, h in arguments(law, q, 4):
-            out = (ctypes.c_double * max(n_out, 1))()
-            columns = [(ctypes.c_double * max(len(v), 1))(*v) for v in (m, p)]
-            run = getattr(library, f"{kind}_{i}")
-            run(ctypes.c_double(s), *columns, ctypes.c_double(h), out)
-            expected = function(s, m, p, h).full().ravel()
-            np.testing.assert_allclose(list(out)[:n_out], expected, rtol=1e-14, atol=1e-300)
-
-
 _UNARY: dict[str, Any] = {
     "assign": lambda a: a, "neg": lambda a: -a, "exp": ca.exp, "log": ca.log, "sqrt": ca.sqrt,
     "sq": lambda a: a * a, "twice": lambda a: a + a, "sin": ca.sin, "cos": ca.cos, "tan": ca.tan,
@@ -169,7 +119,7 @@ POINTS = (-800.0, -1.7, -1.0, -0.5, 0.0, 0.3, 1.0, 2.5, 800.0, math.inf, -math.i
 
 def test_every_operation_is_tried() -> None:
     assert set(_UNARY) | set(_BINARY) == set(OPERATIONS)
-    assert set(C99.rules) == set(PYTHON.rules) == set(OPERATIONS)
+    assert set(PYTHON.rules) == set(OPERATIONS)
 
 
 @pytest.mark.parametrize("op", OPERATIONS)

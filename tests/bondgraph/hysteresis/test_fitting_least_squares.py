@@ -17,7 +17,6 @@ import bondgraph.hysteresis.fitting
 from bondgraph.hysteresis import BadInput, BadParameter
 from bondgraph.hysteresis.fitting import fit_linear_blocks
 from bondgraph.hysteresis.fitting.bounded import bounded_least_squares
-from bondgraph.hysteresis.fitting.records import require_regressors
 from bondgraph.hysteresis.fitting.reduction import reduce_blocks
 
 quick = settings(max_examples=30, deadline=None, derandomize=True, database=None)
@@ -31,7 +30,9 @@ MODULES = [
 
 def fit_linear_weights(phi: Any, y: Any, constraint: Any = "non_negative", **options: Any) -> Any:
     """Fit of all samples in one block."""
-    return fit_linear_blocks((require_regressors(phi, y),), constraint, **options)
+    return fit_linear_blocks(
+        ((np.asarray(phi, float), np.asarray(y, float)),), constraint, **options
+    )
 
 
 def random_problem(rng: np.random.Generator, *, decades: float = 6.0) -> tuple[Any, Any]:
@@ -222,12 +223,7 @@ def test_as_many_samples_as_weights() -> None:
 @pytest.mark.parametrize(
     ("phi", "y", "options", "error", "words"),
     [
-        ([[1.0], [np.nan]], [1, 2], {}, BadInput, r"regressors\[1, 0\] = nan"),
-        ([[1.0], [2.0]], [1, np.inf], {}, BadInput, r"y\[1\] = inf"),
-        ([[1.0], [2.0]], [1, 2, 3], {}, BadInput, "2 samples but y has 3"),
-        ([1.0, 2.0], [1, 2], {}, BadInput, r"shape \(N, n\)"),
         ([[1.0, 2.0]], [1], {}, BadInput, "1 samples cannot determine 2 weights"),
-        ([[1.0], [2.0]], [], {}, BadInput, "y must have shape"),
         ([[1.0], [1.0]], [1, 2], {}, BadInput, "none of the 1 operators moves"),
         ([[1.0], [2.0]], [1, 2], {"constraint": "positive"}, BadParameter, "'positive'"),
         ([[1.0], [2.0]], [1, 2], {"minimum": -1.0}, BadParameter, "minimum = -1"),

@@ -98,7 +98,6 @@ def test_regressors_times_weights_is_the_output() -> None:
 
 def test_slopes() -> None:
     operator = PrandtlIshlinskii((0.0, 1.0, 2.0), (1.0, 0.5, 0.25))
-    assert operator.slope_virgin == 1.0
     assert operator.slope_full == 1.75
 
 

@@ -132,6 +132,15 @@ def test_any_other_model_goes_through_the_general_integrator() -> None:
     assert np.abs(b - a).max() < 1e-9 * np.ptp(a)
 
 
+def test_a_source_may_be_called_like_a_ramp() -> None:
+    with BondGraph("rc") as g:
+        loop = One("loop")
+        Se("ramp_up") >> loop >> R("R_1", 1.0)
+        loop >> C("C_1", 1.0)
+        loop >> Dq("x")
+    assert ModelPlant(g, "ramp_up", "x", step=STEP).advance(np.ones(3)).x[-1] > 0.0
+
+
 def test_what_cannot_stand_on_a_bench_is_refused() -> None:
     """One line each."""
     for arguments, error in (

@@ -10,7 +10,7 @@ from actuators.models.textbook import resonator, thermal_lag
 from actuators.stack.bond_graph import stack_bond_graph
 from actuators.stack.lumped import stack_lumped
 from bondgraph import TF, BondGraph, C, De, Df, Dq, I, One, R, Se, Zero
-from bondgraph.analysis.exact_algebra import PRIME
+from bondgraph.equations.elimination import PRIME
 from bondgraph.graph.drives import Drive
 from bondgraph.graph.parameter import Parameter
 from bondgraph.hysteresis import MaxwellResistiveCapacitor
