@@ -40,7 +40,7 @@ class ExactPlant(FilterPlant):
     def feedthrough(self) -> bool:
         """Whether a reading contains the deviation of a law."""
         nominal = self.compiled.nominal()
-        dy = blocks(self.compiled, self._block(np.where(nominal == 0.0, 1.0, nominal))).dy
+        dy = blocks(self.compiled, self.compiled.block(np.where(nominal == 0.0, 1.0, nominal))).dy
         return bool(np.any(dy[:, self.compiled.n_u :]))
 
     @property
@@ -59,11 +59,8 @@ class ExactPlant(FilterPlant):
 
     def linear(self, p: Array, x: Array, u: Array) -> tuple[Array, Array, Array]:
         """Return the linear part."""
-        parts = blocks(self.compiled, self._block(p))
+        parts = blocks(self.compiled, self.compiled.block(p))
         return parts.a, parts.b[:, : self.compiled.n_u], parts.cy
-
-    def _block(self, p: Array) -> Array:
-        return self.compiled.block(p)
 
     def body(self, at: Operating, h: float) -> tuple[Array, Array]:
         """Return matrices of a step, direct gain, added covariance and parameters of the laws."""
@@ -91,7 +88,7 @@ class ExactPlant(FilterPlant):
     def _added(self, at: Operating, h: float, m: Array, dm: Array) -> None:
         """Process noise of a step; the curvature of the laws within the step is left out of it."""
         n, k = self.compiled.n_x, at.wanted.size if at.derivatives else 0
-        parts = blocks(self.compiled, self._block(at.p))
+        parts = blocks(self.compiled, self.compiled.block(at.p))
         moved = continuous(self.compiled, at.p, at.wanted[:k]).tangents
         change = at.x[None, :] / at.x[:, None]
         da, ds, s = np.zeros((at.n_d, n, n)), np.zeros((at.n_d, n, n)), np.zeros((n, n))
@@ -107,10 +104,10 @@ class ExactPlant(FilterPlant):
             for i, t in enumerate(moved if d.at_source else ()):
                 dg = t.b[:, d.index] / at.x * sigma * at.slopes[i]
                 ds[i] += np.outer(dg, g) + np.outer(g, dg)
-        q = added_covariance(parts.a * change, s, h, da, ds)
+        q, dq = added_covariance(parts.a * change, s, h, da, ds)
         rows, columns = np.triu_indices(n)  # a symmetric matrix: its lower triangle by columns
-        m[self.places.added] = q.value[rows, columns]
-        dm[self.places.added] = q.derivative[:, rows, columns].T
+        m[self.places.added] = q[rows, columns]
+        dm[self.places.added] = dq[:, rows, columns].T
 
     def tail(
         self, at: Operating, u: Array, x: Array, dx: Array, numbers: tuple[Array, Array]
