@@ -33,7 +33,7 @@ from identification.estimation.methods.trajectory import (
 from identification.estimation.methods.transcription import Programme, programme
 from identification.study.free_parameters import refuse_clocks
 from identification.study.joint import JointPoint, JointProblem
-from identification.study.residual import offset_scale, parameters_at, slots
+from identification.study.residual import offset_scale, parameters_at, slots, values_at
 from identification.study.study import Study
 
 MOST_STEPS = 16
@@ -142,6 +142,7 @@ def _begin(
         first, stages = followed(
             record,
             start.theta,
+            values_at(problem, stack.local(start, r).theta),
             observed(stack, start, r, cut, correction=None, initial="free"),
             cut,
         )
