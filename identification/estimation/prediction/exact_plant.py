@@ -8,8 +8,9 @@ import numpy as np
 
 from bondgraph.laws.law import Law
 from bondgraph.signals.recorded_rates import with_rates
+from bondgraph.simulation.exact_run import relax_memories
 from bondgraph.simulation.first_order_hold import blocks, continuous, discretise, standing
-from bondgraph.simulation.lure import Compiled, law_slices
+from bondgraph.simulation.lure import Compiled
 from bondgraph.simulation.start import fine_inputs
 from bondgraph.support.arrays import Array
 from identification.estimation.prediction.diffusion import added_covariance
@@ -113,23 +114,9 @@ class ExactPlant(FilterPlant):
         self, at: Operating, u: Array, x: Array, dx: Array, numbers: tuple[Array, Array]
     ) -> tuple[Array, Array]:
         """Return no deviations, and the memory of each law at rest at its argument."""
-        lay, (still, dstill) = self.places.lay, numbers
-        found = np.zeros(lay.n_w + lay.n_m)
-        moved = np.zeros((found.size, dx.shape[1]))
-        if not lay.n_m:
-            return found, moved
-        cut = slice(self.places.piece(3).start, self.places.piece(4).stop)
-        shape = (lay.n_w, lay.n_x + lay.n_u)
-        c, known = still[cut].reshape(shape, order="F"), np.concatenate([x, u])
-        s, ds = c @ known, c[:, : lay.n_x] @ dx
-        for d in range(dx.shape[1]):
-            ds[:, d] += dstill[cut, d].reshape(shape, order="F") @ known
-        for j, (port, ms, _) in enumerate(law_slices(self.compiled)):
-            if port.law.n_memory:
-                rows = slice(lay.n_w + ms.start, lay.n_w + ms.stop)
-                found[rows] = port.law.initial_memory(float(s[j]))
-                moved[rows] = np.outer(port.law.memory_sensitivity(float(s[j])), ds[j])
-                if port.law.watched:
-                    found[rows.stop - 2 : rows.stop] = s[j + 1]
-                    moved[rows.stop - 2 : rows.stop] = ds[j + 1]
-        return found, moved
+        lay, n_x = self.places.lay, self.places.lay.n_x
+        z = np.zeros((lay.n_z, 1 + dx.shape[1]))
+        z[:n_x, 0], z[:n_x, 1:] = x, dx
+        still, dstill = (n[self.places.packed] for n in numbers)
+        relax_memories(self.compiled, lay, still, dstill, u, z)
+        return z[n_x:, 0], z[n_x:, 1:]
