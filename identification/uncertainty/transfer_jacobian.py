@@ -19,8 +19,8 @@ from bondgraph.analysis.kalman import RATES, SET_ASIDE, modular_matrices, produc
 from bondgraph.equations.derivation import equations
 from bondgraph.equations.system import System
 from bondgraph.graph.bond_graph import BondGraph
-from bondgraph.graph.elements import Source
 from bondgraph.graph.sensors import Sensor
+from bondgraph.simulation.timing import named_delays
 from bondgraph.support.errors import UnusableInput
 
 SQUARE = PRIME * PRIME
@@ -51,8 +51,8 @@ def transfer_jacobian(graph: BondGraph, free: Sequence[str], point: Mapping[str,
         The graph is not linear, has constant inputs, or a coefficient is no rational function.
     """
     model = equations(graph)
-    delays = delays_of(graph)
-    own = [n for n in free if n in model.parameters and n not in delays]
+    delays = named_delays(graph)
+    own = [n for n in free if n in model.parameters and n not in delays.values()]
     constants = [u for u in model.inputs if u.rstrip("0123456789") in SET_ASIDE]
     if constants:
         raise UnusableInput(f"{graph.name}: constant inputs ({', '.join(constants)}) set it off")
@@ -66,7 +66,7 @@ def transfer_jacobian(graph: BondGraph, free: Sequence[str], point: Mapping[str,
         columns[n] = [d // PRIME * point[n] % PRIME for d in differences]
     zero = [0] * len(base)
     rows = [list(r) for r in zip(*(columns.get(n, zero) for n in free), strict=True)]
-    rows += _delay_rows(graph, model, base, free, point, delays)
+    rows += _delay_rows(model, base, free, point, delays)
     return rows + _clock_rows(graph, model, base, free, point)
 
 
@@ -96,31 +96,18 @@ def _coefficients(model: System, point: Mapping[str, int]) -> list[int]:
     return found
 
 
-def delays_of(graph: BondGraph) -> dict[str, tuple[str, ...]]:
-    """Return delay parameters and the sources or sensors that have them."""
-    found: dict[str, list[str]] = {}
-    for s in graph.of_type(Source):
-        if s.drive is not None and s.drive.delay:
-            found.setdefault(s.drive.delay, []).append(s.name)
-    for m in graph.of_type(Sensor):
-        if m.delay:
-            found.setdefault(m.delay, []).append(m.name)
-    return {n: tuple(v) for n, v in found.items()}
-
-
 def _delay_rows(
-    graph: BondGraph,
     model: System,
     base: Sequence[int],
     free: Sequence[str],
     point: Mapping[str, int],
-    delays: Mapping[str, tuple[str, ...]],
+    delays: Mapping[str, str],
 ) -> Rows:
     """Return one row for each input and output that see each other: their delays add up."""
-    if not any(n in free for n in delays):
+    if not any(n in free for n in delays.values()):
         return []
     return [
-        [point[n] * ((u in delays.get(n, ())) + (y in delays.get(n, ()))) for n in free]
+        [point[n] * ((delays.get(u) == n) + (delays.get(y) == n)) for n in free]
         for u, y in _pairs(model, base)
     ]
 
