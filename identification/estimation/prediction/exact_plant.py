@@ -58,11 +58,6 @@ class ExactPlant(FilterPlant):
         c, fine = self.compiled, fine_inputs(u, n_sub, hold)
         return with_rates(c.inputs, c.model.recorded, u, fine, step)[1]
 
-    def linear(self, p: Array, x: Array, u: Array) -> tuple[Array, Array, Array]:
-        """Return the linear part."""
-        parts = blocks(self.compiled, self.compiled.block(p))
-        return parts.a, parts.b[:, : self.compiled.n_u], parts.cy
-
     def body(self, at: Operating, h: float) -> tuple[Array, Array]:
         """Return matrices of a step, direct gain, added covariance and parameters of the laws."""
         compiled, places = self.compiled, self.places

@@ -164,8 +164,8 @@ class KalmanFilter:
     def state_scale(self) -> tuple[Array, ...]:
         """Size of each state, shape (n_x,), record by record."""
         each = []
-        for r, (p, plant) in enumerate(zip(self.problems, self.plants, strict=True)):
-            sizes = state_scale(p, plant, self.reading_scale(r))
+        for r, p in enumerate(self.problems):
+            sizes = state_scale(p, self.reading_scale(r))
             each.append(dict(zip(p.dynamics.state_names, sizes, strict=True)))
         return tuple(np.array([max(e.get(n, 0.0) for e in each) for n in own]) for own in each)
 
@@ -178,7 +178,7 @@ class KalmanFilter:
     def sigma_reference(self) -> Array:
         """Diffusion that over the longest record walks as far as its states move."""
         p, scale, found = self.first, self.state_scale[0], []
-        b = np.abs(self.plants[0].linear(p.start_vector, self.rest[0], p.inputs[0])[1])
+        b = np.abs(p.dynamics.small_signal(p.start_vector, p.inputs[0]).b)
         for d in self.diffusions():
             assert d is not None
             reach = scale[d.index]
