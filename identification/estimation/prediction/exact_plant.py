@@ -8,8 +8,8 @@ import numpy as np
 
 from bondgraph.laws.law import Law
 from bondgraph.signals.recorded_rates import with_rates
-from bondgraph.simulation.exact_run import relax_memories
-from bondgraph.simulation.first_order_hold import blocks, continuous, discretise, standing
+from bondgraph.simulation.exact_run import prepare, relax_memories
+from bondgraph.simulation.first_order_hold import Continuous, blocks, continuous
 from bondgraph.simulation.lure import Compiled
 from bondgraph.simulation.start import fine_inputs
 from bondgraph.support.arrays import Array
@@ -65,27 +65,22 @@ class ExactPlant(FilterPlant):
         wanted = at.wanted if at.derivatives else at.wanted[:0]
         slopes, k = at.slopes[: wanted.size], wanted.size
         factor = places.factors(at.x, at.y)
-        matrices = continuous(compiled, at.p, wanted)
-        made = discretise(matrices, h)
-        m[places.packed] = made.packed * factor
-        dm[places.packed, :k] = made.derivative * factor[:, None] * slopes
-        if places.lay.n_w:
-            now = made if h == 0.0 else standing(matrices, made)
-            m[places.direct] = now.packed[places.piece(5)]
-            dm[places.direct, :k] = now.derivative[places.piece(5)] * slopes
+        model = continuous(compiled, at.p, wanted)
+        ready = prepare(compiled, at.p, h, directions=wanted.tolist(), model=model)
+        (packed, dpacked), (still, dstill) = ready.moving, ready.still
+        m[places.packed] = packed * factor
+        dm[places.packed, :k] = dpacked * factor[:, None] * slopes
+        m[places.direct] = still[places.piece(5)]
+        dm[places.direct, :k] = dstill[places.piece(5)] * slopes
+        m[places.laws], dm[places.laws, :k] = ready.q, ready.dq * slopes
         if h and at.sigma.size and compiled.n_x:
-            self._added(at, h, m, dm)
-        laws = np.asarray(compiled.law_parameters, int)
-        m[places.laws] = at.p[laws]
-        for column, i in enumerate(wanted):
-            dm[places.laws.start + np.flatnonzero(laws == i), column] = slopes[column]
+            self._added(at, h, model, m, dm)
         return m, dm
 
-    def _added(self, at: Operating, h: float, m: Array, dm: Array) -> None:
+    def _added(self, at: Operating, h: float, model: Continuous, m: Array, dm: Array) -> None:
         """Process noise of a step; the curvature of the laws within the step is left out of it."""
-        n, k = self.compiled.n_x, at.wanted.size if at.derivatives else 0
-        parts = blocks(self.compiled, self.compiled.block(at.p))
-        moved = continuous(self.compiled, at.p, at.wanted[:k]).tangents
+        n, parts, moved = self.compiled.n_x, model.parts, model.tangents
+        k = len(moved)
         change = at.x[None, :] / at.x[:, None]
         da, ds, s = np.zeros((at.n_d, n, n)), np.zeros((at.n_d, n, n)), np.zeros((n, n))
         for i, t in enumerate(moved):
