@@ -108,7 +108,9 @@ class Data:
 
         A reading that is not finite is missing, where a filter takes it so.
         """
-        return np.asarray(np.nanstd(self.readings, axis=0))
+        missing = np.isnan(self.readings)
+        some = missing.any() and not missing.all(axis=0).any()
+        return np.asarray((np.nanstd if some else np.std)(self.readings, axis=0))
 
     @property
     def dt(self) -> float:
