@@ -52,7 +52,7 @@ def estimates_of(
     for r, p in enumerate(stack.problems):
         at, factor = stack.columns[r], stack.factors[r]
         of_parameters = (slots(p).free, slots(p).delays)
-        for j, free in enumerate(_meanings(p)):
+        for j, free in enumerate(meanings(p)):
             i = int(at[j])
             if i in done or not (j < len(p.free) or upper[i] > lower[i]):
                 continue
@@ -81,7 +81,7 @@ def _of_a_log(sd: float) -> float:
     return max(1.96 * min(sd, 3.0), float(np.log1p(1.96 * sd)) if np.isfinite(sd) else 700.0)
 
 
-def _meanings(p: Problem) -> list[Free]:
+def meanings(p: Problem) -> list[Free]:
     """Return what each local unknown is, in the order of `slots`."""
 
     def plain(name: str, unit: str, size: float) -> Free:
