@@ -106,10 +106,10 @@ def generic_values(names: Iterable[str], seed: int = 20240607) -> dict[str, Frac
     return {n: Fraction(draw.randint(10**4, 10**6), draw.randint(10**4, 10**6)) for n in names}
 
 
-def modular(value: Fraction | int) -> int:
-    """Return a rational number in the prime field."""
+def modular(value: Fraction | int, modulus: int = PRIME) -> int:
+    """Return a rational number in the prime field, or modulo a power of the prime."""
     f = Fraction(value)
-    return f.numerator * pow(f.denominator, -1, PRIME) % PRIME
+    return f.numerator * pow(f.denominator, -1, modulus) % modulus
 
 
 def rank(rows: Iterable[Sequence[int]]) -> int:

@@ -6,8 +6,9 @@ rank that is the rank for all parameters but those on a set of measure zero.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from fractions import Fraction
 from typing import TypeAlias
 
 import sympy as sp
@@ -25,6 +26,8 @@ from bondgraph.simulation.modes.resolve import in_mode
 from bondgraph.simulation.start import own_input
 
 Matrix: TypeAlias = list[list[int]]
+RATES = ("", "d_", "d2_", "d3_")
+"""What an input and its rates are called before its name."""
 _TURNS: tuple[Callable[[sp.Expr], sp.Expr], ...] = (
     lambda n: n, lambda n: -n, lambda n: 1 / n, lambda n: -1 / n,
 )  # fmt: skip
@@ -94,30 +97,49 @@ def generic_matrices(model: System, seed: int) -> tuple[Matrix, Matrix, Matrix]:
     ``x' = A x + B0 u + B1 u' + ..`` becomes ``z' = A z + (B0 + A B1 + ..) u`` for
     ``z = x - B1 u - ..``.
     """
+    names = [u for u in model.inputs if own_input(u, 1) is None]
     values = generic_values(model.parameters, seed)
+    a, by_rate, c, _ = modular_matrices(model, values, names)
+    n = model.order
+    b: Matrix = [[] for _ in range(n)]
+    for u in range(len(names)):
+        column = [0] * n
+        for rates in reversed(by_rate):
+            moved = product(a, column)
+            column = [(p + row[u]) % PRIME for p, row in zip(moved, rates, strict=True)]
+        for i in range(n):
+            b[i].append(column[i])
+    return a, b, c
+
+
+def modular_matrices(
+    model: System, values: Mapping[str, Fraction], inputs: Sequence[str], modulus: int = PRIME
+) -> tuple[Matrix, list[Matrix], Matrix, list[Matrix]]:
+    """Return A, B, C, D at exact parameter values; B and D by the inputs and each of their rates.
+
+    Raises
+    ------
+    UnusableInput
+        The model is not linear.
+    """
     outputs = tuple(
         replace(model.stored[0], name=f"reading_{n}", rate=signal)
         for n, signal, _ in (model.readings if model.stored else ())
     )
     wide = replace(model, stored=(*model.stored, *outputs))
     forms = linear_rates(wide, values)  # type: ignore[arg-type]
-    n = model.order
-    a = [[modular(f.get(x, 0)) for x in model.states] for f in forms[:n]]
-    c = [[modular(f.get(x, 0)) for x in model.states] for f in forms[n:]]
-    names = [u for u in model.inputs if own_input(u, 1) is None]
-    b: Matrix = [[] for _ in range(n)]
-    for u in names:
-        column = [0] * n
-        for prefix in ("d3_", "d2_", "d_", ""):
-            own = [modular(f.get(prefix + u, 0)) for f in forms[:n]]
-            column = [(p + o) % PRIME for p, o in zip(_product(a, column), own, strict=True)]
-        for i in range(n):
-            b[i].append(column[i])
-    return a, b, c
+
+    def table(part: slice, prefix: str, names: Sequence[str]) -> Matrix:
+        return [[modular(f.get(prefix + x, 0), modulus) for x in names] for f in forms[part]]
+
+    states, readings = slice(0, model.order), slice(model.order, None)
+    b, d = ([table(part, r, inputs) for r in RATES] for part in (states, readings))
+    return table(states, "", model.states), b, table(readings, "", model.states), d
 
 
-def _product(a: Matrix, v: Sequence[int]) -> list[int]:
-    return [sum(x * y for x, y in zip(row, v, strict=True)) % PRIME for row in a]
+def product(a: Matrix, v: Sequence[int], modulus: int = PRIME) -> list[int]:
+    """Return a matrix times a vector in the prime field, or modulo a power of the prime."""
+    return [sum(x * y for x, y in zip(row, v, strict=True)) % modulus for row in a]
 
 
 def transposed(a: Matrix, n: int) -> Matrix:
@@ -132,7 +154,7 @@ def _krylov(a: Matrix, starts: Matrix) -> Matrix:
     for v in starts:
         for _ in a:
             found.append(list(v))
-            v = _product(a, v)
+            v = product(a, v)
     return found
 
 

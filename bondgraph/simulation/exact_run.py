@@ -174,7 +174,7 @@ def begun(
     z[:n_x, 0] = x0
     if ready.n_d > n_p:
         z[:n_x, 1 + n_p :] = np.eye(n_x)
-    _initial_memory(compiled, lay, *ready.still, u[0], z)
+    relax_memories(compiled, lay, *ready.still, u[0], z)
     _given_memory(compiled, lay, memory or {}, z)
     return u, fine, z
 
@@ -354,7 +354,7 @@ def _given_memory(compiled: Compiled, lay: Any, memory: Memories, z: Array) -> N
         z[rows, 1:] = 0.0
 
 
-def _initial_memory(
+def relax_memories(
     compiled: Compiled, lay: Any, packed: Array, dpacked: Array, u: Array, z: Array
 ) -> None:
     """Relax the memories at the initial arguments (and their derivatives)."""

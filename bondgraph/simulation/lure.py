@@ -267,17 +267,17 @@ def solve_laws(
     free: ca.SX,
     gain: ca.SX,
     memory: ca.SX,
-    p: ca.SX,
+    q: ca.SX,
     w_last: ca.SX,
     step: Any = 0.0,
 ) -> ca.SX:
     """Deviations that satisfy ``s = free + gain w``, ``w_j = law_j(s_j)``; sweeps if several.
 
-    `step` is the time since the memory, s; at 0 the memory stands still. All steps are written out;
-    `bondgraph.simulation.lure_march` stops where nothing changes any more.
+    `q` are the parameters of the laws, law by law; `step` is the time since the memory, s: at 0 the
+    memory stands still. All steps are written out; `bondgraph.simulation.lure_march` stops where
+    nothing changes any more.
     """
     laws = law_slices(compiled)
-    q = ca.vertcat(*[p[i] for i in compiled.law_parameters]) if compiled.law_parameters else ca.SX()
     if solved_together(compiled):
         return ca.SX(together(laws, memory, q, step).solved(free, gain, w_last))
     w = w_last if len(laws) else ca.SX(0, 1)

@@ -85,7 +85,7 @@ class ClosedLaws:
         free, gain, memory, q, last, h = given
         w = ca.SX(0, 1)
         if self.compiled.n_w:
-            w = solve_laws(self.compiled, free, gain, memory, _placed(self.compiled, q), last, h)
+            w = solve_laws(self.compiled, free, gain, memory, q, last, h)
         after = self.after.call([free, gain, memory, q, w, h])
         # a plain name might be a symbol of the C library
         return ca.Function("bondsight_laws", given, [ca.densify(w), *after], {"cse": True})
@@ -146,14 +146,6 @@ def _given(compiled: Compiled) -> list[ca.SX]:
         ca.SX.sym("free", n_w), ca.SX.sym("gain", n_w, n_w), ca.SX.sym("memory", n_m),
         ca.SX.sym("q", len(compiled.law_parameters)), ca.SX.sym("w", n_w), ca.SX.sym("h"),
     ]  # fmt: skip
-
-
-def _placed(compiled: Compiled, q: ca.SX) -> ca.SX:
-    """Parameter vector with those of the laws where they belong."""
-    p = ca.SX.zeros(len(compiled.parameter_names))
-    for position, i in enumerate(compiled.law_parameters):
-        p[i] = q[position]
-    return p
 
 
 def closed_laws(compiled: Compiled, slopes: bool) -> ClosedLaws:

@@ -38,7 +38,8 @@ MANY_STATES = 32
 """States from which a linear model runs in blocks."""
 
 
-def _unpack(m: ca.SX, lay: KernelLayout) -> list[ca.SX]:
+def unpack(m: ca.SX, lay: KernelLayout) -> list[ca.SX]:
+    """Return the packed matrices of a step."""
     out, at = [], 0
     for r, c in lay.pieces:
         out.append(ca.reshape(m[at : at + r * c], r, c))
@@ -53,7 +54,7 @@ def step_function(compiled: Compiled, n_d: int) -> ca.Function:
     u0, u1 = ca.SX.sym("u0", lay.n_u), ca.SX.sym("u1", lay.n_u)
     m, q = ca.SX.sym("M", lay.n_packed), ca.SX.sym("q", lay.n_q)
     dm, dq = ca.SX.sym("dM", lay.n_packed, n_d), ca.SX.sym("dq", lay.n_q, n_d)
-    phi, g0, g1, cs, ds, gain, cy, dy = _unpack(m, lay)
+    phi, g0, g1, cs, ds, gain, cy, dy = unpack(m, lay)
     n, k = lay.n_x, lay.n_x + lay.n_w
     x, w0, memory = z[:n, 0], z[n:k, 0], z[k:, 0]
     v0, v1u = ca.vertcat(u0, w0), ca.vertcat(u1, ca.SX.zeros(lay.n_w))
@@ -66,7 +67,7 @@ def step_function(compiled: Compiled, n_d: int) -> ca.Function:
     out = [ca.vertcat(cy @ x1 + dy @ v1, s1, w1)]
     carried = [ca.vertcat(x1, w1, memory1)]
     for d in range(n_d):
-        tphi, tg0, tg1, tcs, tds, tgain, tcy, tdy = _unpack(dm[:, d], lay)
+        tphi, tg0, tg1, tcs, tds, tgain, tcy, tdy = unpack(dm[:, d], lay)
         tx, tw0, tm = z[:n, 1 + d], z[n:k, 1 + d], z[k:, 1 + d]
         tv0 = ca.vertcat(ca.SX.zeros(lay.n_u), tw0)
         tx_free = phi @ tx + tphi @ x + g0 @ tv0 + tg0 @ v0 + tg1 @ v1u

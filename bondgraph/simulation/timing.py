@@ -24,9 +24,13 @@ def is_timed(graph: BondGraph) -> bool:
 
 def dead_times(graph: BondGraph, parameters: Mapping[str, float]) -> dict[str, float]:
     """Dead time in seconds of sources and sensors that have one."""
+    return _values_of(graph, named_delays(graph), parameters)
+
+
+def named_delays(graph: BondGraph) -> dict[str, str]:
+    """Return the parameter that is the dead time of each source and sensor that has one."""
     names = {e.name: e.drive.delay for e in graph.of_type(Source) if e.drive and e.drive.delay}
-    names |= {e.name: e.delay for e in graph.of_type(Sensor) if e.delay}
-    return _values_of(graph, names, parameters)
+    return names | {e.name: e.delay for e in graph.of_type(Sensor) if e.delay}
 
 
 def clock_errors(graph: BondGraph, parameters: Mapping[str, float]) -> dict[str, float]:

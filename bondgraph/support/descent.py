@@ -31,6 +31,7 @@ class Ended(Enum):
     ARRIVED = "arrived"
     STUCK = "no step lowers the misfit"
     LIMIT = "the largest number of steps"
+    CANCELLED = "Ctrl-C"
 
 
 S = TypeVar("S", bound=LoweredPoint)
@@ -95,6 +96,7 @@ def descend(
     rescue: Callable[[S, Ended], S | None] = lambda at, why: None,
     trusted: Callable[[S, S], bool] = lambda before, at: True,
     taken: Callable[[S], None] = lambda at: None,
+    kept: bool = False,
 ) -> Descended[S]:
     """Descend from `start`.
 
@@ -113,23 +115,30 @@ def descend(
         damping falls.
     taken : callable
         Told every further point.
+    kept : bool
+        A KeyboardInterrupt ends it at the lowest point so far.
     """
-    at, strength = start, damping.start
-    for count in range(most):
-        found, strength = _lowered(steps_from(at), at.cost, strength, damping)
-        if isinstance(found, Ended):
-            other = rescue(at, found)
-            if other is None:
-                return Descended(at, found, count)
-            at, strength = other, damping.rescued
+    at, strength, count = start, damping.start, 0
+    try:
+        for count in range(most):
+            found, strength = _lowered(steps_from(at), at.cost, strength, damping)
+            if isinstance(found, Ended):
+                other = rescue(at, found)
+                if other is None:
+                    return Descended(at, found, count)
+                at, strength = other, damping.rescued
+                taken(at)
+                continue
+            before, at = at, found
+            if trusted(before, at):
+                strength = max(strength / damping.less, damping.least)
             taken(at)
-            continue
-        before, at = at, found
-        if trusted(before, at):
-            strength = max(strength / damping.less, damping.least)
-        taken(at)
-        if arrived(before, at):
-            return Descended(at, Ended.ARRIVED, count + 1)
+            if arrived(before, at):
+                return Descended(at, Ended.ARRIVED, count + 1)
+    except KeyboardInterrupt:
+        if not kept:
+            raise
+        return Descended(at, Ended.CANCELLED, count)
     return Descended(at, Ended.LIMIT, most)
 
 

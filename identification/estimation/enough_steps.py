@@ -17,8 +17,8 @@ from identification.estimation.moves import BIAS, moves_at
 from identification.estimation.single_record import Fit, alone
 from identification.estimation.sub_steps import (
     IN_ALL,
-    LEAST,
     Refinement,
+    finest_of,
     fit_from,
     still_to_come,
 )
@@ -135,8 +135,6 @@ def _bias(made: Fit) -> Bias | None:
 
 def _most(problem: Problem) -> int:
     """Return the sub-steps of a sample that are worth their time in a record of this length."""
-    general = problem.dynamics.lure is None
-    most, least = MOST, 1 if general else LEAST
-    while most > least and most * problem.data.n > (IN_ALL // DEARER if general else IN_ALL):
-        most //= 2
-    return most
+    if problem.dynamics.lure is not None:
+        return finest_of(problem.data.n, MOST)
+    return finest_of(problem.data.n, MOST, 1, IN_ALL // DEARER)

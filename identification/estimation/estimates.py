@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from bondgraph.graph.parameter import Parameter
 from bondgraph.support.arrays import Array
 from identification.study.joint import JointPoint, JointProblem
 from identification.study.problem import Problem
@@ -50,28 +51,25 @@ def estimates_of(
     nuisances: list[Estimate] = []
     for r, p in enumerate(stack.problems):
         at, factor = stack.columns[r], stack.factors[r]
-        for j, (value, unit, slope, free) in enumerate(_meanings(p, stack.local(point, r).theta)):
+        of_parameters = (slots(p).free, slots(p).delays)
+        for j, free in enumerate(meanings(p)):
             i = int(at[j])
-            if i in done:
+            if i in done or not (j < len(p.free) or upper[i] > lower[i]):
                 continue
             done.add(i)
-            t, reach = float(point.theta[i]), 1.96 * float(sd[i])
-            if free is not None:
-                reach = _of_a_log(float(sd[i])) if free.log else reach
-                low, high = t - reach, t + reach
-                if free.log:  # wide intervals stay within what a double holds
-                    low, high = max(low, -700.0), min(high, 700.0)
-                ends = sorted((free.value(low), free.value(high)))
-                nuisance = free.parameter.name in p.added
-            elif upper[i] > lower[i]:
-                half = reach * abs(slope * float(factor[j]))
-                declared = range(slots(p).size)[slots(p).delays]
-                ends, nuisance = [value - half, value + half], j not in declared
-            else:
-                continue
-            hit = bool(t <= lower[i] + 1e-9 or t >= upper[i] - 1e-9)
-            entry = Estimate(stack.names[i], value, unit, (ends[0], ends[1]), hit)
-            (nuisances if nuisance else found).append(entry)
+            theta, by = float(point.theta[i]), float(factor[j])
+            reach = _of_a_log(float(sd[i])) if free.log else 1.96 * by * float(sd[i])
+            low, high = by * theta - reach, by * theta + reach
+            if free.log:  # wide intervals stay within what a double holds
+                low, high = max(low, -700.0), min(high, 700.0)
+            ends = sorted((free.value(low), free.value(high)))
+            hit = bool(theta <= lower[i] + 1e-9 or theta >= upper[i] - 1e-9)
+            entry = Estimate(
+                stack.names[i], free.value(by * theta), free.parameter.unit, (ends[0], ends[1]), hit
+            )
+            inside = any(s.start <= j < s.stop for s in of_parameters)
+            of_model = inside and free.parameter.name not in p.added
+            (found if of_model else nuisances).append(entry)
     return tuple(found), tuple(nuisances)
 
 
@@ -83,21 +81,15 @@ def _of_a_log(sd: float) -> float:
     return max(1.96 * min(sd, 3.0), float(np.log1p(1.96 * sd)) if np.isfinite(sd) else 700.0)
 
 
-def _meanings(p: Problem, theta: Array) -> list[tuple[float, str, float, Free | None]]:
-    """Value (SI), unit and slope of each local unknown, in the order of `slots`."""
-    at, dt, scale = slots(p), p.data.dt, offset_scale(p)
-    units = [getattr(p.graph[n], "unit", "") for n in p.data.names]
-    found: list[tuple[float, str, float, Free | None]] = [
-        (f.value(float(t)), f.parameter.unit, 1.0, f) for f, t in zip(p.free, theta, strict=False)
-    ]
-    found += [(float(t) * dt, "s", dt, None) for t in theta[at.lags]]
-    found += [
-        (float(t) * dt, "1" if n in p.skews else "s", dt, None)
-        for n, t in zip(p.delays, theta[at.delays], strict=True)
-    ]
-    found += [
-        (float(t) * s, u, float(s), None)
-        for t, s, u in zip(theta[at.offsets], scale, units, strict=True)
-    ]
-    found += [(float(t) * p.clock, "1", p.clock, None) for t in theta[at.clocks]]
-    return found
+def meanings(p: Problem) -> list[Free]:
+    """Return what each local unknown is, in the order of `slots`."""
+
+    def plain(name: str, unit: str, size: float) -> Free:
+        return Free(Parameter(name, 0.0, unit), 0.0, False, float(size))
+
+    names, dt = p.data.names, p.data.dt
+    found = [*p.free, *(plain(f"delay {n}", "s", dt) for n in names)]
+    found += [plain(n, "1" if n in p.skews else "s", dt) for n in p.delays]
+    for n, size in zip(names, offset_scale(p), strict=True):
+        found.append(plain(f"offset {n}", getattr(p.graph[n], "unit", ""), size))
+    return found + [plain(f"clock {n}", "1", p.clock) for n in names if p.clock]

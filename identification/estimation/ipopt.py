@@ -26,8 +26,24 @@ def minimise_with_ipopt(stack: JointProblem, start: JointPoint, options: FitOpti
     if not np.isfinite(watch.cost):
         return Descent(watch.point, watch.found, FitStatus.BROKEN, np.inf, (np.inf,))
     n = stack.n
-    objective = _Objective(watch, n)
-    hessian = _hessian(watch, n)
+    column, row, scalar = ca.Sparsity.dense(n, 1), ca.Sparsity.dense(1, n), ca.Sparsity.dense(1, 1)
+
+    def cost(_: Any) -> list[Any]:
+        return [0.5 * stack.cost(watch.found, watch.point)]
+
+    def slope(arguments: Any) -> list[Any]:
+        return [*cost(arguments), watch.derivatives()[0][None, :]]
+
+    def bend(arguments: Any) -> list[Any]:
+        return [ca.triu(ca.DM(float(arguments[2]) * watch.derivatives()[1]))]
+
+    # CasADi keeps no reference to what it calls back
+    empty, upper_half = ca.Sparsity(0, 0), ca.Sparsity.upper(n)
+    objective = _Called(watch, "objective", [column], [scalar], cost)
+    gradient = _Called(watch, "gradient", [column, empty], [scalar, row], slope)
+    hessian = _Called(
+        watch, "hessian", [column, empty, scalar, ca.Sparsity(0, 1)], [upper_half], bend
+    )
     x = ca.MX.sym("x", n)
     lower, upper = stack.bounds
     settings: dict[str, Any] = {
@@ -35,6 +51,8 @@ def minimise_with_ipopt(stack: JointProblem, start: JointPoint, options: FitOpti
         "ipopt.max_iter": options.max_iterations,
         "ipopt.tol": options.tolerance,
         "ipopt.acceptable_tol": 100 * options.tolerance,
+        "grad_f": gradient,
+        "no_nlp_grad": True,
         "hess_lag": hessian,
     }
     problem: dict[str, Any] = {"x": x, "f": objective(x)}
@@ -99,8 +117,8 @@ class _Called(ca.Callback):
         watch: _Watch,
         name: str,
         takes: Sequence[Any],
-        gives: Any,
-        value: Callable[[Any], Any],
+        gives: Sequence[Any],
+        value: Callable[[Any], list[Any]],
     ) -> None:
         super().__init__()
         self.watch, self.takes, self.gives, self.value = watch, takes, gives, value
@@ -110,47 +128,14 @@ class _Called(ca.Callback):
         return len(self.takes)
 
     def get_n_out(self) -> int:
-        return 1
+        return len(self.gives)
 
     def get_sparsity_in(self, i: int) -> Any:
         return self.takes[i]
 
     def get_sparsity_out(self, i: int) -> Any:
-        return self.gives
+        return self.gives[i]
 
     def eval(self, arguments: Any) -> Any:
         self.watch.at(np.asarray(arguments[0]).ravel())
-        return [self.value(arguments)]
-
-
-class _Objective(_Called):
-    def __init__(self, watch: _Watch, n: int) -> None:
-        self.column, self.row = ca.Sparsity.dense(n, 1), ca.Sparsity.dense(1, n)
-
-        def cost(_: Any) -> float:
-            return 0.5 * watch.stack.cost(watch.found, watch.point)
-
-        super().__init__(watch, "objective", [self.column], ca.Sparsity.dense(1, 1), cost)
-
-    def has_jacobian(self) -> bool:
-        return True
-
-    def get_jacobian(self, name: str, *_: Any) -> Any:
-        """Return ``(x, f) -> df/dx``, one row."""
-        watch, takes = self.watch, [self.column, ca.Sparsity(1, 1)]
-        # CasADi keeps no reference
-        self.slope = _Called(
-            watch, name, takes, self.row, lambda _: watch.derivatives()[0][None, :]
-        )
-        return self.slope
-
-
-def _hessian(watch: _Watch, n: int) -> _Called:
-    """Return ``(x, p, lam_f, lam_g) -> upper triangle``, as nlpsol asks for."""
-    dense, empty = ca.Sparsity.dense, ca.Sparsity
-    takes = [dense(n, 1), empty(0, 0), dense(1, 1), empty(0, 1)]
-
-    def whole(arguments: Any) -> Any:
-        return ca.triu(ca.DM(float(arguments[2]) * watch.derivatives()[1]))
-
-    return _Called(watch, "hessian", takes, ca.Sparsity.upper(n), whole)
+        return self.value(arguments)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from enum import Enum
+from functools import partial
 
 import numpy as np
 
@@ -86,11 +87,9 @@ def minimise(
         begun = _Stand(start, found, stack.cost(found, start))
     if not np.isfinite(begun.cost):
         return Descent(begun.point, begun.evaluations, FitStatus.BROKEN, np.inf, (np.inf,))
-    best, trace = begun, [begun.cost]
+    trace = [begun.cost]
 
     def taken(at: _Stand) -> None:
-        nonlocal best
-        best = at
         trace.append(at.cost)
         if report is not None:
             report(len(trace) - 1, at.cost)
@@ -100,32 +99,25 @@ def minimise(
         moved = float(np.abs(at.point.theta - before.point.theta).max(initial=0.0))
         return gain < tolerance or (gain < 100 * tolerance and moved < 1e-4)
 
-    try:
-        made = descend(
-            begun, lambda at: _steps(stack, at, tolerance), DAMPING, max_iterations, arrived,
-            rescue=lambda at, why: _unstick(stack, at), taken=taken,
-        )  # fmt: skip
-        left = max_iterations - made.steps
-        if made.ended is Ended.STUCK and left and not _eliminated(stack):
-            made = descend(
-                best, lambda at: _steps(stack, at, tolerance, _at_first), DAMPING, left, arrived,
-                rescue=lambda at, why: _unstick(stack, at), taken=taken,
-            )  # fmt: skip
-        status = STATUS[made.ended]
-    except KeyboardInterrupt:
-        if not keep_on_interrupt:
-            raise
-        status = FitStatus.CANCELLED
+    go_down = partial(
+        descend, arrived=arrived, rescue=lambda at, why: _unstick(stack, at), taken=taken,
+        kept=keep_on_interrupt,
+    )  # fmt: skip
+    made = go_down(begun, lambda at: _steps(stack, at, tolerance), DAMPING, max_iterations)
+    left = max_iterations - made.steps
+    if made.ended is Ended.STUCK and left and not _eliminated(stack):
+        made = go_down(made.at, lambda at: _steps(stack, at, tolerance, _at_first), DAMPING, left)
+    best = made.at
     made_there = best.evaluations
     if whole and any(np.isnan(e.y).any() for e in made_there):
         made_there = stack.evaluate(best.point)
-    return Descent(best.point, made_there, status, best.cost, tuple(trace))
+    return Descent(best.point, made_there, STATUS[made.ended], best.cost, tuple(trace))
 
 
 DAMPING = Damping(start=1e-3, less=6.0, more=8.0)
 STATUS = {
     Ended.ARRIVED: FitStatus.CONVERGED, Ended.STUCK: FitStatus.NO_PROGRESS,
-    Ended.LIMIT: FitStatus.ITERATIONS,
+    Ended.LIMIT: FitStatus.ITERATIONS, Ended.CANCELLED: FitStatus.CANCELLED,
 }  # fmt: skip
 
 

@@ -203,26 +203,19 @@ class Estimation:
         return around(straight, problem.data.names, study.turns)
 
     @property
-    def mean_lags(self) -> dict[str, tuple[float, float]]:
-        """Lag (s) and clock error of each sensor, mean over the fitted recordings."""
-        found: dict[str, list[tuple[float, float]]] = {}
+    def mean_chain(self) -> dict[str, Array]:
+        """Offset (SI), lag (s) and clock error of each sensor, mean over the fitted recordings.
+
+        Zero where not fitted.
+        """
+        found: dict[str, list[Array]] = {}
         for r, p in enumerate(self.stack.problems):
             theta, at = self.stack.local(self.point, r).theta, slots(p)
             clocks = theta[at.clocks] * p.clock if p.clock else np.zeros(len(p.data.names))
-            for n, lag, clock in zip(p.data.names, theta[at.lags], clocks, strict=True):
-                found.setdefault(n, []).append((float(lag) * p.data.dt, float(clock)))
-        return {n: (float(m[0]), float(m[1])) for n, v in found.items() for m in [np.mean(v, 0)]}
-
-    @property
-    def mean_offsets(self) -> dict[str, float]:
-        """Offset of each sensor, mean over the fitted recordings, SI; zero where not fitted."""
-        found: dict[str, list[float]] = {}
-        for r, p in enumerate(self.stack.problems):
-            theta = self.stack.local(self.point, r).theta
-            values = theta[slots(p).offsets] * offset_scale(p)
-            for n, v in zip(p.data.names, values, strict=True):
-                found.setdefault(n, []).append(float(v))
-        return {n: float(np.mean(v)) for n, v in found.items()}
+            chain = (theta[at.offsets] * offset_scale(p), theta[at.lags] * p.data.dt, clocks)
+            for n, own in zip(p.data.names, np.stack(chain, axis=1), strict=True):
+                found.setdefault(n, []).append(own)
+        return {n: np.asarray(np.mean(v, axis=0)) for n, v in found.items()}
 
     def to_pandas(self) -> Any:
         """Return estimates, nuisances and noises as a data frame (needs pandas)."""
@@ -345,38 +338,31 @@ def simulate_validation(problem: Problem, fitted: Estimation, init: int) -> Arra
     offset.
     """
     gains = {gain_name(n): v for n, v in fitted.gains.items()}
-    return free_run(
-        problem, {**fitted.values, **gains}, init, fitted.mean_offsets, fitted.mean_lags
-    )
+    return free_run(problem, {**fitted.values, **gains}, init, fitted.mean_chain)
 
 
 def free_run(
     problem: Problem,
     values: Mapping[str, float],
     init: int,
-    offsets: Mapping[str, float] | None = None,
-    lags: Mapping[str, tuple[float, float]] | None = None,
+    chain: Mapping[str, Array] | None = None,
 ) -> Array:
     """Return the readings at given values, shape (N, n_y), SI; the state fitted to `init` samples.
 
     Parameters
     ----------
-    offsets : mapping of str to float, optional
-        Of the sensors, SI.
-    lags : mapping of str to (float, float), optional
-        Lag (s) and clock error of each sensor.
+    chain : mapping of str to ndarray, shape (3,), optional
+        Offset (SI), lag (s) and clock error of each sensor.
     """
-    offsets, lags = offsets or {}, lags or {}
     known = {n: v for n, v in values.items() if n in problem.dynamics.parameter_names}
     made = replace(problem, starts=known, source_offsets=False, window=None)
     at = slots(made)
     theta = np.zeros(at.size)
     theta[at.delays] = [values.get(n, 0.0) / made.data.dt for n in made.delays]
-    theta[at.offsets] = [offsets.get(n, 0.0) for n in made.data.names] / offset_scale(made)
-    late = np.array([lags.get(n, (0.0, 0.0)) for n in made.data.names]).reshape(-1, 2)
-    theta[at.lags] = late[:, 0] / made.data.dt
+    offsets, lags, clocks = np.array([(chain or {}).get(n, np.zeros(3)) for n in made.data.names]).T
+    theta[at.offsets], theta[at.lags] = offsets / offset_scale(made), lags / made.data.dt
     if made.clock:
-        theta[at.clocks] = late[:, 1] / made.clock
+        theta[at.clocks] = clocks / made.clock
     states = start_point(made).states
     point = Point(theta, states)
     if init and made.free_states.size:

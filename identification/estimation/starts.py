@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import time
-import warnings
-from collections.abc import Generator
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,7 +10,7 @@ from joblib import delayed
 
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import UnusableInput, require_known
-from bondgraph.support.parallel import results
+from bondgraph.support.parallel import ending, results
 from bondgraph.support.spelled import spelled
 from identification.estimation.estimate import Progress, estimate
 from identification.estimation.levenberg_marquardt import FitStatus
@@ -151,26 +149,25 @@ def many_starts(
     points = _spread(stack, count, seed)
     say = progress or (lambda text, fraction: None)
     found: dict[int, Arrival] = {}
-    runs = _run(study, method, points, jobs, max_iterations)
+    tasks = (delayed(_one)(study, method, i, p, max_iterations) for i, p in enumerate(points))
     try:
-        for arrival in runs:
-            found[arrival.index] = arrival
-            least = min(a.cost for a in found.values())
-            say(f"start {len(found)} of {count}, best {least:.6g}", 0.9 * len(found) / count)
+        with ending():
+            for arrival in results(tasks, jobs):
+                found[arrival.index] = arrival
+                least = min(a.cost for a in found.values())
+                say(f"start {len(found)} of {count}, best {least:.6g}", 0.9 * len(found) / count)
     except KeyboardInterrupt:
         if not found:
             raise
-    finally:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", UserWarning)  # the tasks cut short are wanted so
-            runs.close()
     ranked = tuple(sorted(found.values(), key=lambda a: (a.cost, a.index)))
     if not ranked or not np.isfinite(ranked[0].cost):
         raise UnusableInput(
             f"{study.graph.name}: none of {len(ranked)} starts gives a finite simulation; give "
             "bounds that keep the model stable, or method='multiple_shooting'"
         )
-    best = _polished(study, method, ranked[0], progress)
+    # the best goes on from where it arrived, its initial states, offsets and lags included
+    first = JointPoint(ranked[0].theta, ranked[0].states)
+    best = estimate(study, method, start=first, progress=progress)
     return Starts(ranked, best, count, stack.names, time.perf_counter() - begin)
 
 
@@ -193,15 +190,6 @@ def _spread(stack: JointProblem, count: int, seed: int) -> Array:
     return points
 
 
-def _run(
-    study: Study, method: str, points: Array, jobs: int, max_iterations: int
-) -> Generator[Arrival, None, None]:
-    tasks = (
-        delayed(_one)(study, method, i, theta, max_iterations) for i, theta in enumerate(points)
-    )
-    yield from results(tasks, jobs)
-
-
 def _one(study: Study, method: str, index: int, theta: Array, max_iterations: int) -> Arrival:
     with calm():
         stack = study.stack()
@@ -214,10 +202,3 @@ def _one(study: Study, method: str, index: int, theta: Array, max_iterations: in
         index, theta, made.point.theta, made.point.states,
         cost if np.isfinite(cost) else np.inf, made.status,
     )  # fmt: skip
-
-
-def _polished(study: Study, method: str, arrival: Arrival, progress: Progress | None) -> Estimation:
-    """Go on from where a start arrived, its initial states, offsets and lags included."""
-    return estimate(
-        study, method, start=JointPoint(arrival.theta, arrival.states), progress=progress
-    )

@@ -246,10 +246,9 @@ IN_ALL = 2**19
 """Sub-steps of a whole record up to which more than the least are worth their time."""
 
 
-def finest_of(samples: int) -> int:
+def finest_of(samples: int, finest: int = FINEST, least: int = LEAST, in_all: int = IN_ALL) -> int:
     """Return the sub-steps of a sample up to which a fit of a record is refined."""
-    finest = FINEST
-    while finest > LEAST and finest * samples > IN_ALL:
+    while finest > least and finest * samples > in_all:
         finest //= 2
     return finest
 

@@ -16,8 +16,6 @@ from bondgraph.signals.units import read_unit
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import UnusableInput
 
-CLOCKS = 0.02
-"""Relative difference of two sampling rates that are one rate by two clocks."""
 ENDS = 25
 """Samples at the slow rate that a low-pass spoils at either end."""
 LARGEST = 50
@@ -78,22 +76,13 @@ def _one_time(recordings: Sequence[Recording]) -> list[Array]:
     return found
 
 
-def at_one_rate(recordings: Sequence[Recording]) -> tuple[Recording, ...]:
-    """Return the recordings at about the slowest of their rates; faster ones are low-passed."""
-    if len(recordings) < 2:
-        return tuple(recordings)
-    slowest = max(r.dt for r in recordings)
-    return tuple(_slower(r, slowest) for r in recordings)
-
-
 def _slower(r: Recording, step: float) -> Recording:
+    """Return a recording of at least twice the rate at the slower one, low-passed."""
     from scipy.signal import resample_poly
 
     ratio = Fraction(r.dt / step).limit_denominator(LARGEST)
     if step > LARGEST * r.dt:
         ratio = Fraction(1, round(step / r.dt))
-    if r.dt > (1.0 - CLOCKS) * step:
-        return r
     note = f"brought from {1 / r.dt:.6g} to {1 / step:.6g} Hz, the rate of the slowest recording"
     if r.n * ratio < 2 * ENDS + 8:
         raise UnusableInput(
@@ -117,7 +106,7 @@ def picked(recordings: Sequence[Recording]) -> tuple[Recording, ...]:
 
     Their commands are followed `between_samples`, which needs no low-pass: what is held at a rate
     of its own stays so, and the noise stays what it is. Where that is too much to simulate, they
-    are brought to the slowest rate by `at_one_rate`.
+    are low-passed and brought to the slowest rate.
     """
     if len(recordings) < 2:
         return tuple(recordings)

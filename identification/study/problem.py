@@ -104,8 +104,13 @@ class Data:
 
     @cached_property
     def spread(self) -> Array:
-        """Standard deviation of each reading over the whole record, SI, shape (n_y,)."""
-        return np.asarray(self.readings.std(axis=0))
+        """Standard deviation of each reading over the whole record, SI, shape (n_y,).
+
+        A reading that is not finite is missing, where a filter takes it so.
+        """
+        missing = np.isnan(self.readings)
+        some = missing.any() and not missing.all(axis=0).any()
+        return np.asarray((np.nanstd if some else np.std)(self.readings, axis=0))
 
     @property
     def dt(self) -> float:

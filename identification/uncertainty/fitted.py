@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from bondgraph.graph.parameter import Parameter
 from bondgraph.support.arrays import FloatArray
 from bondgraph.support.errors import UnusableInput
+from identification.estimation.estimates import meanings
 from identification.estimation.result import Estimation
 from identification.study.joint import JointPoint, JointProblem
 from identification.study.residual import ResidualEvaluation, slots, values_at
@@ -70,13 +70,12 @@ def unknowns(stack: JointProblem) -> tuple[Unknown, ...]:
             float(stack.prior[0][place]) ** 2 if f.parameter.name in given else 0.0,
         )  # fmt: skip
     for p, columns, factors in zip(stack.problems, stack.columns, stack.factors, strict=True):
-        for j, name in enumerate(p.delays, start=slots(p).delays.start):
-            place, step = int(columns[j]), p.data.dt * float(factors[j])
+        for j, late in enumerate(meanings(p)[slots(p).delays], start=slots(p).delays.start):
+            place, step = int(columns[j]), late.scale * float(factors[j])
             if upper[place] <= lower[place]:
                 continue  # held: nothing is unknown
-            unit = "1" if name in p.skews else "s"
-            late = Free(Parameter(stack.names[place], 0.0, unit), 0.0, False, step)
             ends = (float(lower[place]) * step, float(upper[place]) * step)
+            late = replace(late, scale=step)
             found.setdefault(place, Unknown(stack.names[place], place, late, *ends))
     return tuple(found[k] for k in sorted(found))
 

@@ -11,22 +11,20 @@ from __future__ import annotations
 
 import random
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from fractions import Fraction
 from typing import TypeAlias
 
-from bondgraph.analysis.linear import linear_rates
+from bondgraph.analysis.kalman import RATES, modular_matrices, product
 from bondgraph.equations.derivation import equations
 from bondgraph.equations.elimination import PRIME
 from bondgraph.equations.system import System
 from bondgraph.graph.bond_graph import BondGraph
-from bondgraph.graph.elements import Source
 from bondgraph.graph.sensors import Sensor
 from bondgraph.simulation.start import own_input
+from bondgraph.simulation.timing import named_delays
 from bondgraph.support.errors import UnusableInput
 
 SQUARE = PRIME * PRIME
-RATES = ("", "d_", "d2_", "d3_")
 Rows: TypeAlias = list[list[int]]
 
 
@@ -54,8 +52,8 @@ def transfer_jacobian(graph: BondGraph, free: Sequence[str], point: Mapping[str,
         The graph is not linear, has constant inputs, or a coefficient is no rational function.
     """
     model = equations(graph)
-    delays = delays_of(graph)
-    own = [n for n in free if n in model.parameters and n not in delays]
+    delays = named_delays(graph)
+    own = [n for n in free if n in model.parameters and n not in delays.values()]
     constants = [u for u in model.inputs if own_input(u, 1) is not None]
     if constants:
         raise UnusableInput(f"{graph.name}: constant inputs ({', '.join(constants)}) set it off")
@@ -69,93 +67,48 @@ def transfer_jacobian(graph: BondGraph, free: Sequence[str], point: Mapping[str,
         columns[n] = [d // PRIME * point[n] % PRIME for d in differences]
     zero = [0] * len(base)
     rows = [list(r) for r in zip(*(columns.get(n, zero) for n in free), strict=True)]
-    rows += _delay_rows(graph, model, base, free, point, delays)
+    rows += _delay_rows(model, base, free, point, delays)
     return rows + _clock_rows(graph, model, base, free, point)
 
 
 def _coefficients(model: System, point: Mapping[str, int]) -> list[int]:
     """Return polynomial part and Markov parameters modulo P^2, output by input by order."""
-    a, b, c, d, inputs = _matrices(model, point)
+    if not model.stored:
+        raise UnusableInput(f"{model.name} has no state; its gains are read off the equations")
+    values = {n: Fraction(v) for n, v in point.items()}
+    a, b, c, d = modular_matrices(model, values, list(model.inputs), SQUARE)
     n = len(a)
     found: list[int] = []
-    for u in range(len(inputs)):
+    for u in range(len(model.inputs)):
         # s (s - A)^-1 = 1 + A (s - A)^-1 takes input rates into B and the polynomial part
         column = [0] * n
         polynomial: Rows = []
         for direct, rates in zip(reversed(d), reversed(b), strict=True):
-            polynomial.append(
-                [(y[u] + _dot(row, column)) % SQUARE for y, row in zip(direct, c, strict=True)]
-            )
-            moved = _times(a, column)
+            seen = product(c, column, SQUARE)
+            polynomial.append([(y[u] + s) % SQUARE for y, s in zip(direct, seen, strict=True)])
+            moved = product(a, column, SQUARE)
             column = [(x + row[u]) % SQUARE for x, row in zip(moved, rates, strict=True)]
-        for i, row in enumerate(c):
-            found.extend(p[i] for p in polynomial)
-            v = column
-            for _ in range(2 * n):
-                found.append(_dot(row, v))
-                v = _times(a, v)
+        markov: Rows = []
+        for _ in range(2 * n):
+            markov.append(product(c, column, SQUARE))
+            column = product(a, column, SQUARE)
+        for i in range(len(c)):
+            found.extend(p[i] for p in (*polynomial, *markov))
     return found
 
 
-def _matrices(
-    model: System, point: Mapping[str, int]
-) -> tuple[Rows, list[Rows], Rows, list[Rows], list[str]]:
-    outputs = [
-        replace(model.stored[0], name=f"reading_{n}", rate=signal)
-        for n, signal, _ in (model.readings if model.stored else ())
-    ]
-    if not model.stored:
-        raise UnusableInput(f"{model.name} has no state; its gains are read off the equations")
-    wide = replace(model, stored=(*model.stored, *outputs))
-    values = {n: Fraction(v) for n, v in point.items()}
-    forms = linear_rates(wide, values)  # type: ignore[arg-type]
-    n, states, inputs = model.order, model.states, list(model.inputs)
-    a = [[_modular(f.get(x)) for x in states] for f in forms[:n]]
-    c = [[_modular(f.get(x)) for x in states] for f in forms[n:]]
-    b = [[[_modular(f.get(r + u)) for u in inputs] for f in forms[:n]] for r in RATES]
-    d = [[[_modular(f.get(r + u)) for u in inputs] for f in forms[n:]] for r in RATES]
-    return a, b, c, d, inputs
-
-
-def _modular(value: Fraction | None) -> int:
-    if not value:
-        return 0
-    return value.numerator * pow(value.denominator, -1, SQUARE) % SQUARE
-
-
-def _dot(row: Sequence[int], v: Sequence[int]) -> int:
-    return sum(x * y for x, y in zip(row, v, strict=True)) % SQUARE
-
-
-def _times(a: Rows, v: Sequence[int]) -> list[int]:
-    return [_dot(row, v) for row in a]
-
-
-def delays_of(graph: BondGraph) -> dict[str, tuple[str, ...]]:
-    """Return delay parameters and the sources or sensors that have them."""
-    found: dict[str, list[str]] = {}
-    for s in graph.of_type(Source):
-        if s.drive is not None and s.drive.delay:
-            found.setdefault(s.drive.delay, []).append(s.name)
-    for m in graph.of_type(Sensor):
-        if m.delay:
-            found.setdefault(m.delay, []).append(m.name)
-    return {n: tuple(v) for n, v in found.items()}
-
-
 def _delay_rows(
-    graph: BondGraph,
     model: System,
     base: Sequence[int],
     free: Sequence[str],
     point: Mapping[str, int],
-    delays: Mapping[str, tuple[str, ...]],
+    delays: Mapping[str, str],
 ) -> Rows:
     """Return one row for each input and output that see each other: their delays add up."""
-    if not any(n in free for n in delays):
+    if not any(n in free for n in delays.values()):
         return []
     return [
-        [point[n] * ((u in delays.get(n, ())) + (y in delays.get(n, ()))) for n in free]
+        [point[n] * ((delays.get(u) == n) + (delays.get(y) == n)) for n in free]
         for u, y in _pairs(model, base)
     ]
 

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bondgraph.support.arrays import Array
 from identification.statistics.bootstrap import mean_interval
 from identification.validation.validation_data import ValidationRecord
 
@@ -71,25 +70,9 @@ def error(record: ValidationRecord, column: int, part: str) -> Error:
     """Error of one reading; samples where nothing was simulated do not count."""
     r = record.residual[:, column]
     use = record.part(part) & np.isfinite(r)
-    return error_of(
-        r[use], record.measured[use, column], float(record.floor[column]),
-        (record.name, record.names[column], record.units[column], part),
-    )  # fmt: skip
-
-
-def error_of(
-    residual: Array, measured: Array, floor: float, labels: tuple[str, str, str, str]
-) -> Error:
-    """Error from the scored samples themselves.
-
-    Parameters
-    ----------
-    residual, measured : ndarray, shape (n,), SI
-    floor : float, SI
-    labels : tuple
-        Record, channel, unit, part.
-    """
-    n, nan = residual.size, float("nan")
+    residual, measured = r[use], record.measured[use, column]
+    labels = record.name, record.names[column], record.units[column], part
+    n, floor, nan = residual.size, float(record.floor[column]), float("nan")
     if n == 0:
         none = (nan, nan)
         return Error(*labels, 0, floor, nan, none, nan, nan, nan, none, nan)

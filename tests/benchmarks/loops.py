@@ -86,10 +86,8 @@ def _over_the_wire(rate: float, folder: Path, say: Callable[[str], object]) -> N
     from bondsight.cli.virtual_bench import served
     from hardware.simulators.bench_server.config import config_from
 
-    file = folder / "bench.json"
-    file.write_text('{"speed": 1.0, "plant": {"effect": "none", "seed": 5}}', encoding="utf-8")
     config = config_from({"speed": 1.0, "plant": {"effect": "none", "seed": 5}})
-    with served(["--config", str(file)], config) as bench:
+    with served(config) as bench:
         opened: OpenStation = open_station(bench.settings)
         with opened as station:
             t = LoopPlan(np.zeros(2), rate)

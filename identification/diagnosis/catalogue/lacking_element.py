@@ -21,6 +21,8 @@ from identification.diagnosis.screening.port_history import FittedModel, PortHis
 
 TYPICAL = 0.1
 """Part of the effort at the place that the element has at first."""
+SIZES = (1.0, 10.0, 0.1, 1e2, 1e3, 1e4)
+"""Times that coefficient that are tried as starts."""
 LEAST = 1e-6
 """Smallest and, its inverse, largest coefficient over the typical one."""
 
@@ -61,7 +63,8 @@ class LackingElement(Effect):
         )  # fmt: skip
         made = self.held(free_name(g, f"lacking_{element.name}"), amount.name, unit)
         graph = g.with_parameters([amount]).with_branch(g.neighbour(element.name), [made])
-        tried = [typical, 10.0 * typical]
+        # of a model without it the course may be off by decades: ways that drift, flows that ring
+        tried = [typical * times for times in SIZES]
         if hint is not None:
             tried = [at_least(hint.weights[0], 0.1 * typical), *tried]
         starts = tuple({amount.name: v} for v in tried)

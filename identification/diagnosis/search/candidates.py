@@ -177,7 +177,7 @@ def search(
 
     `template` holds the data (thinned if that loses nothing) and how to score them.
     """
-    first = _selection(ranked, options.keep, scene.nominal.chi2("train") > FAR)
+    first = _selection(ranked, options.keep, scene.nominal.chi2("train") > OFF)
     plain = [s for s in first if s.effect.plain]
     trials = fitted(scene, template, plain, options, progress, 0.0, 0.15) if plain else []
     rest = [s for s in first if s not in plain]
@@ -216,7 +216,7 @@ COSTLY = 4
 def _selection(ranked: Sequence[Screened], keep: int, far: bool) -> list[Screened]:
     """Best ones, not more than four of a kind, the best unnamed curve, and what is plain.
 
-    That is where the model is `far` off: its course is then one of a model without it.
+    That is where the model is `far` off: its course may be one of a model without it.
     """
     chosen: list[Screened] = []
     for place, s in enumerate(ranked):
@@ -231,6 +231,8 @@ def _selection(ranked: Sequence[Screened], keep: int, far: bool) -> list[Screene
     return [*chosen, *plain[:PLAIN]]
 
 
+OFF = 4.0
+"""Training misfit from which a whole element may be lacking that the screening ranks late."""
 PLAIN = 4
 """Linear elements that a model may lack altogether, at most: they are quickly fitted."""
 

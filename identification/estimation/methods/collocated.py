@@ -12,7 +12,13 @@ from bondgraph.equations.codegen import program
 from bondgraph.equations.program import Program
 from bondgraph.simulation.radau.start import inputs_of
 from bondgraph.support.arrays import Array
-from identification.estimation.methods.radau import CollocationStep, Scales, stage_inputs, step_of
+from identification.estimation.methods.radau import (
+    CollocationStep,
+    Scales,
+    march,
+    stage_inputs,
+    step_of,
+)
 from identification.study.joint import JointProblem
 from identification.study.problem import Problem
 from identification.study.residual import offset_scale, parameters_at, slots
@@ -61,9 +67,18 @@ class CollocatedRecord:
         """Number of steps."""
         return (self.last - 1) * self.n_sub
 
-    def inputs(self, finer: int) -> Array:
-        """Return inputs at the stages of steps `finer` times shorter, shape (n_u * stages, ...)."""
-        return _staged(self.program, self.problem, finer * self.n_sub, self.last)[0]
+    def within(
+        self, theta: Array, first: Array, stages: Array, finer: int
+    ) -> tuple[Array, Array, Array]:
+        """Return the nodes, and stages and ends of `finer` steps in place of each, from its node.
+
+        Shapes (size, steps + 1), (finer, size * stages, steps) and (size, steps).
+        """
+        nodes = np.concatenate([first[:, None], stages[-self.size :]], axis=1)
+        u, _ = _staged(self.program, self.problem, finer * self.n_sub, self.last)
+        u = u.reshape(-1, self.steps, finer).transpose(2, 0, 1)
+        t = self.t + np.arange(finer)[:, None] * (self.h / finer)
+        return nodes, *march(self.step, theta, nodes[:, :-1], u, t, self.h / finer)
 
 
 def _staged(made: Program, problem: Problem, n_sub: int, last: int) -> tuple[Array, Array]:

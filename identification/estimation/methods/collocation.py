@@ -22,7 +22,7 @@ from identification.estimation.methods.collocated import CollocatedRecord, recor
 from identification.estimation.methods.interior_point import Found, Runner
 from identification.estimation.methods.method import FitOptions, FitTask, Method, MethodSolution
 from identification.estimation.methods.optimality import optimality, shifted
-from identification.estimation.methods.radau import STAGES, march
+from identification.estimation.methods.radau import STAGES
 from identification.estimation.methods.trajectory import (
     followed,
     observed,
@@ -33,7 +33,7 @@ from identification.estimation.methods.trajectory import (
 from identification.estimation.methods.transcription import Programme, programme
 from identification.study.free_parameters import refuse_clocks
 from identification.study.joint import JointPoint, JointProblem
-from identification.study.residual import offset_scale, parameters_at, slots
+from identification.study.residual import offset_scale, parameters_at, slots, values_at
 from identification.study.study import Study
 
 MOST_STEPS = 16
@@ -142,6 +142,7 @@ def _begin(
         first, stages = followed(
             record,
             start.theta,
+            values_at(problem, stack.local(start, r).theta),
             observed(stack, start, r, cut, correction=None, initial="free"),
             cut,
         )
@@ -163,13 +164,9 @@ def _finer(
     records, found = [], []
     for r, (record, first, v) in enumerate(zip(old, firsts, stages, strict=True)):
         fine = record_of(stack, r, n_sub, record.scales, record.program)
-        size = record.size
-        nodes = np.concatenate([first[:, None], v[-size:]], axis=1)
         ratio = n_sub // record.n_sub
-        u = fine.u.reshape(-1, record.steps, ratio).transpose(2, 0, 1)
-        t = fine.t.reshape(record.steps, ratio).T
-        inner, _ = march(fine.step, theta, nodes[:, :-1], u, t, fine.h)
-        whole = inner.transpose(1, 2, 0).reshape(size * STAGES, fine.steps)
+        nodes, inner, _ = record.within(theta, first, v, ratio)
+        whole = inner.transpose(1, 2, 0).reshape(record.size * STAGES, fine.steps)
         held = np.tile(np.repeat(nodes[:, :-1], ratio, axis=1), (STAGES, 1))
         records.append(fine)
         found.append(np.where(np.isfinite(whole), whole, held))

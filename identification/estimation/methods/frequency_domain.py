@@ -13,7 +13,7 @@ import numpy as np
 
 from bondgraph.support.arrays import Array
 from identification.estimation.covariance import inverse_information
-from identification.estimation.levenberg_marquardt import Descent
+from identification.estimation.levenberg_marquardt import Descent, minimise
 from identification.estimation.methods.line_response import line_evaluation
 from identification.estimation.methods.method import FitTask, Method, MethodSolution
 from identification.estimation.methods.periodic_lines import Lines, lines_of, mixes, require_lines
@@ -26,6 +26,9 @@ from identification.study.joint import JointPoint, JointProblem
 from identification.study.problem import Problem
 from identification.study.residual import ResidualEvaluation, offset_scale, slots
 from identification.study.study import Study
+
+PASSES = 10
+"""Steps of initial states and offsets alone, once the lines are fitted; linear models need one."""
 
 
 @final
@@ -137,27 +140,8 @@ def _covariance(fit: _LineStack, made: Descent) -> tuple[Array, tuple[str, ...]]
 
 
 def _free_run(stack: JointProblem, point: JointPoint) -> JointPoint:
-    """Fit initial states and, where they are free, offsets to the free run.
-
-    Linear models are linear in both; with laws the step is kept only if it helps.
-    """
-    theta, states = point.theta.copy(), [s.copy() for s in point.states]
-    lower, upper = stack.bounds
-    for r, (p, e) in enumerate(zip(stack.problems, stack.evaluate(point), strict=True)):
-        at = np.arange(slots(p).size)[slots(p).offsets]
-        at = at[(upper > lower)[stack.columns[r][at]]]
-        free = p.free_states
-        scale = p.state_scale[free] if free.size else np.zeros(0)
-        both = np.hstack([e.jacobian[:, at], e.local[0][1] * scale])
-        if not both.shape[1] or not np.isfinite(both).all():
-            continue
-        size = np.linalg.norm(both, axis=0) + 1e-300
-        step = np.linalg.lstsq(both / size, e.residual, rcond=1e-10)[0] / size
-        theta[stack.columns[r][at]] += step[: at.size] / stack.factors[r][at]
-        if free.size:
-            states[r][0, free] += step[at.size :] * scale
-    moved = JointPoint(np.clip(theta, lower, upper), tuple(states))
-    if any(mixes(p) for p in stack.problems):
-        costs = [stack.cost(stack.evaluate(p, derivatives=False), p) for p in (point, moved)]
-        return moved if costs[1] < costs[0] else point
-    return moved
+    """Fit initial states and, where they are free, offsets to the free run, all else held."""
+    each = zip(stack.problems, stack.columns, strict=True)
+    offsets = {int(i) for p, at in each for i in at[slots(p).offsets]}
+    held = {i: float(t) for i, t in enumerate(point.theta) if i not in offsets}
+    return minimise(replace(stack, held=held), point, max_iterations=PASSES, tolerance=1e-6).point

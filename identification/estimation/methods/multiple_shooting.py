@@ -363,7 +363,7 @@ def _loose_steps(
 def _descend(
     stack: JointProblem, cut: list[list[slice]], nodes: _Nodes, options: FitOptions
 ) -> tuple[_Nodes, FitStatus, tuple[float, ...], _System]:
-    best = _Stand(nodes, sweep := _swept(stack, cut, nodes), 0.0)
+    begun = _Stand(nodes, sweep := _swept(stack, cut, nodes), 0.0)
     trace, penalty = [sweep.cost], 0.0
     if not np.isfinite(sweep.cost):
         return nodes, FitStatus.BROKEN, (np.inf,), _assembled(stack, cut, nodes, sweep)
@@ -393,8 +393,6 @@ def _descend(
         return trial
 
     def taken(at: _Stand) -> None:
-        nonlocal best
-        best = at
         trace.append(at.sweep.cost)
         if options.report is not None:
             options.report(len(trace) - 1, at.sweep.cost)
@@ -402,15 +400,13 @@ def _descend(
     def settled(at: _Stand, tolerance: float) -> bool:
         return at.gain < tolerance and at.sweep.gap_size < CLOSED
 
-    try:
-        made = descend(
-            best, steps_from, JOINED, options.max_iterations,
-            lambda old, new: settled(new, options.tolerance), taken=taken,
-        )  # fmt: skip
-        near = made.ended is Ended.STUCK and settled(best, 100 * options.tolerance)
-        status = FitStatus.CONVERGED if near else STATUS[made.ended]
-    except KeyboardInterrupt:
-        status = FitStatus.CANCELLED
+    made = descend(
+        begun, steps_from, JOINED, options.max_iterations,
+        lambda old, new: settled(new, options.tolerance), taken=taken, kept=True,
+    )  # fmt: skip
+    best = made.at
+    near = made.ended is Ended.STUCK and settled(best, 100 * options.tolerance)
+    status = FitStatus.CONVERGED if near else STATUS[made.ended]
     return best.nodes, status, tuple(trace), _assembled(stack, cut, best.nodes, best.sweep)
 
 

@@ -11,7 +11,7 @@ from scipy.sparse.linalg import splu
 
 from bondgraph.support.arrays import Array
 from identification.estimation.methods.interior_point import Found, Runner
-from identification.estimation.methods.radau import STAGES, march
+from identification.estimation.methods.radau import STAGES
 from identification.estimation.methods.transcription import Programme
 
 FINER = 4
@@ -25,11 +25,8 @@ def defects_of(made: Programme, w: Array) -> list[Array]:
     theta, firsts, stages = made.split(w)
     found = []
     for record, first, v in zip(made.records, firsts, stages, strict=True):
-        size, n_x, steps = record.size, record.step.n_x, record.steps
-        nodes = np.concatenate([first[:, None], v[-size:]], axis=1)
-        u = record.inputs(FINER).reshape(-1, steps, FINER).transpose(2, 0, 1)
-        t = record.t[None] + np.arange(FINER)[:, None] * record.h / FINER
-        _, ends = march(record.step, theta, nodes[:, :-1], u, t, record.h / FINER)
+        n_x = record.step.n_x
+        nodes, _, ends = record.within(theta, first, v, FINER)
         gap = ends[:n_x] - nodes[:n_x, 1:]
         found.append(np.where(np.isfinite(gap), gap, 0.0))
     return found

@@ -31,15 +31,10 @@ def tableau(stages: int) -> tuple[Array, Array]:
     >>> tableau(2)[1].round(4).tolist()
     [[0.4167, -0.0833], [0.75, 0.25]]
     """
-    legendre = np.polynomial.Legendre.basis
-    c = np.sort((legendre(stages) - legendre(stages - 1)).roots().real + 1.0) / 2.0
-    c[-1] = 1.0
-    a = np.empty((stages, stages))
-    for j in range(stages):
-        others = np.delete(c, j)
-        basis = np.polynomial.Polynomial.fromroots(others) / np.prod(c[j] - others)
-        a[:, j] = basis.integ()(c) - basis.integ()(0.0)
-    return c, a
+    nodes = ca.collocation_points(stages, "radau")
+    # slopes at the nodes of the polynomial through the begin and the nodes
+    slopes = ca.collocation_coeff(nodes)[0].full()
+    return np.array(nodes), np.linalg.inv(slopes[1:]).T
 
 
 @dataclass(frozen=True, eq=False)

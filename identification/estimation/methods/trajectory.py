@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from itertools import pairwise
 from typing import Any
 
-import casadi as ca
 import numpy as np
 
+from bondgraph.simulation.radau.start import unknowns_at
 from bondgraph.support.arrays import Array
 from identification.estimation.methods.collocated import CollocatedRecord
 from identification.estimation.methods.radau import STAGES, Scales, march
@@ -52,12 +53,18 @@ def observed(
 
 
 def followed(
-    record: CollocatedRecord, theta: Array, states: Array, cut: list[slice]
+    record: CollocatedRecord,
+    theta: Array,
+    known: Mapping[str, float],
+    states: Array,
+    cut: list[slice],
 ) -> tuple[Array, Array]:
     """Trajectory (first node, stages) from states at the first samples of windows.
 
     Parameters
     ----------
+    known : mapping of str to float
+        The parameters at theta, SI.
     states : ndarray, shape (windows, n_x), SI, in the order of the dynamics
     cut : list of slice
         Windows that share their edges.
@@ -77,8 +84,10 @@ def followed(
     edges = [*begins, record.last - 1]
     for k, (a, b) in enumerate(pairwise(edges)):
         stages[:, a * m : b * m] = v[: (b - a) * m, :, k].T
-    first = np.concatenate([begin[:n_x, 0], _closed(record, theta, begin[:, 0], stages)])
-    return first, stages
+    made = record.program
+    p, memory = np.array([known[n] for n in made.parameters]), np.array(made.virgin)
+    z = unknowns_at(made, 0.0, states[0, record.order], record.nodes[:, 0], p, memory)
+    return np.concatenate([begin[:n_x, 0], z / record.scales.z]), stages
 
 
 def scales_along(record: CollocatedRecord, theta: Array, first: Array, stages: Array) -> Scales:
@@ -89,7 +98,9 @@ def scales_along(record: CollocatedRecord, theta: Array, first: Array, stages: A
     z = stages[-n_z:]
     unit = np.maximum(z.std(axis=1), 1e-3 * np.abs(z).max(axis=1))
     unit = np.where(np.isfinite(unit) & (unit > 0), unit, 1.0)
-    slope = _closing_slope(record)(theta, first[:n_x], first[n_x:], record.nodes[:, 0], 0.0)
+    f = record.step.closing
+    by_z = f.factory("slope", f.name_in(), [f"jac:{f.name_out(0)}:{f.name_in(2)}"])
+    slope = by_z(theta, first[:n_x], first[n_x:], record.nodes[:, 0], 0.0)
     rows = np.abs(slope.full()) @ unit
     rows = np.where(np.isfinite(rows) & (rows > 0), rows, 1.0)
     return Scales(record.scales.x, record.scales.z * unit, record.scales.g * rows)
@@ -101,25 +112,3 @@ def rescaled(values: Array, old: Scales, new: Scales) -> Array:
     shape = (-1, ratio.size, *values.shape[1:])
     by = ratio.reshape(1, -1, *([1] * (values.ndim - 1)))
     return np.asarray((values.reshape(shape) * by).reshape(values.shape))
-
-
-def _closing_slope(record: CollocatedRecord) -> ca.Function:
-    f = record.step.closing
-    return f.factory("slope", f.name_in(), [f"jac:{f.name_out(0)}:{f.name_in(2)}"])
-
-
-def _closed(record: CollocatedRecord, theta: Array, node: Array, stages: Array) -> Array:
-    """Algebraic unknowns of the first node by Newton steps from those of the first stage."""
-    n_x, n_z = record.step.n_x, record.step.n_z
-    if not n_z:
-        return np.zeros(0)
-    f, slope = record.step.closing, _closing_slope(record)
-    z = stages[n_x : n_x + n_z, 0].copy()
-    at = (record.nodes[:, 0], 0.0)
-    for _ in range(30):
-        g = f(theta, node[:n_x], z, *at).full().ravel()
-        move = np.linalg.solve(slope(theta, node[:n_x], z, *at).full(), g)
-        z = z - move
-        if np.abs(move).max() <= 1e-12 * (1 + np.abs(z).max()):
-            break
-    return z

@@ -9,7 +9,7 @@ import numpy as np
 from bondgraph.support.arrays import Array
 from identification.estimation.prediction.kalman import KalmanFilter
 from identification.estimation.prediction.plant import Operating
-from identification.study.residual import parameters_at, rest_under, slots
+from identification.study.residual import offset_scale, parameters_at, rest_under, slots
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,5 +93,5 @@ def _readings(kalman: KalmanFilter, theta: Array, record: int, n_d: int) -> tupl
         m[noise + j] = (sd / y[j]) ** 2
     m[offset:] = kalman.offsets(theta, record) / y
     if n_d:
-        dm[offset:, place] = np.diag(kalman.offset_scale(record) / y)
+        dm[offset:, place] = np.diag(offset_scale(problem) / y)
     return m, dm

@@ -14,8 +14,6 @@ from the same sums over a system of twice the size.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from bondgraph.support.arrays import Array
@@ -27,24 +25,10 @@ TERMS = 16
 """Terms of the series: the first one left out is below ``0.5^16 / 17!``."""
 
 
-@dataclass(frozen=True, slots=True)
-class AddedCovariance:
-    """Covariance added over a step.
-
-    Attributes
-    ----------
-    value : ndarray, shape (n_x, n_x)
-    derivative : ndarray, shape (n_d, n_x, n_x)
-    """
-
-    value: Array
-    derivative: Array
-
-
 def added_covariance(
     a: Array, intensity: Array, step: float, da: Array, dintensity: Array
-) -> AddedCovariance:
-    """Return ``Q(step)`` and its derivatives.
+) -> tuple[Array, Array]:
+    """Return ``Q(step)`` and its derivatives, shapes (n_x, n_x) and (n_d, n_x, n_x).
 
     Parameters
     ----------
@@ -61,8 +45,8 @@ def added_covariance(
     --------
     >>> import numpy as np
     >>> zero = np.zeros((0, 1, 1))
-    >>> random_walk = added_covariance(np.zeros((1, 1)), np.array([[4.0]]), 0.5, zero, zero)
-    >>> print(random_walk.value)
+    >>> random_walk, _ = added_covariance(np.zeros((1, 1)), np.array([[4.0]]), 0.5, zero, zero)
+    >>> print(random_walk)
     [[2.]]
     """
     n, n_d = a.shape[0], da.shape[0]
@@ -73,7 +57,7 @@ def added_covariance(
     wide[:, n:, :n], both[:, :n, :n] = da, intensity
     both[:, n:, :n] = both[:, :n, n:] = 0.5 * dintensity
     half = _summed(wide, both, step, doublings)[:, n:, :n]
-    return AddedCovariance(_summed(a, intensity, step, doublings), half + half.swapaxes(-1, -2))
+    return _summed(a, intensity, step, doublings), half + half.swapaxes(-1, -2)
 
 
 def _summed(a: Array, s: Array, step: float, doublings: int) -> Array:

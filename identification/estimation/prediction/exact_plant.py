@@ -8,8 +8,9 @@ import numpy as np
 
 from bondgraph.laws.law import Law
 from bondgraph.signals.recorded_rates import with_rates
-from bondgraph.simulation.first_order_hold import blocks, continuous, discretise, standing
-from bondgraph.simulation.lure import Compiled, law_slices
+from bondgraph.simulation.exact_run import prepare, relax_memories
+from bondgraph.simulation.first_order_hold import Continuous, blocks, continuous
+from bondgraph.simulation.lure import Compiled
 from bondgraph.simulation.start import fine_inputs
 from bondgraph.support.arrays import Array
 from identification.estimation.prediction.diffusion import added_covariance
@@ -40,7 +41,7 @@ class ExactPlant(FilterPlant):
     def feedthrough(self) -> bool:
         """Whether a reading contains the deviation of a law."""
         nominal = self.compiled.nominal()
-        dy = blocks(self.compiled, self._block(np.where(nominal == 0.0, 1.0, nominal))).dy
+        dy = blocks(self.compiled, self.compiled.block(np.where(nominal == 0.0, 1.0, nominal))).dy
         return bool(np.any(dy[:, self.compiled.n_u :]))
 
     @property
@@ -57,14 +58,6 @@ class ExactPlant(FilterPlant):
         c, fine = self.compiled, fine_inputs(u, n_sub, hold)
         return with_rates(c.inputs, c.model.recorded, u, fine, step)[1]
 
-    def linear(self, p: Array, x: Array, u: Array) -> tuple[Array, Array, Array]:
-        """Return the linear part."""
-        parts = blocks(self.compiled, self._block(p))
-        return parts.a, parts.b[:, : self.compiled.n_u], parts.cy
-
-    def _block(self, p: Array) -> Array:
-        return self.compiled.block(p)
-
     def body(self, at: Operating, h: float) -> tuple[Array, Array]:
         """Return matrices of a step, direct gain, added covariance and parameters of the laws."""
         compiled, places = self.compiled, self.places
@@ -72,27 +65,22 @@ class ExactPlant(FilterPlant):
         wanted = at.wanted if at.derivatives else at.wanted[:0]
         slopes, k = at.slopes[: wanted.size], wanted.size
         factor = places.factors(at.x, at.y)
-        matrices = continuous(compiled, at.p, wanted)
-        made = discretise(matrices, h)
-        m[places.packed] = made.packed * factor
-        dm[places.packed, :k] = made.derivative * factor[:, None] * slopes
-        if places.lay.n_w:
-            now = made if h == 0.0 else standing(matrices, made)
-            m[places.direct] = now.packed[places.piece(5)]
-            dm[places.direct, :k] = now.derivative[places.piece(5)] * slopes
+        model = continuous(compiled, at.p, wanted)
+        ready = prepare(compiled, at.p, h, directions=wanted.tolist(), model=model)
+        (packed, dpacked), (still, dstill) = ready.moving, ready.still
+        m[places.packed] = packed * factor
+        dm[places.packed, :k] = dpacked * factor[:, None] * slopes
+        m[places.direct] = still[places.piece(5)]
+        dm[places.direct, :k] = dstill[places.piece(5)] * slopes
+        m[places.laws], dm[places.laws, :k] = ready.q, ready.dq * slopes
         if h and at.sigma.size and compiled.n_x:
-            self._added(at, h, m, dm)
-        laws = np.asarray(compiled.law_parameters, int)
-        m[places.laws] = at.p[laws]
-        for column, i in enumerate(wanted):
-            dm[places.laws.start + np.flatnonzero(laws == i), column] = slopes[column]
+            self._added(at, h, model, m, dm)
         return m, dm
 
-    def _added(self, at: Operating, h: float, m: Array, dm: Array) -> None:
+    def _added(self, at: Operating, h: float, model: Continuous, m: Array, dm: Array) -> None:
         """Process noise of a step; the curvature of the laws within the step is left out of it."""
-        n, k = self.compiled.n_x, at.wanted.size if at.derivatives else 0
-        parts = blocks(self.compiled, self._block(at.p))
-        moved = continuous(self.compiled, at.p, at.wanted[:k]).tangents
+        n, parts, moved = self.compiled.n_x, model.parts, model.tangents
+        k = len(moved)
         change = at.x[None, :] / at.x[:, None]
         da, ds, s = np.zeros((at.n_d, n, n)), np.zeros((at.n_d, n, n)), np.zeros((n, n))
         for i, t in enumerate(moved):
@@ -107,32 +95,18 @@ class ExactPlant(FilterPlant):
             for i, t in enumerate(moved if d.at_source else ()):
                 dg = t.b[:, d.index] / at.x * sigma * at.slopes[i]
                 ds[i] += np.outer(dg, g) + np.outer(g, dg)
-        q = added_covariance(parts.a * change, s, h, da, ds)
+        q, dq = added_covariance(parts.a * change, s, h, da, ds)
         rows, columns = np.triu_indices(n)  # a symmetric matrix: its lower triangle by columns
-        m[self.places.added] = q.value[rows, columns]
-        dm[self.places.added] = q.derivative[:, rows, columns].T
+        m[self.places.added] = q[rows, columns]
+        dm[self.places.added] = dq[:, rows, columns].T
 
     def tail(
         self, at: Operating, u: Array, x: Array, dx: Array, numbers: tuple[Array, Array]
     ) -> tuple[Array, Array]:
         """Return no deviations, and the memory of each law at rest at its argument."""
-        lay, (still, dstill) = self.places.lay, numbers
-        found = np.zeros(lay.n_w + lay.n_m)
-        moved = np.zeros((found.size, dx.shape[1]))
-        if not lay.n_m:
-            return found, moved
-        cut = slice(self.places.piece(3).start, self.places.piece(4).stop)
-        shape = (lay.n_w, lay.n_x + lay.n_u)
-        c, known = still[cut].reshape(shape, order="F"), np.concatenate([x, u])
-        s, ds = c @ known, c[:, : lay.n_x] @ dx
-        for d in range(dx.shape[1]):
-            ds[:, d] += dstill[cut, d].reshape(shape, order="F") @ known
-        for j, (port, ms, _) in enumerate(law_slices(self.compiled)):
-            if port.law.n_memory:
-                rows = slice(lay.n_w + ms.start, lay.n_w + ms.stop)
-                found[rows] = port.law.initial_memory(float(s[j]))
-                moved[rows] = np.outer(port.law.memory_sensitivity(float(s[j])), ds[j])
-                if port.law.watched:
-                    found[rows.stop - 2 : rows.stop] = s[j + 1]
-                    moved[rows.stop - 2 : rows.stop] = ds[j + 1]
-        return found, moved
+        lay, n_x = self.places.lay, self.places.lay.n_x
+        z = np.zeros((lay.n_z, 1 + dx.shape[1]))
+        z[:n_x, 0], z[:n_x, 1:] = x, dx
+        still, dstill = (n[self.places.packed] for n in numbers)
+        relax_memories(self.compiled, lay, still, dstill, u, z)
+        return z[n_x:, 0], z[n_x:, 1:]

@@ -19,6 +19,7 @@ import numpy as np
 
 from bondgraph.laws.law import split
 from bondgraph.simulation.lure import Compiled, advance_laws, law_arguments, law_slices, solve_laws
+from bondgraph.simulation.lure_kernel import unpack
 from bondgraph.simulation.lure_layout import KernelLayout, layout
 from bondgraph.support.arrays import Array
 from bondgraph.support.ops import CASADI
@@ -106,29 +107,15 @@ def _n_m(at: ExactPlaces) -> int:
 # -- pieces ----------------------------------------------------------------------------------
 
 
-def _matrices(m: ca.SX, at: ExactPlaces) -> list[ca.SX]:
-    out, start = [], 0
-    for r, c in at.lay.pieces:
-        out.append(ca.reshape(m[start : start + r * c], r, c))
-        start += r * c
-    return out
-
-
 def _cut(z: ca.SX, at: ExactPlaces) -> tuple[ca.SX, ca.SX, ca.SX, ca.SX]:
     n, p, w = at.lay.n_x, packed_size(at.lay.n_x), at.lay.n_w
     return z[:n], z[n : n + p], z[n + p : n + p + w], z[n + p + w :]
 
 
-def _law_numbers(
-    compiled: Compiled, m: ca.SX, at: ExactPlaces
-) -> tuple[ca.SX, ca.SX, ca.SX, ca.SX]:
-    """Parameters of the laws, the vector `p` that holds them, direct gain and step."""
-    q = m[at.laws]
-    p = ca.SX.zeros(len(compiled.parameter_names))
-    for position, i in enumerate(compiled.law_parameters):
-        p[i] = q[position]
+def _law_numbers(m: ca.SX, at: ExactPlaces) -> tuple[ca.SX, ca.SX, ca.SX]:
+    """Parameters of the laws, direct gain and step."""
     direct = ca.reshape(m[at.direct], at.lay.n_w, at.lay.n_w)
-    return q, p, direct, m[at.packed][-1]
+    return m[at.laws], direct, m[at.packed][-1]
 
 
 def _polished(
@@ -179,20 +166,20 @@ def _accepted(
     compiled: Compiled, z: ca.SX, u0: ca.SX, m: ca.SX, elapsed: ca.SX, at: ExactPlaces
 ) -> ca.SX:
     x, _, w, memory = _cut(z, at)
-    q, _, direct, _ = _law_numbers(compiled, m, at)
-    cs, ds = _matrices(m, at)[3:5]
+    q, direct, _ = _law_numbers(m, at)
+    cs, ds = unpack(m, at.lay)[3:5]
     return advance_laws(compiled, cs @ x + ds @ u0 + direct @ w, memory, q, elapsed)
 
 
 def _roots(compiled: Compiled, at: ExactPlaces) -> ca.Function:
     z, m, u0, u1, elapsed = _symbols(at)
     x, _, w, _ = _cut(z, at)
-    _, p, direct, h = _law_numbers(compiled, m, at)
-    phi, g0, g1, cs, ds, gain, _, _ = _matrices(m, at)
+    q, direct, h = _law_numbers(m, at)
+    phi, g0, g1, cs, ds, gain, _, _ = unpack(m, at.lay)
     memory = _accepted(compiled, z, u0, m, elapsed, at)
-    w0 = _kept(compiled, solve_laws(compiled, cs @ x + ds @ u0, direct, memory, p, w, 0.0), w)
+    w0 = _kept(compiled, solve_laws(compiled, cs @ x + ds @ u0, direct, memory, q, w, 0.0), w)
     free = phi @ x + g0 @ ca.vertcat(u0, w0) + g1[:, : at.lay.n_u] @ u1
-    w1 = solve_laws(compiled, cs @ free + ds @ u1, gain, memory, p, w0, h)
+    w1 = solve_laws(compiled, cs @ free + ds @ u1, gain, memory, q, w0, h)
     both = ca.densify(ca.vertcat(w0, w1))
     return ca.Function("bondsight_roots", [z, u0, u1, m, elapsed], [both], {"cse": True})
 
@@ -202,8 +189,8 @@ def _predict(compiled: Compiled, at: ExactPlaces) -> list[ca.Function]:
     n_w, n_x = at.lay.n_w, at.lay.n_x
     roots = ca.SX.sym("w", 2 * n_w)
     x, covariance, w, _ = _cut(z, at)
-    phi, g0, g1, cs, ds, gain, _, _ = _matrices(m, at)
-    q, _, direct, h = _law_numbers(compiled, m, at)
+    phi, g0, g1, cs, ds, gain, _, _ = unpack(m, at.lay)
+    q, direct, h = _law_numbers(m, at)
     memory = _accepted(compiled, z, u0, m, elapsed, at)
     # the state's own symbol, so that the Jacobian leaves out what the memory takes from it
     xs, ms = ca.SX.sym("xs", n_x), ca.SX.sym("ms", memory.numel())
@@ -226,7 +213,7 @@ def _predict(compiled: Compiled, at: ExactPlaces) -> list[ca.Function]:
 def _update(compiled: Compiled, at: ExactPlaces, feedthrough: bool) -> list[ca.Function]:
     z, m, _, u, _ = _symbols(at)
     x, covariance, w, memory = _cut(z, at)
-    cy, dy = _matrices(m, at)[6:]
+    cy, dy = unpack(m, at.lay)[6:]
     reading = cy @ x + dy @ ca.vertcat(u, w)
     c = cy + _through_laws(compiled, at, z, u, m) if feedthrough else cy
     return corrected(z, u, m, x, full(covariance, at.lay.n_x), reading, c, ca.vertcat(w, memory))
@@ -235,9 +222,9 @@ def _update(compiled: Compiled, at: ExactPlaces, feedthrough: bool) -> list[ca.F
 def _through_laws(compiled: Compiled, at: ExactPlaces, z: ca.SX, u: ca.SX, m: ca.SX) -> ca.SX:
     """How readings follow the state through the slopes of the laws; a level has none."""
     x, _, w, memory = _cut(z, at)
-    q, _, direct, h = _law_numbers(compiled, m, at)
-    cs, ds = _matrices(m, at)[3:5]
-    dyw = _matrices(m, at)[7][:, at.lay.n_u :]
+    q, direct, h = _law_numbers(m, at)
+    cs, ds = unpack(m, at.lay)[3:5]
+    dyw = unpack(m, at.lay)[7][:, at.lay.n_u :]
     s = ca.SX.sym("s", at.lay.n_w)
     slopes = []
     for j, (port, ms, qs) in enumerate(law_slices(compiled)):
@@ -251,7 +238,7 @@ def _through_laws(compiled: Compiled, at: ExactPlaces, z: ca.SX, u: ca.SX, m: ca
 def _drift(at: ExactPlaces) -> list[ca.Function]:
     _, m, u0, u1, _ = _symbols(at)
     x = ca.SX.sym("x", at.lay.n_x)
-    phi, g0, g1 = _matrices(m, at)[:3]
+    phi, g0, g1 = unpack(m, at.lay)[:3]
     return with_tangent("drift", [x, u0, u1, m], [phi @ x + g0 @ u0 + g1 @ u1], [0, 3])
 
 
@@ -259,7 +246,7 @@ def _correct(at: ExactPlaces) -> list[ca.Function]:
     _, m, _, u, _ = _symbols(at)
     n, n_y = at.lay.n_x, at.lay.n_y
     x0, gain, y = ca.SX.sym("x", n), ca.SX.sym("gain", n * n_y), ca.SX.sym("y", n_y)
-    cy, dy = _matrices(m, at)[6:]
+    cy, dy = unpack(m, at.lay)[6:]
     reading = cy @ x0 + dy @ u + m[at.size + n_y :]
     x, innovations = x0, []
     for j in range(n_y):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -16,7 +16,7 @@ from identification.estimation.prediction.kalman import KalmanFilter
 from identification.estimation.prediction.likelihood import LikelihoodEvaluation, pass_over
 from identification.estimation.prediction.scoring import ClimbPoint, maximise
 from identification.estimation.threads import single_threaded
-from identification.study.residual import parameters_at
+from identification.study.residual import Point, evaluate
 
 QUIET = 0.05
 """Noise of a sensor where a fit begins without process noise, in spreads of the reading."""
@@ -67,17 +67,12 @@ class FilterFit:
 
     def simulated(self, record: int) -> Array:
         """Return the readings of a free run from the fitted initial state, SI, shape (N, n_y)."""
-        problem = self.kalman.problems[record]
-        local = self.kalman.local(self.theta, record)
-        p, n_sub = parameters_at(problem, local), self.kalman.n_sub
-        ready = problem.dynamics.prepare(p, problem.data.dt, n_sub, [], False)
-        fine = problem.fine_inputs(slice(0, problem.data.n), n_sub)
-        run = problem.dynamics.run(
-            ready, problem.inputs, self.kalman.initial(self.theta, record), fine
-        )
-        return np.asarray(
-            run.y[:, : len(problem.data.names)] + self.kalman.offsets(self.theta, record)
-        )
+        kalman, problem = self.kalman, self.kalman.problems[record]
+        problem = replace(problem, n_sub=kalman.n_sub, correction=None, built=problem.dynamics)
+        begin = kalman.initial(self.theta, record)[None]
+        return evaluate(
+            problem, Point(kalman.local(self.theta, record), begin), derivatives=False
+        ).y
 
     def noises(self) -> tuple[Estimate, ...]:
         """Diffusions and noise of the readings; intervals are the wider of both covariances'."""

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-from functools import cached_property
-
-import casadi as ca
 import numpy as np
 
 from bondgraph.equations.program import Program
@@ -12,14 +9,9 @@ from bondgraph.laws.law import Law
 from bondgraph.simulation.radau.jumping import jumping_laws
 from bondgraph.simulation.radau.native import inputs_between, prepare_general, run_general
 from bondgraph.simulation.radau.recorder import Key
-from bondgraph.simulation.radau.start import unknowns_at
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import UnusableInput
-from identification.estimation.prediction.general_steps import (
-    GeneralPlaces,
-    evaluation,
-    general_steps,
-)
+from identification.estimation.prediction.general_steps import GeneralPlaces, general_steps
 from identification.estimation.prediction.plant import FilterPlant, FilterSteps, Operating
 
 
@@ -57,24 +49,6 @@ class GeneralPlant(FilterPlant):
         begin = step / n_sub * np.arange(between.shape[0])
         time = np.stack([begin, begin + step / n_sub], axis=1)[:, :, None]
         return np.concatenate([between, time], axis=2)
-
-    @cached_property
-    def _evaluation(self) -> ca.Function:
-        return evaluation(self.places)
-
-    def linear(self, p: Array, x: Array, u: Array) -> tuple[Array, Array, Array]:
-        """Return the slopes at a state and inputs, unknowns eliminated."""
-        at, program = self.places, self.program
-        n_x, n_z, _, _ = at.sizes
-        q = np.ones(at.step + 1)
-        q[at.p], memory = p, np.array(program.virgin)
-        z = unknowns_at(program, 0.0, x, u, p, memory)
-        given = (x, z, np.append(u, 0.0), q, memory, 0.0)
-        slope, n = np.asarray(self._evaluation(*given)[1].full()), n_x + n_z
-        unknown = slice(n_x, n)
-        moved = np.linalg.solve(slope[unknown, unknown], slope[unknown])
-        total = slope - slope[:, unknown] @ moved
-        return total[:n_x, :n_x], total[:n_x, n:], total[n:, :n_x]
 
     def body(self, at: Operating, h: float) -> tuple[Array, Array]:
         """Return parameters, sizes, intensities and the step."""

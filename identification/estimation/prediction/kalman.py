@@ -16,7 +16,7 @@ from identification.estimation.prediction.slots import FilterSlots
 from identification.study.joint import JointPoint, JointProblem
 from identification.study.problem import Problem
 from identification.study.process_noise import Diffusion, diffusion_at
-from identification.study.residual import parameters_at, slots, start_point
+from identification.study.residual import offset_scale, parameters_at, slots, start_point
 from identification.study.study import SettledSetting, Study
 
 SMALLEST = 1e-7
@@ -142,15 +142,10 @@ class KalmanFilter:
         """Spread of the readings of one record in all of them, shape (n_y,)."""
         return np.array([self.reading_spread[n] for n in self.problems[record].data.names])
 
-    def offset_scale(self, record: int) -> Array:
-        """Return the unit of the offsets, as in the joint problem; readings may be missing."""
-        data = self.problems[record].data
-        return np.asarray(np.maximum(np.nanstd(data.readings, axis=0), data.floor))
-
     def offsets(self, theta: Array, record: int) -> Array:
         """Return what the sensors of a record add, SI, shape (n_y,)."""
-        own = self.local(theta, record)[slots(self.problems[record]).offsets]
-        return np.asarray(own * self.offset_scale(record))
+        problem = self.problems[record]
+        return np.asarray(self.local(theta, record)[slots(problem).offsets] * offset_scale(problem))
 
     def level(self, name: str) -> float:
         """Largest noise floor of a reading, SI."""
@@ -164,8 +159,8 @@ class KalmanFilter:
     def state_scale(self) -> tuple[Array, ...]:
         """Size of each state, shape (n_x,), record by record."""
         each = []
-        for r, (p, plant) in enumerate(zip(self.problems, self.plants, strict=True)):
-            sizes = state_scale(p, plant, self.reading_scale(r))
+        for r, p in enumerate(self.problems):
+            sizes = state_scale(p, self.reading_scale(r))
             each.append(dict(zip(p.dynamics.state_names, sizes, strict=True)))
         return tuple(np.array([max(e.get(n, 0.0) for e in each) for n in own]) for own in each)
 
@@ -178,7 +173,7 @@ class KalmanFilter:
     def sigma_reference(self) -> Array:
         """Diffusion that over the longest record walks as far as its states move."""
         p, scale, found = self.first, self.state_scale[0], []
-        b = np.abs(self.plants[0].linear(p.start_vector, self.rest[0], p.inputs[0])[1])
+        b = np.abs(p.dynamics.small_signal(p.start_vector, p.inputs[0]).b)
         for d in self.diffusions():
             assert d is not None
             reach = scale[d.index]

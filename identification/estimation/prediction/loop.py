@@ -13,7 +13,7 @@ import casadi as ca
 import numpy as np
 
 from bondgraph.support.arrays import Array
-from bondgraph.support.native import LOOPS, build
+from bondgraph.support.native import LOOPS, build, c_source
 from identification.estimation.prediction.assembly import Numbers
 from identification.estimation.prediction.plant import FilterPlant, FilterSteps
 
@@ -57,16 +57,10 @@ def filter_runner(plant: FilterPlant) -> Runner:
 
 
 def _source(steps: FilterSteps) -> str:
-    generator = ca.CodeGenerator("code.c", {"with_header": False, "main": False})
-    for f in steps.functions.values():
-        generator.add(f)
-    text = str(generator.dump())
-    # comparisons instead of calls that must look for NaN, as in the simulation's kernel
-    text = text.replace("return fmax(x, y);", "return x > y ? x : y;")
-    text = text.replace("return fmin(x, y);", "return x < y ? x : y;")
     loop = files("identification.estimation.prediction").joinpath("loop.c").read_text()
     return (
-        f"{text}{LOOPS}#define BONDSIGHT_LINEAR {int(steps.linear)}\n"
+        f"{c_source(*steps.functions.values())}{LOOPS}"
+        f"#define BONDSIGHT_LINEAR {int(steps.linear)}\n"
         f"#define BONDSIGHT_STEP_AT {steps.step_at}\n{loop}"
     )
 

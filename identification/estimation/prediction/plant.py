@@ -138,10 +138,6 @@ class FilterPlant(ABC):
         """Return the inputs at both ends of each of ``(N - 1) n_sub`` sub-steps, (.., 2, n_u)."""
 
     @abstractmethod
-    def linear(self, p: Array, x: Array, u: Array) -> tuple[Array, Array, Array]:
-        """Return how rates follow states and inputs, and how readings follow states, SI."""
-
-    @abstractmethod
     def body(self, at: Operating, h: float) -> tuple[Array, Array]:
         """Return the model's numbers for a sub-step `h` (s) and their derivatives, (n, n_d)."""
 

@@ -8,14 +8,13 @@ from __future__ import annotations
 import numpy as np
 
 from bondgraph.support.arrays import Array
-from identification.estimation.prediction.plant import FilterPlant
 from identification.study.problem import Problem
 
 ESCAPED = 100.0
 """Simulated readings beyond this many measured spreads say that the simulation ran away."""
 
 
-def state_scale(problem: Problem, plant: FilterPlant, reading: Array) -> Array:
+def state_scale(problem: Problem, reading: Array) -> Array:
     """Size of each state, shape (n_x,): its spread in a simulation, else by balancing.
 
     Parameters
@@ -24,7 +23,7 @@ def state_scale(problem: Problem, plant: FilterPlant, reading: Array) -> Array:
         Size of each reading.
     """
     dynamics, data, p = problem.dynamics, problem.data, problem.start_vector
-    balanced = _balanced(problem, plant, reading)
+    balanced = _balanced(problem, reading)
     whole = slice(0, data.n)
     with np.errstate(all="ignore"):
         ready = dynamics.prepare(p, data.dt, 1, [], False)
@@ -36,16 +35,16 @@ def state_scale(problem: Problem, plant: FilterPlant, reading: Array) -> Array:
     return np.where(spread > 1e-8 * balanced, spread, balanced)
 
 
-def _balanced(problem: Problem, plant: FilterPlant, reading: Array) -> Array:
+def _balanced(problem: Problem, reading: Array) -> Array:
     """Units in which the way from the inputs through the states to the readings is balanced."""
     from scipy.linalg import matrix_balance
 
     n, dt, u = problem.dynamics.n_x, problem.data.dt, problem.inputs
-    a, b, c = plant.linear(problem.start_vector, problem.rest_state, u[0])
+    small = problem.dynamics.small_signal(problem.start_vector, u[0])
     loop = np.zeros((n + 1, n + 1))
-    loop[:n, :n] = np.abs(a) * dt
-    loop[:n, n] = (np.abs(b) * np.abs(u).max(axis=0)).sum(axis=1) * dt
-    loop[n, :n] = (np.abs(c) / reading[:, None]).max(axis=0, initial=0.0)
+    loop[:n, :n] = np.abs(small.a) * dt
+    loop[:n, n] = (np.abs(small.b) * np.abs(u).max(axis=0)).sum(axis=1) * dt
+    loop[n, :n] = (np.abs(small.c) / reading[:, None]).max(axis=0, initial=0.0)
     _, (scale, _) = matrix_balance(loop, permute=False, separate=True)
     found = scale[:n] / scale[n]
     return np.where(np.isfinite(found) & (found > 0), found, 1.0)

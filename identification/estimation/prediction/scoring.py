@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import count
 
 import numpy as np
 
@@ -75,16 +76,14 @@ def maximise(
         Called with the iteration and the log-likelihood.
     """
     lower, upper = kalman.bounds
-    best = scored_at(kalman, np.clip(start, lower, upper))
-    if not np.isfinite(best.now.log_likelihood):
-        return best, FitStatus.BROKEN
-    count, zeroed = 0, False
+    begun = scored_at(kalman, np.clip(start, lower, upper))
+    if not np.isfinite(begun.now.log_likelihood):
+        return begun, FitStatus.BROKEN
+    number, zeroed = count(1), False
 
     def taken(at: ClimbPoint) -> None:
-        nonlocal best, count
-        best, count = at, count + 1
         if progress is not None:
-            progress(count, at.now.log_likelihood)
+            progress(next(number), at.now.log_likelihood)
 
     def without(at: ClimbPoint, why: Ended) -> ClimbPoint | None:
         nonlocal zeroed
@@ -97,15 +96,11 @@ def maximise(
     def trusted(before: ClimbPoint, at: ClimbPoint) -> bool:
         return before.cost - at.cost > 0.5 * at.expected
 
-    try:
-        made = descend(
-            best, lambda at: _steps(kalman, at, lower, upper), DAMPING, max_iterations,
-            lambda before, at: False, rescue=without, trusted=trusted, taken=taken,
-        )  # fmt: skip
-        status = STATUS[made.ended]
-    except KeyboardInterrupt:
-        status = FitStatus.CANCELLED
-    return best, status
+    made = descend(
+        begun, lambda at: _steps(kalman, at, lower, upper), DAMPING, max_iterations,
+        lambda before, at: False, rescue=without, trusted=trusted, taken=taken, kept=True,
+    )  # fmt: skip
+    return made.at, STATUS[made.ended]
 
 
 DAMPING = Damping(start=1e-3, less=10.0, more=8.0, least=1e-8, again=1e-3, tries=12, rescued=1e-3)

@@ -22,7 +22,14 @@ from bondgraph.signals.recording import Recording
 from bondgraph.support.arrays import ComplexArray, FloatArray
 from bondgraph.support.errors import UnusableInput
 from identification.experiments.frequency.local import LocalFit, half_width, local_fit
-from identification.experiments.frequency.periods import Periods, cut, excited_lines, same_grid
+from identification.experiments.frequency.periods import (
+    Periods,
+    cut,
+    excited_lines,
+    listed_records,
+    noise_of_mean,
+    same_grid,
+)
 from identification.experiments.frequency.response import FrequencyResponse
 
 
@@ -67,9 +74,7 @@ def best_linear_approximation(
     >>> response.response.shape
     (59, 1, 1)
     """
-    records = [recordings] if isinstance(recordings, Recording) else list(recordings)
-    if not records:
-        raise UnusableInput("best linear approximation: no recording; give at least one")
+    records = listed_records(recordings, "best linear approximation")
     parts = [cut(r, inputs[0], outputs, period=period, discard=discard) for r in records]
     return response_of_periods(parts, inputs, outputs, lines)
 
@@ -89,7 +94,7 @@ def response_of_periods(
     at = excited_lines(u, lines, inputs)
     u, y = u[:, at], y[:, at]
     response, gain, factor, total, how = _solve(u, y, at)
-    noise = _noise([(a[:, at], b[:, at]) for a, b in spectra], response)
+    noise = noise_of_mean([(a[:, at], b[:, at]) for a, b in spectra], [response] * len(parts))
     return FrequencyResponse(
         first.name, at * first.rate / first.period, response,
         noise[:, :, None] * gain[:, None, :], total[:, :, None] * factor[:, None, :],
@@ -141,19 +146,3 @@ def _neighbours(u: ComplexArray, y: ComplexArray, at: NDArray[np.intp]) -> Local
     if at.size > 1 and 2 * half_width(u.shape[2], u.shape[0], 4, False) + 1 <= at.size:
         return local_fit(u, y, at, every, order=4, transient=False)
     return local_fit(u, y, at, every, order=2, transient=False)
-
-
-def _noise(
-    spectra: Sequence[tuple[ComplexArray, ComplexArray]], response: ComplexArray
-) -> FloatArray:
-    """Variance of the mean over the periods of ``Y - G U``, mean over realisations, (F, n_y)."""
-    found = []
-    for u, y in spectra:
-        count = u.shape[0]
-        if count > 1:
-            error = y - np.einsum("fyu,pfu->pfy", response, u)
-            apart = error - error.mean(axis=0)
-            found.append(np.sum(np.abs(apart) ** 2, axis=0) / (count - 1) / count)
-    if not found:
-        return np.full(response.shape[:2], np.nan)
-    return np.asarray(np.mean(found, axis=0))

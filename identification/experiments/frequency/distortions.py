@@ -19,7 +19,13 @@ from bondgraph.signals.files.checks import optional
 from bondgraph.signals.recording import Recording
 from bondgraph.support.arrays import ComplexArray, FloatArray
 from bondgraph.support.errors import UnusableInput, require_known
-from identification.experiments.frequency.periods import Periods, cut, excited_lines, same_grid
+from identification.experiments.frequency.periods import (
+    cut,
+    excited_lines,
+    listed_records,
+    noise_of_mean,
+    same_grid,
+)
 
 KINDS = ("excited", "odd", "even")
 
@@ -213,9 +219,7 @@ def distortions(
     >>> level.odd < 0.01
     True
     """
-    records = [recordings] if isinstance(recordings, Recording) else list(recordings)
-    if not records:
-        raise UnusableInput("distortions: no recording; give at least one")
+    records = listed_records(recordings, "distortions")
     parts = [cut(r, inputs[0], outputs, period=period, discard=discard) for r in records]
     same_grid(parts)
     u = np.stack([p.spectra(inputs).mean(axis=0) for p in parts])
@@ -240,32 +244,18 @@ def distortions(
         if len(parts) > 1:
             power = np.mean(np.abs(u[:, excited]) ** 2, axis=0)
             spread[at - 1] = (np.var(g, axis=0, ddof=1) * power)[: at.size]
-    noise = _noise(parts, inputs, outputs, gain)
-    y = y[:, 1 : last + 1]
+    given_out = slice(1, last + 1)
+    each = [(p.spectra(inputs[:1]), p.spectra(outputs)) for p in parts]
+    noise = noise_of_mean(
+        [(a[:, given_out], b[:, given_out]) for a, b in each], list(gain[..., None])
+    )
+    y = y[:, given_out]
     left_out = (kind != "excited")[:, None]
-    y = y - np.where(left_out, gain * u[:, 1 : last + 1, :1], 0.0)
+    y = y - np.where(left_out, gain * u[:, given_out, :1], 0.0)
     return Distortions(
         parts[0].name, number * parts[0].rate / parts[0].period, kind, y, noise, spread,
         tuple(outputs), tuple(parts[0].units[o] for o in outputs), min(p.count for p in parts),
     )  # fmt: skip
-
-
-def _noise(
-    parts: Sequence[Periods], inputs: Sequence[str], outputs: Sequence[str], gain: ComplexArray
-) -> FloatArray:
-    """Variance of the mean over the periods of ``Y - G U``, mean over realisations, (F, n_y).
-
-    What a noisy input shows at a line goes into the mean with `gain`, shape (R, F, n_y), so it
-    counts here, too; what of it really drives the plant cancels.
-    """
-    lines, found = slice(1, gain.shape[1] + 1), []
-    for p, g in zip(parts, gain, strict=True):
-        if p.count > 1:
-            error = p.spectra(outputs)[:, lines] - g * p.spectra(inputs[:1])[:, lines]
-            found.append(np.var(error, axis=0, ddof=1) / p.count)
-    if not found:
-        return np.full(gain.shape[1:], np.nan)
-    return np.asarray(np.mean(found, axis=0))
 
 
 def _between(g: ComplexArray, excited: NDArray[np.intp], number: NDArray[np.intp]) -> ComplexArray:

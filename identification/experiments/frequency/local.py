@@ -20,6 +20,7 @@ from scipy.fft import rfft
 from bondgraph.signals.recording import Recording
 from bondgraph.support.arrays import ComplexArray, FloatArray, IntArray
 from bondgraph.support.errors import UnusableInput
+from identification.experiments.frequency.periods import listed_records
 from identification.experiments.frequency.response import FrequencyResponse
 
 CHUNK = 512
@@ -182,9 +183,7 @@ def local_polynomial(
     UnusableInput
         There is no recording, they do not fit together, or the band holds too few lines.
     """
-    records = [recordings] if isinstance(recordings, Recording) else list(recordings)
-    if not records:
-        raise UnusableInput("local polynomial: no recording; give at least one")
+    records = listed_records(recordings, "local polynomial")
     first = records[0]
     if any(r.n != first.n or abs(r.dt / first.dt - 1) > 1e-9 for r in records):
         raise UnusableInput("local polynomial: the recordings differ in length or rate; cut them")

@@ -129,6 +129,14 @@ def cut(
     )  # fmt: skip
 
 
+def listed_records(recordings: Recording | Sequence[Recording], what: str) -> list[Recording]:
+    """Return one recording or several as a list; refuse none, for `what`."""
+    records = [recordings] if isinstance(recordings, Recording) else list(recordings)
+    if not records:
+        raise UnusableInput(f"{what}: no recording; give at least one")
+    return records
+
+
 def same_grid(parts: Sequence[Periods]) -> None:
     """Refuse recordings whose periods differ in samples or rate.
 
@@ -186,6 +194,28 @@ def run_in(values: FloatArray) -> tuple[int, str]:
     if dropped == count - 2 and count > 3:
         return dropped, f"still decaying after {dropped} periods: let it settle longer"
     return dropped, f"{dropped} of {count} periods dropped as run-in"
+
+
+def noise_of_mean(
+    spectra: Sequence[tuple[ComplexArray, ComplexArray]], responses: Sequence[ComplexArray]
+) -> FloatArray:
+    """Variance of the mean over the periods of ``Y - G U``, mean over realisations, (F, n_y).
+
+    What a noisy input shows at a line goes into the mean with `G`, so it counts, too; what of it
+    really drives the plant cancels. NaN where no recording has two periods.
+
+    Parameters
+    ----------
+    spectra : sequence of (ndarray, ndarray), shapes (P, F, n_u) and (P, F, n_y)
+        Of the inputs and outputs of each realisation.
+    responses : sequence of ndarray, shape (F, n_y, n_u)
+    """
+    found = [
+        np.var(y - np.einsum("fyu,pfu->pfy", g, u), axis=0, ddof=1) / y.shape[0]
+        for (u, y), g in zip(spectra, responses, strict=True)
+        if y.shape[0] > 1
+    ]
+    return np.asarray(np.mean(found, axis=0)) if found else np.full(responses[0].shape[:2], np.nan)
 
 
 def period_lines(spectrum: ComplexArray, where: str = "drive") -> NDArray[np.intp]:

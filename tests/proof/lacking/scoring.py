@@ -89,8 +89,10 @@ def judged(lacking: Lacking, row: Mapping[str, Any], content: Mapping[str, Any])
         own = f["answer"] in ("exact", "approximate") and f["effect"].startswith("linear_")
         if own and f["location"]["element"] in beside(model_of(lacking), lacking.element):
             (p,) = f["parameters"]
-            low, high = p["ci95"]
-            held, off = low <= true <= high, p["value"] / true - 1.0
+            # an end that is open is written as null
+            ends = zip((-np.inf, np.inf), p["ci95"], strict=True)
+            low, high = (free if v is None else v for free, v in ends)
+            held, off = bool(low <= true <= high), p["value"] / true - 1.0
     return Asked(lacking.element, outcome, held, off, left)
 
 

@@ -41,7 +41,7 @@ class PreslidingFriction(Rubbing):
         "reversals of growing amplitude from far below to far above the slip length: a bristle is "
         "a spring below and Coulomb friction above; hysteresis of a spring does not level off"
     )
-    simpler = ("coulomb_friction", *Rubbing.simpler)
+    simpler = ("coulomb_friction", "linear_spring", *Rubbing.simpler)
     source = "Dahl, A solid friction model, Aerospace Corporation TOR-0158(3107-18)-1, 1968"
     richer = FRICTION_FORMS
     forms = staticmethod(friction_forms)
