@@ -40,7 +40,9 @@ def promising(
         problem if problem.source_offsets else replace(problem, known_states={}, known_offsets=())
     )
     groups = [(problem, fitted, 2 if far else 1)]
-    groups += [(plainly, {**fitted, **declared}, 1)] if far else []
+    # where a whole element is lacking, what is nearest at first is next to none of it
+    tried = len(insertion.starts) if insertion.plain else 1
+    groups += [(plainly, {**fitted, **declared}, tried)] if far else []
     for posed, base, count in groups:
         begun = [replace(posed, starts={**base, **s}) for s in insertion.starts]
         best = sorted(((misfit_at(p), p) for p in begun), key=lambda b: b[0])[:count]

@@ -30,6 +30,7 @@ from identification.diagnosis.screening.score_test import Screened
 from identification.diagnosis.search.afresh import begun_afresh
 from identification.diagnosis.search.base import Base, base_of
 from identification.diagnosis.search.candidates import (
+    EXPLAINED,
     Candidate,
     DiagnosisOptions,
     each_once,
@@ -118,15 +119,17 @@ def searched(base: Base, task: SearchTask, number: int, named: tuple[str, ...] =
     tell, near = _told_within(task, number), None
     if number == 0 and not astray(base.fit) and (near := near_declared(base.fit)):
         kinds = _merged(kinds, done.kinds(base.fit, near))
-    if where:
-        kinds = [k for k in kinds if k.element in where]
-    evidence = replace(evidence, kinds=tuple(kinds), located=where)
+    there = [k for k in kinds if k.element in where] if where else kinds
+    evidence = replace(evidence, kinds=tuple(there), located=where)
     scenes = [(seen, base, _at(ranked, where))]
     if near is not None:
         looks = done.of(near)
         scenes.insert(0, (looks[0], Base(base.fit, base_of(near).template), _at(looks[1], where)))
     found, (seen, base, ranked) = _in_scenes(scenes, options, tell)
     trials = _finished(found, options, limits.noise)
+    if any(_refutes(t, where) for t in trials):
+        evidence = replace(evidence, kinds=tuple(kinds), located=())
+        ranked = done.of(seen.nominal)[1]
     lost = trials and min(t.train for t in trials) > FAR
     if number == 0 and lost and bent(base.fit):
         trials = begun_afresh(trials, options)
@@ -141,7 +144,16 @@ def _at(ranked: list[Screened], where: Collection[str]) -> list[Screened]:
     """Return what may be in question where only some places are."""
     if not where:
         return ranked
-    return [s for s in ranked if s.element.name in where or s.effect.joins]
+    return [s for s in ranked if s.element.name in where or s.effect.joins or s.effect.plain]
+
+
+def _refutes(trial: Candidate, where: Collection[str]) -> bool:
+    """Whether an element that the model lacks elsewhere leaves noise: no place is excluded then.
+
+    What a relation leaves is found by a descent, and without the element that may end anywhere.
+    """
+    elsewhere = bool(where) and trial.element not in where
+    return elsewhere and trial.insertion.plain and trial.train < EXPLAINED
 
 
 def _in_scenes(
