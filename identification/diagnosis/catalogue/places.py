@@ -123,6 +123,11 @@ def sense(graph: BondGraph, element: Element) -> float:
     return -1.0 if backwards else 1.0
 
 
+def is_heat(graph: BondGraph, element: Element) -> bool:
+    """Whether a source or a sensor is one of heat, by what is connected to it."""
+    return variables_beside(graph, graph.neighbour(element.name)).effort_unit == "K"
+
+
 def undamped(graph: BondGraph) -> tuple[Element, ...]:
     """Return stores whose flow meets no resistor, one for each flow: inertias first."""
     return _alone(graph, (*graph.of_type(I), *graph.of_type(C)), R)

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from base64 import b64decode
+from itertools import pairwise
 
 import numpy as np
 import pytest
 
-from bondgraph import GY, TF, BondGraph, C, De, Df, Dq, I, One, R, Recording, Se, Zero
+from bondgraph import GY, TF, BondGraph, C, De, Df, Dq, I, One, R, Recording, Se, Sf, Zero
 from bondgraph.graph.elements import Element
 from bondgraph.graph.parameter import Parameter
 from bondgraph.laws import Coulomb
@@ -162,6 +163,40 @@ def test_names_that_are_taken_stay_what_they_are() -> None:
     made = by_name("linear_loss").insert(seen, graph["m"])
     assert made.strengths == ("damping_m_",)
     assert made.graph.parameters["damping_m"].value == 150.0
+
+
+def test_a_lag_of_heat_may_be_a_lump_that_the_model_lacks() -> None:
+    with BondGraph("oven") as g:
+        hot, loss = Zero("hot"), One("loss")
+        Sf("P", unit="W") >> hot >> C("C_th", 30.0, unit="J/K")
+        hot >> loss >> R("R_th", 2.0, unit="K/W")
+        hot >> De("T_1", unit="K")
+    split = Split(slice(0, T.size), slice(T.size, T.size), "all")
+    still = np.zeros((T.size, 1))
+    data = Data("run", T, {"P": PUSH}, still, ("T_1",), np.array([NOISE]), split)
+    seen = scene(fit(Problem(g, data), max_iterations=0))
+    said = {n: by_name(n).insert(seen, g[at]).sentence for n, at in LAGS}
+    assert said["low_pass"].endswith("as a heater with heat of its own does")
+    assert said["sensor_lag"].endswith("as a probe with heat of its own does")
+    data = Data("run", T, {"F": PUSH}, still, ("x",), np.array([NOISE]), split)
+    moved = stage(MASS, SPRING)
+    seen = scene(fit(Problem(moved, data), max_iterations=0))
+    assert by_name("low_pass").insert(seen, moved["F"]).sentence.endswith("first-order lag")
+
+
+LAGS = (("low_pass", "P"), ("sensor_lag", "T_1"))
+
+
+def test_what_is_lacking_is_begun_over_decades() -> None:
+    """The way of a stage without its spring drifts: what is typical of it says little."""
+    graph = stage(MASS, DAMPER)
+    split = Split(slice(0, T.size), slice(T.size, T.size), "all")
+    data = Data("run", T, {"F": PUSH}, np.zeros((T.size, 1)), ("x",), np.array([NOISE]), split)
+    made = by_name("linear_spring").insert(scene(fit(Problem(graph, data), max_iterations=0)), MASS)
+    (name,) = made.strengths
+    begun = sorted(s[name] for s in made.starts)
+    assert begun[-1] > 9e4 * begun[0]
+    assert max(b / a for a, b in pairwise(begun)) < 11
 
 
 def test_a_winding_without_inductance_may_have_one() -> None:

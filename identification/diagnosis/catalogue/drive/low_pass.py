@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import ClassVar
 
 from bondgraph.graph.drives import Drive
 from bondgraph.graph.elements import Element
 from bondgraph.graph.parameter import Parameter
 from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
-from identification.diagnosis.catalogue.places import commands
+from identification.diagnosis.catalogue.places import commands, is_heat
 from identification.diagnosis.catalogue.signal_traces import LAGS, lateness, weight_of
 from identification.diagnosis.screening.port_history import FittedModel
 
@@ -44,7 +45,10 @@ class LowPass(Effect):
         graph = scene.graph.with_parameters([tau]).with_element(
             element.name, drive=Drive(lag=tau.name)
         )
-        return self.inserted(element, graph, lag_starts(scene, tau, hint), (tau.name,))
+        made = self.inserted(element, graph, lag_starts(scene, tau, hint), (tau.name,))
+        if not is_heat(scene.graph, element):
+            return made
+        return replace(made, sentence=f"{self.sentence}, as a heater with heat of its own does")
 
 
 def lag_parameter(scene: FittedModel, element: Element) -> Parameter:

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import ClassVar
 
 from bondgraph.graph.elements import Element
 from identification.diagnosis.catalogue.drive.low_pass import lag_parameter, lag_starts
 from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
-from identification.diagnosis.catalogue.places import prompt_sensors
+from identification.diagnosis.catalogue.places import is_heat, prompt_sensors
 from identification.diagnosis.catalogue.signal_traces import lateness
 from identification.diagnosis.screening.port_history import FittedModel
 
@@ -38,4 +39,7 @@ class SensorLag(Effect):
         """One lag."""
         tau = lag_parameter(scene, element)
         graph = scene.graph.with_parameters([tau]).with_element(element.name, lag=tau.name)
-        return self.inserted(element, graph, lag_starts(scene, tau, hint), (tau.name,))
+        made = self.inserted(element, graph, lag_starts(scene, tau, hint), (tau.name,))
+        if not is_heat(scene.graph, element):
+            return made
+        return replace(made, sentence=f"{self.sentence}, as a probe with heat of its own does")

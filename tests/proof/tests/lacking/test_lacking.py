@@ -11,12 +11,17 @@ import pytest
 
 from actuators.models.plants import plant_model
 from bondgraph.graph.elements import C, I, R
+from hardware.simulators.generator.making_exam import exam_record
+from identification import DiagnosisOptions, diagnose
 from tests.proof.exam.world import EXAM
 from tests.proof.lacking.__main__ import main
 from tests.proof.lacking.answering import write_elements
 from tests.proof.lacking.drawing import Lacking, drawn, model_of, removable, truth_of
 from tests.proof.lacking.scoring import judged, score_lines
+from tests.proof.trial.generating import make_all
 from tests.proof.trial.layout import Layout
+from tests.proof.trial.running import recording_of
+from tests.proof.trial.truths import read_public
 
 
 def test_the_same_seed_draws_the_same_and_every_plant_has_its_turn() -> None:
@@ -104,6 +109,28 @@ def test_nothing_missing_beside_a_misfit_is_counted() -> None:
     assert line.split()[-4] == "1/1"
     at_noise = judged(chain("b_2"), row(8.0), {**quiet, "nominal_rms": NOISE})
     assert not at_noise.outcome.effect_explained
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(
+    ("number", "label"),
+    [
+        (11, "linear_spring at b_s"),  # what is nearest at first is hardly any spring
+        (16, "linear_loss at k_c"),  # relations say another place, each where its descent ended
+        (38, "linear_spring at b_s"),
+    ],
+)
+def test_what_was_told_wrongly_once(tmp_path: Path, number: int, label: str) -> None:
+    layout = Layout(tmp_path / "f")
+    lacking = drawn(0, number + 1)[number]
+    make_all([lacking.case], layout, exam_record, 1, None)
+    (public,) = read_public(layout.public)
+    graph = model_of(lacking).remove(lacking.element)
+    options = DiagnosisOptions(jobs=1, effects=1)
+    found = diagnose(graph, recording_of(layout, public), options=options, hold=public.hold)
+    (step,) = found.findings
+    assert step.chosen is not None
+    assert step.chosen.label == label
 
 
 def test_the_score_of_a_folder_without_answers_is_refused(
