@@ -398,8 +398,10 @@ def attempt(
             if point is not None and sound(short[0]):
                 break  # the others only where it runs away on the rest of the record
             # windows forgive a start: one way through them is enough of the fitted values, one of
-            # the declared ones; where the fit follows nothing no start is known to be any good
-            if lost or (loses_way and number in (0, len(begun) - 1)):
+            # the declared ones; where the fit follows nothing no start is known to be any good,
+            # but those of a lacking element are of every size already
+            either = number in (0, len(begun) - 1)
+            if (lost and not insertion.plain) or ((lost or loses_way) and either):
                 again = through_windows(candidate, 3 * FIRST, insertion)
                 short.append(begin(again, start_point(again), FIRST))
         except (BondsightError, np.linalg.LinAlgError, ValueError):
