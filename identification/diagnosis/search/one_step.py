@@ -396,7 +396,7 @@ def _fitted_forms(
 
 MUCH = 0.5
 """Part of the misfit above the noise that a law explains whose richer forms are worth a fit."""
-LOUD = 5.0
+LOUD = 1.5
 """Times the noise that a law leaves from which forms of others are tried that explain less."""
 NEARLY = 0.9
 """Part of what the best law explains that it explains at least."""
