@@ -169,8 +169,18 @@ def match_by_unit(recording: Recording, graph: BondGraph) -> tuple[Recording, tu
 
 
 def _by_unit(units: Mapping[str, str], wanted: Sequence[Source | Sensor]) -> dict[str, str]:
-    """Return column -> name of the model, where the unit leaves one of either."""
-    open_names = [e for e in wanted if e.name not in units and e.unit]
+    """Return column -> name of the model, where the unit leaves one of either.
+
+    Not of a command beside another one of its dimension that is there by name: what is left then is
+    more likely a reading, and one that acts as a command tells nothing but nonsense.
+    """
+    named = [e for e in wanted if e.name in units and e.unit]
+
+    def lacking(e: Source | Sensor) -> bool:
+        beside = (o for o in named if isinstance(o, Source) and same_dimension(o.unit, e.unit))
+        return isinstance(e, Source) and any(beside)
+
+    open_names = [e for e in wanted if e.name not in units and e.unit and not lacking(e)]
     free = [n for n in units if n not in {e.name for e in wanted}]
     found = {}
     for e in open_names:

@@ -69,6 +69,20 @@ def sentence(d: Diagnosis) -> str:
     return ended("; but ".join((said.removesuffix("."), *doubted, *load)))
 
 
+SLOW = 1.5
+"""Times the noise read off the spectrum from which a rest that is called noise needs a word."""
+
+
+def _slow_rest(d: Diagnosis) -> str:
+    """Return what is said of a rest above the noise that no law and no form foretells."""
+    if d.left is None or d.left.most < SLOW:
+        return ""
+    return (
+        f", though {d.left.most:.3g} times the noise of the quickest samples is left: slow noise, "
+        "or what no law of the catalogue and no form follows"
+    )
+
+
 def _answered(d: Diagnosis) -> str:
     if d.mistakes:
         return _mistaken(d)
@@ -77,12 +91,13 @@ def _answered(d: Diagnosis) -> str:
     if d.kind == "explained":
         return (
             f"The model {d.model} explains {shortened(d.recording.name)} as far as its noise "
-            "allows; nothing missing shows."
+            f"allows; nothing missing shows{_slow_rest(d)}."
         )
     if d.kind == "parameters_only":
         return (
             f"With other parameter values the model {d.model} explains "
-            f"{shortened(d.recording.name)} as far as its noise allows; nothing missing shows."
+            f"{shortened(d.recording.name)} as far as its noise allows; nothing missing shows"
+            f"{_slow_rest(d)}."
         )
     if d.kind == "missing_physics" and d.nominal is not None and d.repaired is not None:
         parts = []

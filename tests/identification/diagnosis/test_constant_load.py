@@ -11,6 +11,7 @@ from bondgraph import GY, BondGraph, Df, I, MSe, One, R, Se
 from bondgraph.signals.recording import Recording
 from bondgraph.signals.split import interleaved
 from identification.diagnosis.diagnose import Diagnosis
+from identification.diagnosis.evidence.remaining import Remaining
 from identification.diagnosis.explanation.advice import advice
 from identification.diagnosis.explanation.constant_load import constant_load
 from identification.diagnosis.verdict.text import sentence
@@ -75,6 +76,8 @@ def test_answer_and_advice_name_the_load() -> None:
     d = Diagnosis("parameters_only", "motor", run, motor(), made.problem.data, nominal=made)
     assert d.load is not None
     assert sentence(d).endswith(f"nothing missing shows; but {d.load.claim}.")
+    slow = replace(d, left=Remaining({"w": 2.6}, False, 0.0))  # the rest has the colour of noise
+    assert "nothing missing shows, though 2.6 times the noise of the quickest" in sentence(slow)
     assert advice(d, np.array([1.0])) == (d.load.advice,)
     unknown = replace(d, kind="unknown_physics")  # what is missing may have bent the offsets
     assert unknown.load is None

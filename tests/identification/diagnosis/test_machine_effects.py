@@ -12,6 +12,7 @@ from identification.diagnosis.catalogue import CATALOGUE, by_name
 from identification.diagnosis.catalogue.effect import Hint
 from identification.diagnosis.catalogue.flow.nonlinear_resistance import NonlinearResistanceEffect
 from identification.diagnosis.catalogue.restoring.nonlinear_stiffness import NonlinearStiffness
+from identification.diagnosis.catalogue.storage.added_mode import AddedMode
 from identification.diagnosis.diagnose import Diagnosis, diagnose
 from identification.diagnosis.screening.port_history import FittedModel, PortHistory
 from identification.diagnosis.search.candidates import DiagnosisOptions
@@ -221,6 +222,45 @@ def test_only_what_bends_as_radiation_does_is_tried_as_such() -> None:
     assert radiator((44.0, -13.0)) == "cubic_characteristic"  # heat that holds itself back
     assert radiator((0.0, 20.0)) == "cubic_characteristic"
     assert radiator((-400.0, 100.0)) == "cubic_characteristic"  # more than a black body
+
+
+def test_radiation_far_above_the_room_is_begun_as_such_and_not_as_a_curve_alone() -> None:
+    """A plate 500 K above the room: no cubic fits it, and none may stand for radiation."""
+    g = heater()
+    rise = 250.0 + 250.0 * np.sin(0.1 * np.arange(500))
+    room, share, cold = 293.15, 0.2, 0.9
+    flow = (1.0 - share) * rise + share * ((room + rise) ** 4 - room**4) / (4.0 * room**3)
+    flow /= cold
+    slope = float(flow @ rise / (flow @ flow))  # what a linear resistor takes for it
+    past = {"R_h": PortHistory(flow, slope * flow)}
+    nothing: object = None
+    s = FittedModel(g, nothing, nothing, np.zeros((0, 1)), past)  # type: ignore[arg-type]
+    effect = NonlinearResistanceEffect()
+    columns = {c.course: c for c in effect.signatures(s, g["R_h"])}
+    assert set(columns) == {"", "radiates"}
+    missing = rise - slope * flow
+    line = np.stack([np.ones_like(flow), flow], axis=1)
+    shapes = [c for c in effect.signatures(s, g["R_h"]) if c.course]
+    best = min(shapes, key=lambda c: _left(np.hstack([line, c.columns]), missing))
+    assert _left(np.hstack([line, best.columns]), missing) < 0.1 * _left(line, missing)
+    assert best.shape is not None
+    made = effect.insert(s, g["R_h"], Hint(best.shape, np.array([0.2])))
+    assert made.law == "radiation"
+    assert made.starts[0]["radiates_R_h"] == 0.2
+    assert 0.3 * cold < made.starts[0]["R_h"] < 3.0 * cold
+
+
+def _left(columns: np.ndarray, values: np.ndarray) -> float:
+    weights = np.linalg.lstsq(columns, values, rcond=None)[0]
+    return float(np.linalg.norm(values - columns @ weights))
+
+
+def test_what_is_damped_beyond_critical_is_no_resonance() -> None:
+    s = scene("mechanical")
+    made = AddedMode().insert(s, s.graph["m"])
+    values = {p.name: p.value for p in made.graph.parameters.values()}
+    assert made.is_itself(values)
+    assert not made.is_itself({**values, "zeta_m": 1.2})
 
 
 def test_coils_are_inductors_only() -> None:

@@ -225,6 +225,21 @@ def test_why_the_size_of_a_sure_effect_may_be_zero() -> None:
     assert "may move together unseen" in said
 
 
+def test_a_reading_is_not_taken_for_a_second_command() -> None:
+    """One in the unit of a command that is lacking would act as it, and anything would fit."""
+    t = np.asarray(0.01 * np.arange(20), np.float64)
+    with BondGraph("two") as two:
+        body = One("body")
+        Se("F", unit="N") >> body >> I("m", 1.0, unit="kg")
+        Se("F_2", unit="N") >> body
+        body >> Dq("x", unit="m")
+    frame = pd.DataFrame({"time (s)": t, "F (N)": np.sin(t), "cell (N)": t, "x (m)": np.cos(t)})
+    (made,) = asked_of(two.remove("F_2"), frame, None, None, {}).given
+    assert "cell" in made.channels
+    with pytest.raises(UnusableInput, match="F_2"):
+        asked_of(two, frame, None, None, {})
+
+
 def test_what_was_matched_by_unit_is_noted_in_the_recording() -> None:
     t = np.asarray(0.01 * np.arange(20), np.float64)
     frame = pd.DataFrame({"time (s)": t, "push (N)": np.sin(t), "way (m)": np.cos(t)})

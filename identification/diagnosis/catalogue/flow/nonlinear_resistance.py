@@ -12,12 +12,13 @@ from bondgraph.laws import Law, NonlinearResistance, Radiation
 from bondgraph.laws.radiation import bent
 from bondgraph.support.arrays import Array
 from bondgraph.support.ops import NUMPY
-from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion
+from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
 from identification.diagnosis.catalogue.places import (
     electrical_resistors,
     has_unit,
     hydraulic_resistors,
     other_resistors,
+    sense,
 )
 from identification.diagnosis.catalogue.site import Site, Values
 from identification.diagnosis.catalogue.starts import tamed
@@ -29,8 +30,9 @@ LIKE = 0.2
 """Part of a bend, beside any line, by which radiation may miss it and still be tried for it."""
 MOST = 1.3
 """Share of the flow, by its signature, up to which radiation may explain a bend."""
-ALL = 0.95
-"""Largest share that a fit begins with: the end of the range moves no more."""
+LEAST, ALL = 0.05, 0.95
+"""Smallest and largest share that a fit begins with: the ends of the range move no more."""
+HEAT = ("K/W",)
 COLD = (1.0, 1.3, 1.7, 2.2)
 """Resistances at small differences tried, over the fitted one, which is that of large ones."""
 
@@ -64,6 +66,17 @@ class NonlinearResistanceEffect(Effect):
             effort, flow = at.units[0], "m3/s"
         return NonlinearResistance(0.1 * _most(at.past), at.past.largest, effort, flow)
 
+    def signatures(self, scene: FittedModel, element: Element) -> tuple[Signature, ...]:
+        """Return the curve's, and where heat flows those of radiation as well."""
+        found = super().signatures(scene, element)
+        if not has_unit(element, HEAT):
+            return found
+        way, past = sense(scene.graph, element), scene.of(element)
+        return *found, *(
+            Signature((way * _bent(past, r))[:, None], shape={"cold": r}, course="radiates")
+            for r in COLD
+        )
+
     def tried(self, at: Site, law: Law, hint: Hint | None) -> Sequence[Values]:
         """Return the weights, shrunk until the curve rises everywhere."""
         if hint is None:
@@ -72,8 +85,11 @@ class NonlinearResistanceEffect(Effect):
 
     def insert(self, scene: FittedModel, element: Element, hint: Hint | None = None) -> Insertion:
         """Quadratic and cubic term, or radiation that bends as both of the hint do."""
-        if hint is not None and has_unit(element, ("K/W",)):
-            at = self.site(scene, element)
+        if hint is not None and has_unit(element, HEAT):
+            at, cold = self.site(scene, element), (hint.shape or {}).get("cold")
+            if cold is not None:
+                share = min(max(float(hint.weights[0]), LEAST), ALL)
+                return self._radiation(scene, element, share, cold * at.past.slope)
             bend = at.added(self.made(at), dict(zip(self.weights, hint.weights, strict=True)))
             found = _radiating(at.past, bend)
             if found is not None:
@@ -104,7 +120,7 @@ def _radiating(past: PortHistory, bend: Array) -> tuple[float, float] | None:
     z = past.argument / past.largest
     line = np.stack([np.ones_like(z), z], axis=1)
     curves = [bend]
-    curves += [ROOM * bent(NUMPY, r * past.slope * past.argument / ROOM) for r in COLD]
+    curves += [_bent(past, r) for r in COLD]
     made = np.stack(curves, axis=1)
     told, *tried = (made - line @ np.linalg.lstsq(line, made, rcond=None)[0]).T
     best, found = LIKE * float(np.linalg.norm(told)), None
@@ -114,6 +130,11 @@ def _radiating(past: PortHistory, bend: Array) -> tuple[float, float] | None:
         if 0.0 < share < MOST and missed < best:
             best, found = missed, (share, r * past.slope)
     return found
+
+
+def _bent(past: PortHistory, cold: float) -> Array:
+    """Return what is added to a resistance at small differences if all of it radiates, K."""
+    return np.asarray(ROOM * bent(NUMPY, cold * past.slope * past.argument / ROOM))
 
 
 def _most(past: PortHistory) -> float:

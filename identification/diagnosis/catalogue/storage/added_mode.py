@@ -15,6 +15,8 @@ from identification.diagnosis.catalogue.places import masses
 from identification.diagnosis.screening.port_history import FittedModel, PortHistory
 
 DAMPING = 0.03
+CRITICAL = 1.0
+"""Damping ratio from which nothing rings."""
 PEAKS, GRID = 4, 8
 
 
@@ -80,7 +82,9 @@ class AddedMode(Effect):
         if hint is not None:
             # in the coupled system the peak lies above the oscillator's own frequency
             starts += [{amount.name: max(ratio, 0.2), omega.name: 0.85 * tried[0]}]
-        return self.inserted(element, g, tuple(starts), (amount.name,))
+        # damped beyond that it rings no more: it stands for something else then
+        rings = ((zeta.name, 0.0, CRITICAL),)
+        return self.inserted(element, g, tuple(starts), (amount.name,), rings)
 
 
 def pull(flow: Array, omega: float, damping: float, dt: float) -> Array:
