@@ -317,6 +317,7 @@ def test_a_fit_that_ends_in_a_valley_begins_again_from_short_stretches(
     assert open_fit(tmp_path / "fit.npz").values["k"] == pytest.approx(2000.0, rel=0.01)
 
 
+@pytest.mark.long
 def test_exchanged_columns_are_said_before_anything_that_comes_of_it(
     model: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -98,6 +98,7 @@ def test_what_is_found_is_what_stands_there(session: Session) -> None:
     assert "thesis 3.52" in session.said
 
 
+@pytest.mark.long
 def test_the_complete_model_on_a_record_that_no_fit_has_seen(
     session: Session, capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
@@ -140,6 +141,7 @@ def test_a_gauge_in_a_take_tells_the_stiffness(
     assert abs(found.value - short_circuit()[0]) < 4.0 * found.error
 
 
+@pytest.mark.long
 def test_the_loop_before_and_after(
     session: Session, capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:

@@ -59,6 +59,7 @@ def test_where_it_is_bounded_it_is_the_operator() -> None:
 
 
 @pytest.mark.parametrize("law", LAWS.values(), ids=list(LAWS))
+@pytest.mark.sampled(every=2)
 def test_back_ends_and_the_implicit_solution_agree(law: BoucWenMemory) -> None:
     p = tuple(q.value for q in law.parameters("e"))
     m, (s, free, gain, last) = ca.SX.sym("m", 2), map(ca.SX.sym, "sfgl")

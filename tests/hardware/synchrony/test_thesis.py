@@ -74,6 +74,7 @@ def test_an_edge_in_the_record_does_as_well() -> None:
 
 
 @pytest.mark.parametrize("f", [2.0, 100.0])
+@pytest.mark.sampled(every=2)
 def test_one_sine_without_a_copy_tells_the_ratio_only(f: float) -> None:
     drive, sensor = record(sine(f), CLOCK)
     alone = Stream.of(RATE, x=sensor.channels["x"])

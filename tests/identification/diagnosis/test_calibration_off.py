@@ -54,6 +54,7 @@ def found(wrong: str, factor: float) -> Diagnosis:
 
 
 @pytest.mark.parametrize("wrong", ["p1", pytest.param("p2", marks=pytest.mark.long)])
+@pytest.mark.long
 def test_a_sensor_that_is_four_per_cent_off(wrong: str) -> None:
     d = found(wrong, 1.04)
     assert d.kind == "missing_physics"
@@ -123,6 +124,7 @@ def test_a_calibration_beyond_its_bounds_is_a_finding(gain: float, speed: str) -
 
 
 @pytest.mark.parametrize("gain", [1.06, pytest.param(1.01, marks=pytest.mark.long)])
+@pytest.mark.long
 def test_a_bounded_gain_of_the_model_itself_is_one_that_was_stated(gain: float) -> None:
     graph = spring(m=0.6, k=800.0, speed="")
     graph = graph.with_parameters([Parameter("g", 1.0, lower=0.98, upper=1.02)])
@@ -142,6 +144,7 @@ def test_a_bounded_gain_of_the_model_itself_is_one_that_was_stated(gain: float) 
     assert any("off by more than 2 %" in n for n in estimate(study).notes)
 
 
+@pytest.mark.long
 def test_a_command_beyond_its_bounds_is_no_sensors_fault() -> None:
     d = stated(1.0, speed="", of="F", push=1.06)
     assert not any(s.chosen and s.chosen.effect == "sensor_gain" for s in d.steps)

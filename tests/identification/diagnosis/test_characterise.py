@@ -220,6 +220,7 @@ def test_a_sign_that_foretells_nothing_is_no_jump() -> None:
     assert seen.jump == 0.0
 
 
+@pytest.mark.long
 def test_a_resistor_is_looked_at_over_its_flow() -> None:
     """Friction jumps with the sign of its flow, not with that of the acceleration."""
     seen = characterised(diagnosed()).traits["d"][0]

@@ -33,6 +33,7 @@ def cell(*, diffuses: bool = False, unit: str = "F") -> BondGraph:
     return g
 
 
+@pytest.mark.long
 def test_a_cell_whose_charge_diffuses_gets_its_one_number() -> None:
     rng = np.random.default_rng(1)
     t = np.asarray(DT * np.arange(N), np.float64)

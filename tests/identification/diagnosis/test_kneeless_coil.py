@@ -38,6 +38,7 @@ def recorded() -> Recording:
     return Recording.from_arrays("choke", {"u[V]": u, "i[A]": i}, fs=1 / DT)
 
 
+@pytest.mark.long
 def test_a_cubic_is_found_where_two_slopes_come_near(recorded: Recording) -> None:
     kept = ("nonlinear_stiffness", "eddy_current_loss")
     others = tuple(e.name for e in CATALOGUE if e.name not in kept)

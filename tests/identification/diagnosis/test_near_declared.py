@@ -56,6 +56,7 @@ def fitted(n: int) -> Fit:
     return nominal_fit(stage(), data, "linear")[1]
 
 
+@pytest.mark.long
 def test_a_fit_that_went_far_is_held_near_what_is_declared() -> None:
     free = fitted(4000)
     assert free.chi2("train") > FAR

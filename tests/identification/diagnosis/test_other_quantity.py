@@ -48,6 +48,7 @@ def test_a_right_channel_is_no_mistake() -> None:
     assert found(Dq("x"), "m").kind in ("explained", "parameters_only")
 
 
+@pytest.mark.long
 def test_a_wrong_sign_is_still_one() -> None:
     d = found(Dq("x"), "m", -1.0)
     assert "wrong sign" in d.advice[0]

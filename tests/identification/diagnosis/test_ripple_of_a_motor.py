@@ -26,6 +26,7 @@ def motor() -> BondGraph:
 
 
 @pytest.mark.slow
+@pytest.mark.long
 def test_ripple_is_named_along_a_way_that_nobody_measured() -> None:
     rng, t = np.random.default_rng(8), DT * np.arange(N)
     torque = np.repeat(rng.uniform(0.01, 0.04, 20), N // 20)

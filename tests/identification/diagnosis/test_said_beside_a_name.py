@@ -212,6 +212,7 @@ def test_a_mixed_up_file_is_called_so_and_what_to_write_is_said(
     assert "--" not in said(d)
 
 
+@pytest.mark.long
 def test_a_shell_reads_options_in_text_page_and_file(found: Diagnosis) -> None:
     d = _mistaken(replace(found, steps=(), relations=()), (Mixup("exchange", ("F", "x")),))
     doubted = replace(found, doubted=(Mixup("dead", ("x",)),))

@@ -79,6 +79,7 @@ def test_a_stop_that_hides_behind_friction_is_fitted_and_named() -> None:
     assert found == {("coulomb_friction", "d"), ("end_stop", "k")}
 
 
+@pytest.mark.long
 def test_a_search_on_finer_stretches_that_is_stopped_says_so(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

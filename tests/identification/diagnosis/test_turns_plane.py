@@ -49,6 +49,7 @@ def values(packed: Any) -> FloatArray:
     ("effect", "element", "period", "follows"),
     [("periodic_error", "x", 6e-3, 0.98), ("position_periodic_force", "m", 8e-3, 0.8)],
 )
+@pytest.mark.sampled(every=2)
 def test_a_way_is_folded_by_the_period(
     effect: str, element: str, period: float, follows: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:

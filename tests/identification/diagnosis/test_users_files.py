@@ -142,6 +142,7 @@ UNITS = [
 
 
 @pytest.mark.parametrize(("model", "spread", "numbers", "heads", "says", "mend"), UNITS)
+@pytest.mark.sampled(every=2)
 def test_a_wrong_unit_is_told_with_the_right_one(
     tmp_path: Path,
     model: str,
@@ -202,6 +203,7 @@ def test_a_sign_is_told(tmp_path: Path, model: str) -> None:
         ("tanks", {"p_1": "mbar"}),
     ],
 )
+@pytest.mark.sampled(every=2)
 def test_a_right_file_is_suspected_of_nothing(
     tmp_path: Path, model: str, numbers: dict[str, str], spread: float | None
 ) -> None:

@@ -24,6 +24,7 @@ def test_it_moves_to_its_height_with_its_time_constant() -> None:
     np.testing.assert_allclose(1.5 * np.gradient(course, t)[1:-1], 2.0 - course[1:-1], rtol=1e-3)
 
 
+@pytest.mark.long
 def test_a_reading_that_warms_up_is_a_drift_with_a_level() -> None:
     """No line and no parabola follows a time constant of a tenth of the record.
 

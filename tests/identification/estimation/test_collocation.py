@@ -123,6 +123,7 @@ def test_the_law_of_a_field_is_smooth() -> None:
     assert misses(made, {"d": TRUTH["d"]})["d"] < 4
 
 
+@pytest.mark.long
 def test_an_integrating_plant() -> None:
     with BondGraph("cart") as g:
         body = One("v")
@@ -227,6 +228,7 @@ def test_refusals_name_another_method() -> None:
         assert words == "windows" or "single_shooting" in str(caught_error.value)
 
 
+@pytest.mark.long
 def test_starts_far_away() -> None:
     far = study(record(200), free=("m", Vary("d", start=0.3), Vary("k", start=900.0)))
     made = estimate(far, "collocation", optimiser="ipopt")

@@ -155,6 +155,7 @@ def test_jacobian_is_exact(hold: str, periods: int) -> None:
 
 
 @pytest.mark.parametrize("hold", ["linear", "hold", "band-limited"])
+@pytest.mark.sampled(every=3)
 def test_agrees_with_single_shooting(hold: str) -> None:
     """Same values and intervals from other start values, lag and offset included."""
     record = recorded(resonator(), 1000.0, 300, 6, (4.0, 200.0), hold=hold)

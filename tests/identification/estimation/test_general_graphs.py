@@ -61,6 +61,7 @@ def test_guess_lands_near_the_truth(name: str) -> None:
             assert abs(e.value - graph.parameters[e.name].value) < 4 / 3.92 * np.ptp(e.ci95)
 
 
+@pytest.mark.long
 def test_what_no_small_motion_shows_is_tried_on_the_run() -> None:
     """The ripple of the gear is not seen about the middle, and no response is matched by it."""
     found = explained_guess(wrong("motor", 0, 2.0))
@@ -82,6 +83,7 @@ def test_measured_response_is_that_of_small_motions() -> None:
 
 
 @pytest.mark.parametrize("name", ["pendulum", "motor", "tank"])
+@pytest.mark.sampled(every=3)
 def test_lines_give_what_the_free_run_gives(name: str) -> None:
     """Values and widths of both; the truth lies inside."""
     graph, record, free = case(name)

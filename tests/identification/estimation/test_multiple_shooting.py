@@ -37,6 +37,7 @@ def test_same_answer_as_single_shooting() -> None:
 
 
 @pytest.mark.parametrize("options", [{"initial": "rest"}, {"noise": "coloured"}])
+@pytest.mark.sampled(every=2)
 def test_same_answer_with_other_options(options: dict[str, object]) -> None:
     many = estimate(study(record(500), **options), "multiple_shooting")
     one = estimate(study(record(500), **options))
@@ -78,6 +79,7 @@ def test_single_shooting_is_lost_on_the_unstable_plant() -> None:
     assert any("coloured" in n for n in found.notes)
 
 
+@pytest.mark.long
 def test_long_record_of_an_unstable_plant_keeps_to_its_windows() -> None:
     """Over ten seconds the free run leaves no digit; the windows show the readings instead."""
     made = Study(falling(-15.0), caught(1500), hold="hold", nuisances=NO_NUISANCES)

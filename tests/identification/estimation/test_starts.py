@@ -90,6 +90,7 @@ def test_the_best_is_fitted_on_from_where_it_arrived(monkeypatch: pytest.MonkeyP
 
 
 @pytest.mark.parametrize("backend", ["threading", "loky"])
+@pytest.mark.sampled(every=2)
 def test_result_does_not_depend_on_the_workers(alone: Starts, backend: str) -> None:
     with joblib.parallel_config(backend=backend):
         same(many_starts(asked(), COUNT, jobs=2), alone)

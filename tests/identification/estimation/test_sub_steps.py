@@ -78,6 +78,7 @@ def test_it_ends_where_derivatives_of_all_steps_end() -> None:
         assert b.ci95[1] - b.ci95[0] == pytest.approx(2 * half, rel=0.1)
 
 
+@pytest.mark.long
 def test_a_law_that_jumps_is_fitted_as_well() -> None:
     # every sub-step places the jumps anew: derivatives of all of them may end at a kink earlier
     p = problem("dry")

@@ -37,6 +37,7 @@ def small(colour: float = 0.0) -> Coverage:
     return coverage(case, 25, kinds=("fisher", "sandwich"))
 
 
+@pytest.mark.long
 def test_white_noise_is_covered_and_coloured_only_by_the_sandwich() -> None:
     white, coloured = small(), small(0.9)
     assert white.failed == 0

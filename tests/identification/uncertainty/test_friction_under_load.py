@@ -67,6 +67,7 @@ def off(found: Estimation) -> NDArray[np.float64]:
     return np.array([(e.value - known[e.name].value) / (np.ptp(e.ci95) / 3.92) for e in each])
 
 
+@pytest.mark.long
 def test_few_sub_steps_with_a_correction_are_not_enough_where_a_law_jumps() -> None:
     """What they leave is rough in the unknowns; a correction at one point does not hold beside."""
     found = fitted(3, 2e-5)

@@ -70,6 +70,7 @@ def test_identifiability_of_every_kind() -> None:
     assert set(tied.groups[0].names) == {"n", "kt", "J", "b"}
 
 
+@pytest.mark.long
 def test_a_law_that_jumps_is_held_beside_products_of_signals() -> None:
     """Swings without dry friction: every verb takes a model with some, and finds next to none."""
     graph = pendulum().with_element("b", law=Coulomb(0.1, unit="N*m"))

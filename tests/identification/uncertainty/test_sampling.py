@@ -49,6 +49,7 @@ def test_rhat_sees_chains_apart() -> None:
     assert split_rhat(trend)[0] > 1.3
 
 
+@pytest.mark.long
 def test_spring_agrees_with_its_information() -> None:
     f = from_estimation(found())
     s = sample(f, steps=200, walkers=8)

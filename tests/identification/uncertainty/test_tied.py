@@ -130,6 +130,7 @@ def screw(b: float, lead_known: bool, d_g: float = 1.5e-5) -> BondGraph:
 
 @pytest.mark.parametrize("lead_known", [False, True])
 @pytest.mark.parametrize("b", [30.0, 1e-7, 1e-13])  # a part of nothing hides that it is one
+@pytest.mark.sampled(every=3)
 def test_a_sum_in_which_each_counts_by_a_factor(b: float, lead_known: bool) -> None:
     t = np.asarray(0.005 * np.arange(2000), np.float64)
     push = sum(np.sin(2 * np.pi * f * t + 3.0 * f * f) for f in np.arange(0.5, 9.0, 0.61))

@@ -27,6 +27,7 @@ def test_fits_reach_the_expected_intervals() -> None:
     assert p.expected["d"].narrower > 3
 
 
+@pytest.mark.long
 def test_fits_of_a_memory_reach_the_expected_intervals() -> None:
     tour = reversal_curves(50.0, 4, 1000.0, slew=500.0, lowest=-50.0, name="F", unit="N")
     found = rank_signals(stage(), [tour], {"x": 2e-6}, initial="rest")

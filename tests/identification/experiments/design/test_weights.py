@@ -34,6 +34,7 @@ def test_quadratic_regression() -> None:
         assert w.shares.sum() == pytest.approx(1.0)
 
 
+@pytest.mark.long
 def test_cost_is_a_change_of_units() -> None:
     cost = 1 + POINTS**2
     w = optimal_weights(polynomial(1), 2, cost=cost, tolerance=1e-6)
