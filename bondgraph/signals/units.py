@@ -269,7 +269,8 @@ class _Parser:
         else:
             found = _atom(word)
             if found is None:
-                close = " or ".join(repr(k) for k in nearest(word, _known()))
+                full = _WORDS.get(word.lower().removesuffix("s"))
+                close = " or ".join(repr(k) for k in ([full] if full else nearest(word, _known())))
                 hint = f"did you mean {close}?" if close else "write for example 'um' or 'N*s/m'"
                 raise self.fail(f"{word!r} is not a known unit; {hint}")
             unit = found
@@ -391,6 +392,7 @@ def _slips(a: str, b: str) -> bool:
 _WORDS = {
     "volt": "V", "amp": "A", "ampere": "A", "newton": "N", "degree": "deg", "inche": "inch",
     "celsiu": "degC", "kelvin": "K", "second": "s", "meter": "m", "metre": "m", "watt": "W",
+    "farad": "F", "henry": "H", "hertz": "Hz", "joule": "J", "coulomb": "C", "radian": "rad",
     "pascal": "Pa", "lpm": "l/min", "micron": "um", "kph": "km/h", "mum": "um", "nmm": "N*mm",
 }  # fmt: skip
 _NO_TAILS = ("ref", "raw", "set", "in", "act", "max", "min", "pos")

@@ -6,7 +6,7 @@ import inspect
 from collections.abc import Iterator
 
 from bondgraph.laws.law import Law, law_words
-from bondgraph.support.errors import unknown_name
+from bondgraph.support.errors import nearest, unknown_name
 from identification.diagnosis.catalogue import CATALOGUE, UNNAMED
 from identification.diagnosis.catalogue.effect import Effect
 from identification.report.tables import markdown
@@ -40,7 +40,8 @@ def described(name: str) -> str:
             laws.setdefault(law, []).append(e)
     found = (laws | known).get(plain)
     if found is None:
-        raise unknown_name("effect", plain, "the catalogue", laws | known)
+        among = known if nearest(plain, known) else laws | known
+        raise unknown_name("effect", plain, "the catalogue", among)
     return "\n\n".join(map(_in_full, found))
 
 

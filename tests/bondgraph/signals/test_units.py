@@ -210,6 +210,12 @@ def test_an_angular_rate_is_no_frequency(text: str) -> None:
     assert quantity("10 1/s", "Hz", "--frequency") == 10.0
 
 
+@pytest.mark.parametrize(("written", "symbol"), [("Farad", "F"), ("volts", "V"), ("Henry", "H")])
+def test_a_unit_that_is_written_out_is_told_by_its_symbol(written: str, symbol: str) -> None:
+    with pytest.raises(UnusableInput, match=f"did you mean '{symbol}'"):
+        parse_unit(written)
+
+
 @pytest.mark.parametrize(
     ("tail", "meant"),
     [

@@ -44,7 +44,7 @@ class NonlinearResistanceEffect(Effect):
     family = "flow"
     kind = "dissipative"
     law = "cubic_characteristic"
-    laws = (NonlinearResistance,)
+    laws = (NonlinearResistance, Radiation)
     sentence = "its effort bends away from the straight line as more flows"
     looks = "effort over flow is one curve, the same at every speed and with no loop"
     confused_with = ("square_root_flow", "self_heating", "saturation", "diode")
