@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from functools import singledispatch
+from functools import reduce, singledispatch
 from typing import Any
 
 import casadi as ca
@@ -90,6 +90,12 @@ _FUNCTIONS = {
     sp.tanh: ca.tanh,
     sp.sin: ca.sin,
     sp.cos: ca.cos,
+    sp.tan: ca.tan,
+    sp.sinh: ca.sinh,
+    sp.cosh: ca.cosh,
+    sp.asin: ca.asin,
+    sp.acos: ca.acos,
+    sp.atan: ca.atan,
     sp.Abs: ca.fabs,
     sp.sign: ca.sign,
 }
@@ -101,3 +107,13 @@ def _function(node: sp.Function, table: Table) -> Any:
     if rule is None:
         raise BondsightError(f"no CasADi rule for the function {node.func}; write it as a Law")
     return rule(_print(node.args[0], table))
+
+
+@_print.register
+def _largest(node: sp.Max, table: Table) -> Any:
+    return reduce(ca.fmax, (_print(a, table) for a in node.args))
+
+
+@_print.register
+def _smallest(node: sp.Min, table: Table) -> Any:
+    return reduce(ca.fmin, (_print(a, table) for a in node.args))

@@ -23,6 +23,7 @@ from bondgraph.export.numpy_module import numpy_module
 from bondgraph.export.tape import tape_of, written
 from bondgraph.export.tape_languages import PYTHON_HELPERS, READABLE
 from bondgraph.laws import Coulomb, Hysteretic, Law, QuadraticDrag
+from bondgraph.support.errors import BondsightError
 from tests.bondgraph.export.printed_models import (
     GRAPHS,
     NOW,
@@ -303,11 +304,21 @@ def test_names_of_the_model_cannot_break_the_module() -> None:
     assert printed.rates(0.0, [0.5], [0.0], [3.0]) == pytest.approx([5.5])
 
 
+def test_unknown_nodes_are_refused() -> None:
+    x = sp.Symbol("x")
+    with pytest.raises(BondsightError, match="no CasADi rule for the function gamma"):
+        tape_of(sp.gamma(x), str)
+    with pytest.raises(KeyError, match="y"):
+        tape_of(x + sp.Symbol("y"), lambda s: {"x": "x"}[s.name])
+
+
 def test_printed_expressions_have_their_value() -> None:
     a, b = sp.symbols("a b")
     for e in (a - (b - 1), a / (b * a), -(a + b) ** 2, a ** sp.Rational(1, 2), (a / b) ** 3,
-              sp.sign(a - b) * sp.Abs(-a), a**-2 * b, sp.pi * a, sp.exp(-a) * sp.tanh(b) / 3,
-              a**b, -a * -b, a - 2 * b, (-a) ** 3):  # fmt: skip
+              sp.sign(a - b) * sp.Abs(-a), sp.Max(a, b) - sp.Min(a, -b), a**-2 * b, sp.pi * a,
+              sp.exp(-a) * sp.tanh(b) / 3, a**b, -a * -b, a - 2 * b, (-a) ** 3,
+              sp.Max(a, b, 3), sp.Min(a, b, -1), sp.tan(a) + sp.sinh(b) * sp.cosh(a),
+              sp.asin(a) - sp.acos(a) * sp.atan(b), sp.log(b) * sp.sin(a) / sp.cos(b)):  # fmt: skip
         found = written(tape_of(e, str), READABLE)
         lines = [f"{target} = {text}" for target, text in found.lines]
         scope: dict[str, Any] = dict(module(cubic_loop()).__dict__) | {"a": 0.7, "b": 1.9}

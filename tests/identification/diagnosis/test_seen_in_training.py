@@ -59,7 +59,6 @@ def test_the_hit_lies_in_a_stretch_that_is_held_out() -> None:
     assert any(p.start <= HIT.start and HIT.stop <= p.stop for p in held)
 
 
-@pytest.mark.long
 def test_a_stop_reached_once_is_fitted_and_named() -> None:
     d = judged(run())
     assert d.data is not None

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-import pytest
 
 from bondgraph import BondGraph, C, Dq, I, One, R, Recording, Se
 from bondgraph.laws import Stribeck
@@ -27,7 +26,6 @@ def guide(m: float, friction: Stribeck) -> BondGraph:
     return g
 
 
-@pytest.mark.long
 def test_a_whole_step_of_the_initial_states_does_not_hold_up_the_parameters() -> None:
     """Without the second descent it ends at four times the noise."""
     x = np.asarray(simulate(guide(1.1, Stribeck(1.2, 0.8, 0.01)), T, {"F": PUSH})["x"])

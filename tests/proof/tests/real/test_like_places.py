@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-import pytest
 
 from bondgraph import BondGraph, C, Dq, I, One, R, Se, Zero
 from bondgraph.laws import Coulomb
@@ -36,7 +35,6 @@ def test_places_are_alike_up_to_their_digits() -> None:
     assert like_places(["k_1", "m", "k_2", "y1", "y2", "z"]) == [("k_1", "k_2"), ("y1", "y2")]
 
 
-@pytest.mark.long
 def test_friction_on_both_axes_is_explained_on_both() -> None:
     rng = np.random.default_rng(1)
     forces = {f"F_{k}": np.repeat(rng.uniform(-9.0, 9.0, 30), 30) for k in ("1", "2")}
