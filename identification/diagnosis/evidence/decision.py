@@ -565,14 +565,22 @@ def _without_idle(law: Scored, laws: Sequence[Scored], e: Evidence, t: Threshold
 
     Sub-steps and kinks let two fits of one law differ by more than noise: what is left as noise by
     either is not told apart by that, and both are a family then.
+
+    An interval that holds zero where the simpler law lags far behind is that of a shape which the
+    readings do not tell, not of a part that is not there.
     """
-    least = EXACT if law.idle else ALL_BUT
     for s in laws:
-        simpler = law.trial.insertion.contains(s.trial.insertion)
-        noise = law.idle or s.left.most <= t.noise
-        if simpler and noise and explained(s, e.plain, law.score) >= least:
+        if not law.trial.insertion.contains(s.trial.insertion):
+            continue
+        idle = law.idle and s.score.behind(law.score) < IDLE * t.z
+        noise = idle or s.left.most <= t.noise
+        if noise and explained(s, e.plain, law.score) >= (EXACT if idle else ALL_BUT):
             return s
     return law
+
+
+IDLE = 2.0
+"""Times the limit up to which a simpler law may lag behind one whose own part may be zero."""
 
 
 ALL_BUT = 0.999

@@ -273,6 +273,13 @@ def test_a_richer_law_that_leads_clearly_is_named() -> None:
     assert (d.answer, label(d), d.rivals) == ("exact", "stribeck_friction at d", ())
 
 
+@pytest.mark.parametrize(("z", "told"), [(4.5, "coulomb_friction"), (8.0, "stribeck_friction")])
+def test_what_leads_by_far_is_not_idle_whatever_its_interval(z: float, told: str) -> None:
+    case = Case(5.0).law("coulomb_friction at d", lag(z)).law("stribeck_friction at d", 0.0)
+    case.laws[1] = replace(case.laws[1], idle=True)
+    assert label(case.decided()) == f"{told} at d"
+
+
 def test_equals_of_different_families_are_look_alikes() -> None:
     d = (
         Case(5.0).law("hysteresis at k", 0.0).law("nonlinear_stiffness at k", lag(1.0))
