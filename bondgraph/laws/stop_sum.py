@@ -4,14 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Annotated, Any, ClassVar
 
 from bondgraph.graph.parameter import Parameter
 from bondgraph.hysteresis.plays.play import play, sum_of_plays
 from bondgraph.hysteresis.rate.rate import measured_rate
 from bondgraph.laws.law import Law
-from bondgraph.support.bounds import NonNegative, Positive
+from bondgraph.support.bounds import NonNegative, Positive, one_of
 from bondgraph.support.ops import Ops
+
+FAR = 100.0
+"""Thresholds by which a play begins beyond its end, whatever a fit makes of them."""
 
 
 @dataclass(frozen=True)
@@ -19,10 +22,10 @@ class StopSum(Law):
     """Prandtl-Ishlinskii law of stop type: ``sign * sum_i h_i (s - play_{r_i}[s])``.
 
     With ``h_i >= 0`` every stop is a spring with a slip: the law is passive (a Maxwell slip
-    element in a storage). Thresholds are fixed, heights are parameters. `rated` stops slip later
-    the faster `s` moves, at ``r_i (1 + b |v| / speed)``; the rate `v` is that of the last accepted
-    step, so that the widths of a step are known before it is solved (Al Janaideh and Krejci,
-    IEEE/ASME Trans. Mechatronics 18 (2013) 1498; `RateDependentPrandtlIshlinskii`).
+    element in a storage). Heights are parameters. `rated` stops slip later the faster `s` moves, at
+    ``r_i (1 + b |v| / speed)``; the rate `v` is that of the last accepted step, so that the widths
+    of a step are known before it is solved (Al Janaideh and Krejci, IEEE/ASME Trans. Mechatronics
+    18 (2013) 1498; `RateDependentPrandtlIshlinskii`).
 
     Parameters
     ----------
@@ -36,6 +39,10 @@ class StopSum(Law):
         Thresholds grow with the rate; ``b`` is a parameter.
     speed : float
         Typical rate of `s`, units of `s` per second.
+    begun : str
+        What came before the first value of `s`: nothing that is remembered (``relaxed``), a way
+        from zero, where all was relaxed (``virgin``), or a long way up or down (``risen``,
+        ``fallen``), which leaves every stop at its slip.
 
     Examples
     --------
@@ -51,7 +58,8 @@ class StopSum(Law):
     unit: str = "1"
     rated: bool = False
     speed: Positive = 1.0
-    starts: ClassVar[tuple[str, ...]] = ("height", "scale", "unit")
+    begun: Annotated[str, one_of("relaxed", "virgin", "risen", "fallen")] = "relaxed"
+    starts: ClassVar[tuple[str, ...]] = ("height", "scale", "unit", "begun")
     name: ClassVar[str] = "prandtl_ishlinskii"
     meanings: ClassVar[Mapping[str, str]] = {
         "h_i": "stiffness of each spring that slips",
@@ -81,12 +89,17 @@ class StopSum(Law):
         return len(self.thresholds) + 2 * self.rated
 
     def initial_memory(self, s: float) -> tuple[float, ...]:
-        """Relaxed at `s`, at rest."""
-        return (s,) * len(self.thresholds) + ((s, 0.0) if self.rated else ())
+        """Plays after what came before, at rest; those far away are at their end at once."""
+        return (*(self._begun(s, r) for r in self.thresholds), *((s, 0.0) if self.rated else ()))
 
     def memory_sensitivity(self, s: float = 0.0) -> tuple[float, ...]:
-        """Relaxed memory follows `s`."""
-        return self.initial_memory(1.0)
+        """Memory follows `s` but where zero is remembered."""
+        plays = (float(self.begun != "virgin"),) * len(self.thresholds)
+        return (*plays, *((1.0, 0.0) if self.rated else ()))
+
+    def _begun(self, s: float, r: float) -> float:
+        away = {"risen": -FAR * r, "fallen": FAR * r}.get(self.begun, 0.0)
+        return 0.0 if self.begun == "virgin" else s + away
 
     def advance(self, ops: Ops, s: Any, memory: Sequence[Any], p: Sequence[Any]) -> tuple[Any, ...]:
         """Each play moved to `s`."""

@@ -49,9 +49,12 @@ def borne_elsewhere(law: Scored, e: Evidence, t: Thresholds) -> bool:
     A form follows any law of its kind: one that it cannot follow there imitates something else. Not
     so a free course in time, which nothing tells in a stretch left out, and a distortion of a
     command, which has no past. Nor a linear element whose lack was the whole misfit: forms answer
-    through the model without it, which rings or drifts where the machine does not.
+    through the model without it, which rings or drifts where the machine does not. Nor a richer
+    memory, which may have been loaded beforehand: free forms have no past.
     """
-    if law.trial.insertion.plain and law.left.is_noise(t.noise):
+    made = law.trial.insertion
+    past = made.form and made.kind == "memory"
+    if (made.plain or past) and law.left.is_noise(t.noise):
         return False
     own = (k for k in _own(law, e) if k.kind not in (*SHAPELESS, "command"))
     far = any(FAR * t.z < k.score.behind(law.score) < np.inf for k in own)

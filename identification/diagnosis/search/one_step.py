@@ -341,7 +341,7 @@ def _with_forms(
     least = MUCH * most if unknown else MUCH * excess
     if not unknown and best.left.most < LOUD:
         least = max(least, NEARLY * most)
-    made: dict[tuple[str, object], tuple[Insertion, ...]] = {}
+    made: dict[tuple[str, object], list[tuple[Insertion, bool]]] = {}
     for s in named if most > 0 else ():
         effect = next(e for e in found.options.catalogue if e.name == s.trial.effect)
         at = (s.element, effect.richer or effect.name)  # laws of friction share their forms
@@ -351,11 +351,14 @@ def _with_forms(
         at = (r.element.name, r.effect.richer)
         if r.effect.richer and r.home and at not in made:
             made[at] = _forms_of(r.effect, r.element.name, (), found)
-    every = [f for forms in made.values() for f in forms if f.starts and of_told_kind(f, decision)]
+    every = [
+        (f, home) for forms in made.values() for f, home in forms
+        if f.starts and of_told_kind(f, decision)
+    ]  # fmt: skip
     forms = _fitted_forms(every, best, found, task) if every else ()
     form = best_form(forms, best, task.limits)
     if form is None or not (unknown or form.left.most <= task.limits.noise):
-        return evidence
+        form, forms = best, [f for f in forms if f.trial.effect == best.trial.effect]
     alike = [f for f in forms if f.trial.itself and f.score.behind(form.score) < task.limits.z]
     laws: dict[tuple[str, str], Scored] = {}
     for law in (form, *sorted(alike, key=lambda o: o.score.loss), *evidence.laws):
@@ -374,23 +377,27 @@ def of_told_kind(form: Insertion, decision: Decision) -> bool:
 
 def _forms_of(
     effect: Effect, place: str, named: Sequence[Scored], found: Searched
-) -> tuple[Insertion, ...]:
-    """Return richer forms of an effect, which start where the laws at its place ended."""
+) -> list[tuple[Insertion, bool]]:
+    """Return richer forms of an effect, which start where the laws at its place ended.
+
+    Each with whether its place is a usual one.
+    """
     ended = {o.trial.effect: o.trial.fit.values for o in named if o.element == place}
-    return effect.forms(found.seen, found.seen.graph[place], ended)
+    element = found.seen.graph[place]
+    return [(f, effect.home(element)) for f in effect.forms(found.seen, element, ended)]
 
 
 def _fitted_forms(
-    made: Sequence[Insertion], best: Scored, found: Searched, task: SearchTask
+    made: Sequence[tuple[Insertion, bool]], best: Scored, found: Searched, task: SearchTask
 ) -> tuple[Scored, ...]:
     """Fit forms as the best law was; those that fit better than it are scored."""
     options, template = found.options, found.base.template
     data = replace(template.data, hold=best.trial.fit.problem.data.hold)
     tried = fitted_insertions(
-        found.seen, replace(template, data=data), [(m, best.trial.home) for m in made], options,
+        found.seen, replace(template, data=data), made, options,
         _told_within(task, found.number), 0.95, 1.0, best.trial.train,
     )  # fmt: skip
-    tried = [t for t in tried if t.train < best.trial.train]
+    tried = [t for t in tried if t.train < AS_GOOD * best.trial.train]
     return scored(finished(tried, options), options.jobs)
 
 
@@ -398,6 +405,8 @@ MUCH = 0.5
 """Part of the misfit above the noise that a law explains whose richer forms are worth a fit."""
 LOUD = 1.5
 """Times the noise that a law leaves from which forms of others are tried that explain less."""
+AS_GOOD = 1.1
+"""Part of what the best law leaves that a form may leave for both to be compared."""
 NEARLY = 0.9
 """Part of what the best law explains that it explains at least."""
 

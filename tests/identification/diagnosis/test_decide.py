@@ -280,6 +280,18 @@ def test_what_leads_by_far_is_not_idle_whatever_its_interval(z: float, told: str
     assert label(case.decided()) == f"{told} at d"
 
 
+@pytest.mark.parametrize("form", [False, True])
+def test_a_memory_with_a_past_is_told_though_no_free_form_follows_it(form: bool) -> None:
+    case = (
+        Case(9.0).law("hysteresis at k", 0.0)
+        .kind("memory", "k", lag(60.0)).kind("dissipative", "d", 0.0)
+    )  # fmt: skip
+    (law,) = case.laws
+    made = replace(law.trial, insertion=replace(law.trial.insertion, form=form))
+    case.laws = [replace(law, trial=made)]
+    assert (case.decided().kind == "missing_physics") is form
+
+
 def test_equals_of_different_families_are_look_alikes() -> None:
     d = (
         Case(5.0).law("hysteresis at k", 0.0).law("nonlinear_stiffness at k", lag(1.0))

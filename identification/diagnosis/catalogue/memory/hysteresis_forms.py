@@ -10,6 +10,7 @@ import numpy as np
 
 from bondgraph.graph.elements import C, Element, R, Source
 from bondgraph.laws import BoucWenMemory, Law, LawSum, MaxwellSlip, Parametrised, Polynomial
+from bondgraph.support.ops import NUMPY
 from identification.diagnosis.catalogue.effect import Insertion
 from identification.diagnosis.catalogue.memory.creep import Creep
 from identification.diagnosis.catalogue.memory.hysteresis import Hysteresis, stops_at
@@ -25,7 +26,7 @@ def hysteresis_forms(
 ) -> tuple[Insertion, ...]:
     """Return stops of a storage that creep, saturate, or slip later in fast motion; and Bouc-Wen.
 
-    Of a drive Bouc-Wen alone.
+    Of a drive Bouc-Wen, and anywhere more stops, which may be loaded beforehand.
 
     Creep in series: Kuhnen and Janocha 1998. Third and fifth power of a Landau potential:
     Devonshire, Phil. Mag. 40 (1949) 1040; Landis, J. Mech. Phys. Solids 50 (2002) 127. Thresholds
@@ -41,11 +42,12 @@ def hysteresis_forms(
     """
     if isinstance(element, R):
         return _at_their_ways(scene, element, ended.get(PLAIN.name, {}))
-    if isinstance(element, Source) and not element.measured:
-        return (_bouc_wen(scene, element, scene.of(element).largest),)
-    if not isinstance(element, C):
-        return ()
     past, known = scene.of(element), ended.get(PLAIN.name, {})
+    own = _finer(scene, element) if known else ()
+    if isinstance(element, Source) and not element.measured:
+        return (_bouc_wen(scene, element, past.largest), *own)
+    if not isinstance(element, C):
+        return own
     reach = float(abs(past.argument).max()) or 1.0
     state = _bouc_wen(scene, element, reach)
     if not known:
@@ -72,7 +74,34 @@ def hysteresis_forms(
             "its output depends on the turning points of the past, with loops wider with speed",
         ),
         state,
+        *own,
     )  # fmt: skip
+
+
+LOADED = "its output depends on the turning points of the past, also of those before the record"
+FINE = 3
+"""Times as many stops as usual where their steps show above the noise."""
+
+
+def _finer(scene: FittedModel, element: Element) -> tuple[Insertion, ...]:
+    """Insert more stops, which may be loaded before the record begins: each way only once.
+
+    They start afresh: where all were free at first the plain ones have bent to what is none.
+    """
+    past, (_, way) = scene.of(element), law_units(element)[:2]
+    first, plain = float(past.argument[0]), stops_at(element, past)
+    at = np.arange(1, FINE * len(plain.thresholds) + 1) / FINE
+    ends = np.interp(at, np.arange(len(plain.thresholds) + 1), (0.0, *plain.thresholds))
+    made: dict[tuple[float, ...], Insertion] = {}
+    for begun in ("relaxed", "virgin", "risen", "fallen"):
+        law = replace(
+            plain, thresholds=tuple(map(float, ends)), height=plain.height / FINE, begun=begun
+        )
+        words = LOADED if begun != "relaxed" else PLAIN.sentence
+        lifted = Parametrised(law, ("thresholds",), (way,))
+        form = _beside(scene, element, lifted, {}, PLAIN.law, (), words)
+        made.setdefault(tuple(law.advance(NUMPY, first, law.initial_memory(first), ())), form)
+    return tuple(made.values())
 
 
 SHAPES = ((4.0, 4.0), (1.0, 1.0), (1.0, -1.0), (1.5, -2.5))
