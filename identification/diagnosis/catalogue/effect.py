@@ -268,6 +268,12 @@ class Effect:
         """
         return ()
 
+    def without_idle(
+        self, scene: FittedModel, made: Insertion, values: Mapping[str, float]
+    ) -> Insertion | None:
+        """Return a form without those of its many numbers that a fit put to zero, if it has any."""
+        return None
+
     def refinements(
         self, scene: FittedModel, element: Element, ended: Mapping[str, float]
     ) -> tuple[Insertion, ...]:

@@ -26,13 +26,8 @@ from identification.diagnosis.search.candidates import (
 )
 from identification.diagnosis.search.looks import Looks
 from identification.diagnosis.search.nominal import deeper, held_to_residual, misread, weighed_by
-from identification.diagnosis.search.one_step import (
-    Progress,
-    Searched,
-    SearchTask,
-    decided,
-    searched,
-)
+from identification.diagnosis.search.one_step import decided, searched
+from identification.diagnosis.search.task import Progress, Searched, SearchTask
 from identification.diagnosis.search.within_reason import within_reason
 from identification.estimation.levenberg_marquardt import FitStatus
 from identification.estimation.single_record import Fit

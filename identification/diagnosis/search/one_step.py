@@ -3,27 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import zip_longest
 
 import numpy as np
-from joblib import Parallel, delayed
 
 from bondgraph.graph.sensors import Sensor
 from identification.diagnosis.catalogue import UNNAMED
-from identification.diagnosis.catalogue.effect import Effect, Insertion
 from identification.diagnosis.evidence.answer import Decision
 from identification.diagnosis.evidence.block_score import BlockScore, score
-from identification.diagnosis.evidence.decision import MOSTLY, decide
-from identification.diagnosis.evidence.hypotheses import Evidence, Scored, Thresholds
+from identification.diagnosis.evidence.decision import decide
+from identification.diagnosis.evidence.hypotheses import Evidence, Thresholds
 from identification.diagnosis.evidence.kind_pairs import MANY, in_every_pair
 from identification.diagnosis.evidence.kind_score import KindScore
-from identification.diagnosis.evidence.kinds_told import CURVES, RICHER, alike_kinds
+from identification.diagnosis.evidence.kinds_told import alike_kinds
 from identification.diagnosis.evidence.nearest import nearest
 from identification.diagnosis.evidence.remaining import remaining
 from identification.diagnosis.evidence.shares import explained
 from identification.diagnosis.localisation.blind_relations import BlindRelation
-from identification.diagnosis.localisation.structural_classes import Isolability
 from identification.diagnosis.screening.carried import FAR, astray, bent, carried_away
 from identification.diagnosis.screening.port_history import FittedModel
 from identification.diagnosis.screening.score_test import Screened
@@ -36,57 +33,22 @@ from identification.diagnosis.search.candidates import (
     each_once,
     finished,
     fitted,
-    fitted_insertions,
     not_worse,
     rivals_of,
     search,
     to_their_ends,
 )
-from identification.diagnosis.search.looks import Looks
 from identification.diagnosis.search.near_declared import near_declared
 from identification.diagnosis.search.own_steps import without_own_steps
 from identification.diagnosis.search.passed_over import by_merit, elsewhere, overlooked
+from identification.diagnosis.search.richer_laws import with_forms
+from identification.diagnosis.search.scored_laws import scored
+from identification.diagnosis.search.task import Searched, SearchTask, told_within
 from identification.estimation.levenberg_marquardt import FitStatus
-from identification.estimation.single_record import Fit, fit
+from identification.estimation.single_record import fit
 from identification.report.numbers import times_noise
 
 Progress = Callable[[str, float], None]
-
-
-@dataclass(frozen=True, eq=False)
-class SearchTask:
-    """What every step of one search shares."""
-
-    done: Looks
-    options: DiagnosisOptions
-    limits: Thresholds
-    classes: Isolability
-    say: Progress
-    given: tuple[str, ...] = ()
-
-
-@dataclass(frozen=True, eq=False)
-class Searched:
-    """What one step has looked at and fitted, before anything is decided.
-
-    Attributes
-    ----------
-    ranked : sequence of Screened
-        Effects at the places in question, the most promising first.
-    options : DiagnosisOptions
-        Of this step: a fit that follows nothing is searched more widely.
-    quiet : bool
-        Nothing shows, so that nothing was fitted.
-    """
-
-    base: Base
-    number: int
-    seen: FittedModel
-    ranked: Sequence[Screened]
-    options: DiagnosisOptions
-    evidence: Evidence
-    trials: tuple[Candidate, ...] = ()
-    quiet: bool = False
 
 
 def searched(base: Base, task: SearchTask, number: int, named: tuple[str, ...] = ()) -> Searched:
@@ -116,7 +78,7 @@ def searched(base: Base, task: SearchTask, number: int, named: tuple[str, ...] =
         return Searched(base, number, seen, ranked, options, quiet, quiet=True)
     asked = number == 0 and not carried_away(base.fit)
     where = done.where(base.fit, task.classes) if asked else ()
-    tell, near = _told_within(task, number), None
+    tell, near = told_within(task, number), None
     if number == 0 and not astray(base.fit) and (near := near_declared(base.fit)):
         kinds = _merged(kinds, done.kinds(base.fit, near))
     there = [k for k in kinds if k.element in where] if where else kinds
@@ -177,13 +139,6 @@ MOST = 0.05
 """Part of a misfit that a law leaves whose course is followed alone."""
 
 
-def _told_within(task: SearchTask, number: int) -> Progress:
-    """Tell the progress of one step as a part of all of them."""
-    span = 0.8 / max(1, task.options.effects)
-    low = 0.12 + span * number
-    return lambda text, fraction: task.say(text, min(low + span * fraction, 0.94))
-
-
 def decided(found: Searched, task: SearchTask) -> Decision:
     """Decide what was found; laws that the evidence asks for are fitted first."""
     if found.quiet:
@@ -216,7 +171,7 @@ def decided(found: Searched, task: SearchTask) -> Decision:
     if same := elsewhere(decision, alike_kinds(evidence, limits), evidence, ranked):
         evidence = _with_laws(found, task, evidence, same[: found.options.more])
         decision = decide(evidence, limits)
-    richer = _with_forms(found, task, evidence, decision)
+    richer = with_forms(found, task, evidence, decision)
     if richer is not evidence:
         evidence = along_best(found, task, richer)
         decision = decide(evidence, limits)
@@ -308,7 +263,7 @@ def _with_laws(
     found: Searched, task: SearchTask, evidence: Evidence, wanted: Sequence[Screened]
 ) -> Evidence:
     """Return the evidence with more laws fitted, and those that could not be."""
-    options, tell = found.options, _told_within(task, found.number)
+    options, tell = found.options, told_within(task, found.number)
     beat = min((s.trial.train for s in evidence.laws), default=evidence.trained)
     more = fitted(found.seen, found.base.template, wanted, options, tell, 0.9, 1.0, beat)
     every = each_once([*(s.trial for s in evidence.laws), *finished(more, options)])
@@ -317,130 +272,6 @@ def _with_laws(
     untried = (*evidence.untried, *(at for at in names if at not in made))
     laws = scored(not_worse(every, options), options.jobs)
     return replace(evidence, laws=laws, untried=untried)
-
-
-def _with_forms(
-    found: Searched, task: SearchTask, evidence: Evidence, decision: Decision
-) -> Evidence:
-    """Fit richer forms of a law that explains much, but not all.
-
-    Of all laws that explain nearly what the best does, or much where the best leaves much; where
-    nothing can be named, half of it, and at first also forms that need no simpler law to begin
-    from: what is large and softens or hardens bends the model until no simple law does anything. A
-    form takes the place of its law only where held-out samples and the stretches left out are both
-    surely better with it than with any law, and little is left; beside a name only noise: what is
-    missing elsewhere may not be made part of a name. Forms that the data do not tell from it come
-    along. Where a kind is told, a form has to be of that kind.
-    """
-    unknown = decision.kind == "unknown_physics"
-    named = [s for s in evidence.laws if s.trial.effect != UNNAMED.name and s.trial.itself]
-    if not named or named[0].left.most <= task.limits.noise:
-        return evidence
-    best, plain = named[0], evidence.plain
-    most, excess = gained(best, plain), plain.square - 1.0
-    least = MUCH * most if unknown else MUCH * excess
-    if not unknown and best.left.most < LOUD:
-        least = max(least, NEARLY * most)
-    made: dict[tuple[str, object], list[tuple[Insertion, bool]]] = {}
-    for s in named if most > 0 else ():
-        effect = next(e for e in found.options.catalogue if e.name == s.trial.effect)
-        at = (s.element, effect.richer or effect.name)  # laws of friction share their forms
-        if at not in made and gained(s, plain) >= least:
-            made[at] = _forms_of(effect, s.element, named, found)
-    for r in found.ranked if unknown and found.number == 0 else ():
-        at = (r.element.name, r.effect.richer)
-        if r.effect.richer and r.home and at not in made:
-            made[at] = _forms_of(r.effect, r.element.name, (), found)
-    every = [
-        (f, home) for forms in made.values() for f, home in forms
-        if f.starts and of_told_kind(f, decision)
-    ]  # fmt: skip
-    forms = _fitted_forms(every, best, found, task) if every else ()
-    form = best_form(forms, best, task.limits)
-    if form is None or not (unknown or form.left.most <= task.limits.noise):
-        form, forms = best, [f for f in forms if f.trial.effect == best.trial.effect]
-    alike = [f for f in forms if f.trial.itself and f.score.behind(form.score) < task.limits.z]
-    laws: dict[tuple[str, str], Scored] = {}
-    for law in (form, *sorted(alike, key=lambda o: o.score.loss), *evidence.laws):
-        laws.setdefault((law.trial.effect, law.element), law)
-    return replace(evidence, laws=tuple(sorted(laws.values(), key=lambda o: o.score.loss)))
-
-
-def of_told_kind(form: Insertion, decision: Decision) -> bool:
-    """Whether a form may be what a decision has told: of its kind, or one that holds the other.
-
-    A surface of displacement and flow at a place is no memory there, nor the other way round.
-    """
-    told = {k.kind for k in decision.kinds} if decision.answer == "kind" else {form.kind}
-    return form.kind in told or bool(told & CURVES if form.kind in RICHER else told & set(RICHER))
-
-
-def _forms_of(
-    effect: Effect, place: str, named: Sequence[Scored], found: Searched
-) -> list[tuple[Insertion, bool]]:
-    """Return richer forms of an effect, which start where the laws at its place ended.
-
-    Each with whether its place is a usual one.
-    """
-    ended = {o.trial.effect: o.trial.fit.values for o in named if o.element == place}
-    element = found.seen.graph[place]
-    return [(f, effect.home(element)) for f in effect.forms(found.seen, element, ended)]
-
-
-def _fitted_forms(
-    made: Sequence[tuple[Insertion, bool]], best: Scored, found: Searched, task: SearchTask
-) -> tuple[Scored, ...]:
-    """Fit forms as the best law was; those that fit better than it are scored."""
-    options, template = found.options, found.base.template
-    data = replace(template.data, hold=best.trial.fit.problem.data.hold)
-    tried = fitted_insertions(
-        found.seen, replace(template, data=data), made, options,
-        _told_within(task, found.number), 0.95, 1.0, best.trial.train,
-    )  # fmt: skip
-    tried = [t for t in tried if t.train < AS_GOOD * best.trial.train]
-    return scored(finished(tried, options), options.jobs)
-
-
-MUCH = 0.5
-"""Part of the misfit above the noise that a law explains whose richer forms are worth a fit."""
-LOUD = 1.5
-"""Times the noise that a law leaves from which forms of others are tried that explain less."""
-AS_GOOD = 1.1
-"""Part of what the best law leaves that a form may leave for both to be compared."""
-NEARLY = 0.9
-"""Part of what the best law explains that it explains at least."""
-
-
-def gained(law: Scored, plain: BlockScore) -> float:
-    """Mean square that a law removes."""
-    return plain.square - law.score.square
-
-
-def best_form(forms: Sequence[Scored], simple: Scored, limits: Thresholds) -> Scored | None:
-    """Return the form with the fewest numbers among the best, None if the simple law will do.
-
-    One whose own strengths may be zero is no form of that effect (a damper that is as steep either
-    way is no uneven one), unless a memory gives all numbers one scale that nobody tells.
-    """
-    if simple.left.most <= limits.noise:
-        return None
-    rest = simple.score.square - 1.0
-    better = [
-        f for f in forms
-        if f.trial.itself and simple.score.behind(f.score) > limits.z
-        and f.trial.test < simple.trial.test
-        and (f.left.most <= limits.noise or simple.score.square - f.score.square > MOSTLY * rest)
-        and (f.trial.insertion.kind == "memory" or not _vanishes(f.trial))
-    ]  # fmt: skip
-    if not better:
-        return None
-    best = min(better, key=lambda f: f.score.loss)
-    alike = [f for f in better if f is best or f.score.behind(best.score) < limits.z]
-    return min(alike, key=lambda f: len(f.trial.fit.problem.free))
-
-
-def _vanishes(form: Candidate) -> bool:
-    return _may_vanish(form.fit, form.insertion.strengths)
 
 
 def unexplained(decision: Decision, evidence: Evidence) -> bool:
@@ -494,49 +325,6 @@ def _hopeful(plain: BlockScore, kind: KindScore, limits: Thresholds) -> bool:
     """Whether a search is worth its time: half of what a name will need."""
     gain = plain.excess(kind.score)
     return plain.behind(kind.score) > 0.7 * limits.z and gain > 0.3 * limits.gain
-
-
-def scored(trials: Sequence[Candidate], jobs: int = 1) -> tuple[Scored, ...]:
-    """Score candidates in `jobs` threads, best first."""
-    made = Parallel(n_jobs=jobs, backend="threading")(delayed(_scored)(t) for t in trials)
-    laws = sorted(made, key=lambda s: s.score.loss)
-    return tuple(
-        replace(s, idle=s.score.behind(laws[0].score) < NEAR and _idle(s.trial, trials))
-        for s in laws
-    )
-
-
-NEAR = 3.0
-"""Standard errors behind the best up to which a law's own part is looked at."""
-
-
-def _idle(trial: Candidate, trials: Sequence[Candidate]) -> bool:
-    """Whether all strengths that a simpler law there does not have may be zero.
-
-    Where those of the simpler law may be zero as well, all numbers share a scale that the readings
-    do not tell: then their intervals say nothing of what is needed.
-    """
-    simpler = [
-        t for t in trials
-        if trial.insertion.contains(t.insertion)
-    ]  # fmt: skip
-    if not simpler:
-        return False
-    known = simpler[0].fit.problem.graph.parameters
-    own = [n for n in trial.insertion.strengths if n not in known]
-    return _may_vanish(trial.fit, own) and not _may_vanish(
-        simpler[0].fit, simpler[0].insertion.strengths
-    )
-
-
-def _may_vanish(fit: Fit, strengths: Collection[str]) -> bool:
-    """Whether zero lies in the interval of every one of some strengths."""
-    ends = [e.ci95 for e in fit.estimates if e.name in strengths]
-    return bool(ends) and all(low <= 0.0 <= high for low, high in ends)
-
-
-def _scored(trial: Candidate) -> Scored:
-    return Scored(trial, score(trial.fit), remaining(trial.fit))
 
 
 def _merged(first: Sequence[KindScore], second: Sequence[KindScore]) -> list[KindScore]:

@@ -21,7 +21,7 @@ from identification.diagnosis.search.candidates import (
     fitted_insertions,
     trial_of,
 )
-from identification.diagnosis.search.one_step import scored
+from identification.diagnosis.search.scored_laws import scored
 from identification.estimation.enough_steps import with_enough_steps
 from identification.estimation.single_record import Fit
 from identification.study.problem import Problem

@@ -24,7 +24,8 @@ from identification.diagnosis.catalogue.words import described
 from identification.diagnosis.diagnose import diagnose
 from identification.diagnosis.evidence.hypotheses import Scored, Thresholds
 from identification.diagnosis.search.candidates import DiagnosisOptions, attempt, go_on
-from identification.diagnosis.search.one_step import best_form, scored
+from identification.diagnosis.search.richer_laws import best_form
+from identification.diagnosis.search.scored_laws import scored
 from identification.estimation.single_record import fit
 from identification.study.problem import Problem
 from tests.identification.diagnosis.effect_plants import mechanical, response, scene

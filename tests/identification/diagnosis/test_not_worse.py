@@ -22,7 +22,8 @@ from identification.diagnosis.search.candidates import (
     trial_of,
 )
 from identification.diagnosis.search.nominal import nominal_fit
-from identification.diagnosis.search.one_step import BEHIND, _finished, _idle
+from identification.diagnosis.search.one_step import BEHIND, _finished
+from identification.diagnosis.search.scored_laws import _idle
 from identification.estimation.single_record import fit
 from identification.estimation.sub_steps import settled_fit
 from identification.study.problem import Data, Problem

@@ -32,12 +32,9 @@ from identification.diagnosis.search.candidates import (
     fitted_insertions,
 )
 from identification.diagnosis.search.looks import Looks
-from identification.diagnosis.search.one_step import (
-    SearchTask,
-    best_form,
-    of_told_kind,
-    scored,
-)
+from identification.diagnosis.search.richer_laws import best_form, of_told_kind
+from identification.diagnosis.search.scored_laws import scored
+from identification.diagnosis.search.task import SearchTask
 from identification.estimation.single_record import fit
 from identification.study.problem import Data, Problem
 from tests.settled import simulate

@@ -107,6 +107,14 @@ class Hysteresis(Effect):
 
         return hysteresis_forms(scene, element, ended)
 
+    def without_idle(
+        self, scene: FittedModel, made: Insertion, values: Mapping[str, float]
+    ) -> Insertion | None:
+        """Return the stops of a bank that bear anything, numbered anew."""
+        from identification.diagnosis.catalogue.memory.hysteresis_forms import bearing
+
+        return bearing(scene, made, values)
+
 
 def stops_at(element: Element, past: PortHistory) -> StopSum:
     """Return the law whose thresholds share the range of the argument."""

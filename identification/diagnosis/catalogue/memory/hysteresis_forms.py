@@ -9,11 +9,20 @@ from types import MappingProxyType
 import numpy as np
 
 from bondgraph.graph.elements import C, Element, R, Source
-from bondgraph.laws import BoucWenMemory, Law, LawSum, MaxwellSlip, Parametrised, Polynomial
+from bondgraph.laws import (
+    BoucWenMemory,
+    Law,
+    LawSum,
+    MaxwellSlip,
+    Parametrised,
+    Polynomial,
+    StopSum,
+)
 from bondgraph.support.ops import NUMPY
 from identification.diagnosis.catalogue.effect import Insertion
 from identification.diagnosis.catalogue.memory.creep import Creep
 from identification.diagnosis.catalogue.memory.hysteresis import Hysteresis, stops_at
+from identification.diagnosis.catalogue.places import law_of
 from identification.diagnosis.catalogue.starts import law_units, rebalanced, rubbing_units
 from identification.diagnosis.screening.port_history import FittedModel
 
@@ -102,6 +111,31 @@ def _finer(scene: FittedModel, element: Element) -> tuple[Insertion, ...]:
         form = _beside(scene, element, lifted, {}, PLAIN.law, (), words)
         made.setdefault(tuple(law.advance(NUMPY, first, law.initial_memory(first), ())), form)
     return tuple(made.values())
+
+
+def bearing(scene: FittedModel, made: Insertion, values: Values) -> Insertion | None:
+    """Return a bank without the stops that a fit put to zero; None of what is no bank or has none.
+
+    What is left of many stops is as few as the readings ask for.
+    """
+    lifted, name = law_of(made.graph[made.element]), made.element
+    if not isinstance(lifted, Parametrised) or not isinstance(lifted.inner, StopSum):
+        return None
+    stops = lifted.inner
+    heights = [values.get(f"h_{i}_{name}", 0.0) for i in range(1, len(stops.thresholds) + 1)]
+    kept = [i for i, h in enumerate(heights) if h > IDLE * max(heights)]
+    if stops.rated or not 0 < len(kept) < len(heights):
+        return None
+    fewer = replace(stops, thresholds=tuple(stops.thresholds[i] for i in kept))
+    law = Parametrised(fewer, lifted.lifted, lifted.units)
+    graph, names = PLAIN.with_law(scene, scene.graph[name], law)
+    start = {n: v for n, v in values.items() if n in scene.graph.parameters}
+    start |= {n: heights[i] for n, i in zip(names, kept, strict=True)}
+    return replace(made, graph=graph, starts=(start,), strengths=names)
+
+
+IDLE = 1e-3
+"""Part of the largest height below which a stop bears nothing."""
 
 
 SHAPES = ((4.0, 4.0), (1.0, 1.0), (1.0, -1.0), (1.5, -2.5))
