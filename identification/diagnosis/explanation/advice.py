@@ -23,6 +23,8 @@ if TYPE_CHECKING:
     from identification.diagnosis.diagnose import Diagnosis
 
 
+INCOMPLETE = "the repaired model is better, not complete"
+"""How advice begins where a repair leaves more than noise."""
 ANYTHING = (
     "no effect of the catalogue fits: record a slow large sweep and a step with a rest after it",
 )
@@ -94,7 +96,7 @@ def _incomplete(d: Diagnosis) -> Iterator[str]:
                     "law of that loss can be told, such as radiation or free convection"
                 )
         yield (
-            f"the repaired model is better, not complete: it leaves {d.left.most:.3g} times the "
+            f"{INCOMPLETE}: it leaves {d.left.most:.3g} times the "
             "noise; record another amplitude, another speed, a rest after a step, and diagnose "
             "all recordings together"
         )
