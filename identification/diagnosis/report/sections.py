@@ -27,7 +27,7 @@ from identification.diagnosis.report.law_figures import law_figure
 from identification.diagnosis.report.recording_figure import recording_figure
 from identification.diagnosis.report.views import AS_IT_IS, DECLARED, unit_of
 from identification.diagnosis.search.candidates import Candidate
-from identification.diagnosis.verdict import effect_parameters, normalised_error, sentence
+from identification.diagnosis.verdict import answered, effect_parameters, normalised_error
 from identification.diagnosis.verdict.document import ERROR, law_constants, parts_of
 from identification.diagnosis.verdict.lines import (
     certainty_lines,
@@ -79,7 +79,8 @@ def answer(d: Diagnosis) -> str:
         ("diagnosed in", f"{d.seconds:.1f} s, without reading and this page"),
         ("seed", str(d.seed)),
     ]
-    return html.head("Diagnosis report", badge, sentence(d), pairs)
+    first, *more = answered(d)
+    return html.head("Diagnosis report", badge, first, pairs, more)
 
 
 def _doubted(d: Diagnosis) -> tuple[str, str] | None:

@@ -101,7 +101,7 @@ def _answer(v: Data) -> str:
             f"the model {v['model']} looks wrong: {' or '.join(v['suspects'])}. No physics "
             "is told before that is mended."
         )
-    return ended("; but ".join((_found(v).removesuffix("."), *v.get("suspects", ()))))
+    return " ".join((_found(v), *(ended(f"But {s}") for s in v.get("suspects", ()))))
 
 
 def _not_searched(v: Data) -> bool:

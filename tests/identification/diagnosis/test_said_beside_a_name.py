@@ -41,6 +41,7 @@ from identification.diagnosis.search.candidates import Candidate
 from identification.diagnosis.studio import page
 from identification.diagnosis.verdict import (
     NEXT,
+    headline,
     in_words,
     parse_verdict,
     retold,
@@ -128,16 +129,57 @@ def test_without_a_name_places_stay_open(found: Diagnosis) -> None:
     assert "may sit here alone" not in checked(replace(open_, kind="explained"))
 
 
+def test_the_headline_is_short_and_loses_nothing(found: Diagnosis) -> None:
+    """New users met first lines of fifty words."""
+    (step,) = found.findings
+    rivals = tuple(t for t in step.trials if t is not step.chosen)[:3]
+    unnamed = replace(step, kind="unknown_physics", physics="dissipative", places=("d",))
+    steps = {
+        "missing_physics": (step, replace(step, answer="family", rivals=rivals)),
+        "unknown_physics": tuple(
+            replace(unnamed, answer=a, rivals=rivals) for a in ("unknown", "kind", "look_alikes")
+        ),
+    }
+    for kind, own in steps.items():
+        for one in own:
+            d = replace(found, kind=kind, steps=(one,))
+            assert len(headline(d).split()) <= 25
+            first, second, *_ = in_words(d).splitlines()
+            assert first == headline(d)
+            assert sentence(d) == f"{first} {second}".strip()
+            assert f"<h1>{first}</h1>" in page(d)
+    assert headline(found) == "Coulomb friction is missing at the resistor d."
+    two = replace(found, steps=(step, replace(step, confidence=0.0)))
+    assert "; perhaps coulomb friction at the resistor d." in headline(two)
+    for says in ("opposes every motion and holds at rest (a loss", "held-out error of x falls"):
+        assert says in sentence(found)
+
+
+def test_a_probability_says_what_it_is_of_where_much_is_left(found: Diagnosis) -> None:
+    """It is a share of answers of a sort: it does not fall with what a repair leaves."""
+    assert found.left is not None
+    d = replace(found, left=replace(found.left, over_noise={"x": 40.0}, measured=True))
+    d = replace(d, advice=advice(d, np.array([1.0])))
+    (words,) = (line for line in in_words(d).splitlines() if line.startswith("probability"))
+    assert words.endswith(
+        "; that is of the name among those of the catalogue, and 40 times the noise is left: more "
+        "is missing, or the law is not quite this one"
+    )
+    assert words in said(d)
+    assert stopped(words) in page(d)
+    assert "among those of the catalogue" not in in_words(found) + said(found)
+
+
 def test_a_unit_to_mend_comes_before_the_name_that_stands_in_for_it(
     found: Diagnosis, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     hint = "x looks about 100 times too small (its unit?)"
     plain = sentence(found)
     monkeypatch.setattr(words, "doubts", lambda d: (hint,))
-    assert sentence(found) == f"{plain.removesuffix('.')}; but {hint}."
+    assert sentence(found) == f"{plain} But {hint}."
     monkeypatch.setattr(words, "forgotten_units", lambda d: (hint,))
     lowered = plain[0].lower() + plain[1:]
-    assert sentence(found) == f"First check a unit: {hint}; taken as it is: {lowered}"
+    assert sentence(found) == f"First check a unit: {hint}. Taken as it is: {lowered}"
 
 
 def test_the_first_places_in_the_recording_are_read_at_once(found: Diagnosis) -> None:
