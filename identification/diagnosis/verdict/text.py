@@ -7,17 +7,16 @@ from itertools import dropwhile
 
 import numpy as np
 
-from bondgraph.graph.elements import C, Element, Source
+from bondgraph.graph.elements import Source
 from bondgraph.support.errors import BondsightError
 from identification.diagnosis.catalogue import by_name
-from identification.diagnosis.catalogue.words import briefly, spoken
+from identification.diagnosis.catalogue.words import briefly, called, spoken
 from identification.diagnosis.diagnose import STOPPED_AT_ONCE, Diagnosis
 from identification.diagnosis.evidence.answer import Decision
 from identification.diagnosis.evidence.kinds_told import EXACT, open_kinds
 from identification.diagnosis.explanation.doubts import doubts, forgotten_units
 from identification.diagnosis.explanation.law_formula import gain_of
 from identification.diagnosis.localisation.element_kind import element_words
-from identification.diagnosis.localisation.recording.variables import variables_of
 from identification.diagnosis.localisation.regions import summary
 from identification.diagnosis.search.candidates import Candidate
 from identification.diagnosis.verdict.document import (
@@ -141,7 +140,7 @@ def _named(d: Diagnosis) -> tuple[str, ...]:
         also, others = _also({r.element for r in step.same_place} - {t.element})
         alike = [spaced(n) for n in dict.fromkeys(t.effect for t in step.possible)]
         several = step.answer == "family" and len(alike) > 1
-        own = _called(alike[0], d.graph.elements[t.element]) + _by_law(t)
+        own = called(t.effect, d.graph, t.element) + _by_law(t)
         effect = f"one of {listed(alike)}" if several else own
         where = f"the {element_words(d.graph, t.element)} {t.element}{also}"
         sure = "" if step.confidence > 0 else "perhaps "
@@ -176,16 +175,6 @@ def _also(same: Collection[str]) -> tuple[str, tuple[str, ...]]:
 SOONER = "The search was stopped before all was tried"
 
 
-def _called(name: str, element: Element) -> str:
-    """Return the name of an effect; of a capacitor no stiffness alone."""
-    electric = isinstance(element, C) and variables_of(element).effort_unit == "V"
-    return f"nonlinear capacitance ({name})" if electric and name == BENDS else name
-
-
-BENDS = "nonlinear stiffness"
-"""What an electrical engineer calls after the capacitance."""
-
-
 def _gain(t: Candidate, d: Diagnosis) -> str:
     """Tell the number of a gain that is off."""
     gain = gain_of(as_repaired(t, d))
@@ -216,12 +205,12 @@ def _without_name(d: Diagnosis) -> tuple[str, ...]:
             sort = "an error of the measured input"
         law: tuple[str, ...] = ()
         if step.closest is not None and np.isfinite(step.law_fit):
-            law = (_no_law(_title(step.closest), step.law_fit),)
+            law = (_no_law(_title(step.closest, d), step.law_fit),)
         return (f"{sort} is missing at {where}{also}", *law, *others)
     if step is not None and step.answer == "look_alikes":
         names = briefly(", ".join(t.label for t in step.possible))
         return (f"Something is missing in {d.model}; these explain it alike: {names}",)
-    hint = f"Closest is {_title(step.closest)}" if step and step.closest else ""
+    hint = f"Closest is {_title(step.closest, d)}" if step and step.closest else ""
     if step is not None and step.nearest and not hint:
         hint = f"What comes nearest is {coming_near(near_of(step.nearest[:1], d))}"
     at = f", at {where}{also}," if where else ""
@@ -254,8 +243,8 @@ def _by_law(t: Candidate) -> str:
     return f" ({spaced(made.law)})" if made.law not in (own.law, *own.richer) else ""
 
 
-def _title(t: Candidate) -> str:
-    return f"{spaced(t.effect)} at {t.element}"
+def _title(t: Candidate, d: Diagnosis) -> str:
+    return f"{called(t.effect, d.graph, t.element)} at {t.element}"
 
 
 def _fits(step: Decision, d: Diagnosis) -> str:
