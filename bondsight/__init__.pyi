@@ -16,7 +16,6 @@ from bondgraph.graph.elements import Se as Se
 from bondgraph.graph.elements import Sf as Sf
 from bondgraph.graph.elements import Zero as Zero
 from bondgraph.graph.modulation import displacement as displacement
-from bondgraph.graph.sensors import Da as Da
 from bondgraph.graph.sensors import De as De
 from bondgraph.graph.sensors import Df as Df
 from bondgraph.graph.sensors import Dq as Dq

@@ -151,8 +151,8 @@ def test_a_fault_beside_it_is_found_there_and_leaves_nothing(tmp_path: Path) -> 
 
 
 def test_a_name_that_the_front_door_lacks_is_found(tmp_path: Path) -> None:
-    said = refused(written(tmp_path, "from bondsight import Reading\n"))
-    assert said.endswith("; mend the model: from bondgraph import Reading")
+    said = refused(written(tmp_path, "from bondsight import Da\n"))
+    assert said.endswith("; mend the model: from bondgraph import Da")
     said = refused(written(tmp_path, "from bondsight import Nowhere\n"))
     assert said.endswith("; mend the model")
 
