@@ -13,6 +13,7 @@ import numpy as np
 from bondgraph.graph.elements import C, R
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import BondsightError
+from identification.diagnosis.catalogue.places import sense
 from identification.diagnosis.diagnose import Diagnosis
 from identification.diagnosis.evidence.kind_score import at_values_of
 from identification.diagnosis.explanation.recovered import recovered
@@ -28,7 +29,7 @@ class Recovered:
     Attributes
     ----------
     argument : ndarray
-        Along the repaired model.
+        Along the repaired model, of a flow that into the element.
     output : ndarray
         Of the element as it is with what was added there.
     added : ndarray
@@ -62,7 +63,7 @@ def beside_repair(d: Diagnosis, name: str, known: Array) -> Recovered | None:
         return None
     if names[1] not in traces:
         return None
-    return Recovered(own[0], traces[names[1]] + added, added)
+    return Recovered(sense(d.graph, d.graph[name]) * own[0], traces[names[1]] + added, added)
 
 
 def added_at(d: Diagnosis, name: str, known: Array) -> tuple[Probes, Array] | None:
