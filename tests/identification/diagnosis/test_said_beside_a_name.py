@@ -16,12 +16,18 @@ import pytest
 from bondgraph import GY, BondGraph, I, One, R, Se
 from bondgraph.export.graph_json.read_graph import from_json
 from bondgraph.signals.recording import Recording
+from bondgraph.support.notice import Heard, Notice
 from bondsight.cli.spoken import at_shell
 from identification.diagnosis.catalogue import by_name
 from identification.diagnosis.diagnose import Diagnosis, _mistaken
 from identification.diagnosis.explanation import undetermined
 from identification.diagnosis.explanation.advice import advice
-from identification.diagnosis.explanation.doubts import AFTER, file_first
+from identification.diagnosis.explanation.doubts import (
+    AFTER,
+    SETTLED,
+    file_first,
+    settled,
+)
 from identification.diagnosis.explanation.law_formula import in_symbols
 from identification.diagnosis.explanation.next_experiment import Experiment
 from identification.diagnosis.explanation.places_judged import judged_places
@@ -180,6 +186,23 @@ def test_a_unit_to_mend_comes_before_the_name_that_stands_in_for_it(
     monkeypatch.setattr(words, "forgotten_units", lambda d: (hint,))
     lowered = plain[0].lower() + plain[1:]
     assert sentence(found) == f"First check a unit: {hint}. Taken as it is: {lowered}"
+
+
+def test_a_doubt_of_the_way_that_the_repair_settles_is_told_as_settled(found: Diagnosis) -> None:
+    """The model as it is bends its values: what was said of them stood unqualified."""
+    value = "d is declared as 2 N*s/m and fitted as 9e+04 N*s/m: check its value"
+    unit = "check the unit of x (about 1000 times too large) first: 3 parameters"
+    after = settled(found, (value, unit, value))
+    assert after.notes == (*found.notes, f"{SETTLED}: {value}; {unit}")
+    assert f"note: {SETTLED}: {value}" in in_words(after)
+    # what still holds, with whatever number, is not settled
+    again = replace(found, notes=("d is declared as 2 N*s/m and fitted as 80 N*s/m: check",))
+    assert settled(again, (value,)) == again
+    assert settled(replace(found, kind="unknown_physics"), (value,)).notes == found.notes
+    heard, told = Heard(lambda text, _: told.append(text)), list[str]()
+    heard("fitting", 0.1)
+    heard(Notice(value), 0.2)
+    assert (heard.notices, told) == ([value], ["fitting", value])
 
 
 def test_the_first_places_in_the_recording_are_read_at_once(found: Diagnosis) -> None:
