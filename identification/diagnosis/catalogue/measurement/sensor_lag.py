@@ -26,8 +26,8 @@ class SensorLag(Effect):
     confused_with = ("low_pass", "delay")
     separated_by = "a second sensor: a lag of the drive shows in both readings, this one in one"
     from_one: ClassVar[Mapping[str, str]] = {
-        "delay": "a multisine up to well beyond the corner: a reading with a lag falls in gain, one "
-        "that is late does not",
+        "delay": "a multisine up to well beyond the corner: a reading with a lag falls in gain, "
+        "one that is late does not",
     }
     source = "single-pole sensor"
     meanings: ClassVar[Mapping[str, str]] = {
