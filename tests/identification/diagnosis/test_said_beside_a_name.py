@@ -15,6 +15,7 @@ import pytest
 
 from bondgraph import GY, BondGraph, I, One, R, Se
 from bondgraph.export.graph_json.read_graph import from_json
+from bondgraph.export.graph_json.write_graph import to_json
 from bondgraph.signals.recording import Recording
 from bondgraph.support.notice import Heard, Notice
 from bondsight.cli.spoken import at_shell
@@ -58,6 +59,7 @@ from identification.diagnosis.verdict import (
 from identification.diagnosis.verdict import (
     text as words,
 )
+from identification.diagnosis.verdict.folder import _sourced
 from identification.diagnosis.verdict.lines import sure_words
 from identification.estimation.estimates import Estimate
 from identification.report.words import stopped
@@ -104,8 +106,25 @@ def test_the_repaired_model_is_a_file_for_every_command(found: Diagnosis, tmp_pa
     assert kept.parameters.keys() == found.repaired.problem.graph.parameters.keys()
     for name, p in kept.parameters.items():
         assert p.value == pytest.approx(found.repaired.values[name], rel=1e-12), name
+    run = found.recording.name
+    for name, was in (("m", "0.5 kg"), ("d", "2 N*s/m"), ("k", "200 N/m")):
+        assert kept.parameters[name].source == f"fitted to {run}; declared as {was}"
+    assert kept.parameters["F_c_d"].source == ""
     write_verdict(replace(found, steps=()), tmp_path)
     assert not (tmp_path / "repaired.json").exists()  # one of an earlier run
+
+
+def test_a_published_value_keeps_its_source_beside_the_fitted_one(found: Diagnosis) -> None:
+    with BondGraph("scale") as g:
+        m = g.parameter("mass", 0.5, "kg", source="data sheet")
+        body = One("body")
+        Se("F", unit="N") >> body >> I("m", m, unit="kg")
+        body >> R("d", 2.0, unit="N*s/m", source="drawing 4")
+    made = _sourced(g.with_values({"mass": 0.61, "d": 2.0}), replace(found, graph=g))
+    kept = from_json(to_json(made)).parameters
+    said = f"fitted to {found.recording.name}; declared as 0.5 kg (data sheet)"
+    assert (kept["mass"].value, kept["mass"].source) == (0.61, said)
+    assert kept["d"].source == "drawing 4"
 
 
 def test_where_one_place_is_named_every_other_one_says_why_it_is_not(found: Diagnosis) -> None:
