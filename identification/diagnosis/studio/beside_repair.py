@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from bondgraph.graph.elements import C, R
+from bondgraph.graph.elements import C, R, Source
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import BondsightError
 from identification.diagnosis.catalogue.places import sense
@@ -41,16 +41,20 @@ class Recovered:
 
 
 def beside_repair(d: Diagnosis, name: str, known: Array) -> Recovered | None:
-    """Return what a store or resistor does whose law alone was named; None where that is not known.
+    """Return what a store, a resistor or a drive does whose law alone was named, if that is known.
 
     Parameters
     ----------
     known : ndarray of bool, shape (N,)
         Samples that are looked at.
     """
-    if d.repaired is None or not isinstance(d.graph[name], C | R):
+    if d.repaired is None or not isinstance(d.graph[name], C | R | Source):
         return None
-    found, own = added_at(d, name, known), traced(d.repaired, name)
+    found = added_at(d, name, known)
+    if found is not None and d.scene is not None and isinstance(d.graph[name], Source):
+        past = d.scene.past[name]
+        return Recovered(past.argument, past.output + found[1], found[1])
+    own = traced(d.repaired, name)
     if found is None or own is None:
         return None
     probed, added = found

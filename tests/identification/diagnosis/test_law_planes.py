@@ -9,9 +9,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bondgraph import MTF, BondGraph, C, De, Df, Dq, I, One, R, Se, Zero
+from bondgraph import MTF, BondGraph, C, De, Df, Dq, I, One, R, Reading, Se, Zero, effort
+from bondgraph.graph.drives import Drive
 from bondgraph.graph.modulation import displacement
-from bondgraph.laws import Law, Overflow, Polynomial, SaturatingInductance
+from bondgraph.laws import DeadZone, Law, Overflow, Polynomial, SaturatingInductance
 from bondgraph.signals.recording import Recording, Split
 from bondgraph.support.arrays import Array
 from identification.diagnosis.diagnose import Diagnosis
@@ -128,13 +129,15 @@ def plane_of_charge(nominal: Fit, made: Fit) -> dict[str, Any]:
     return plane_of(nominal, made, "c")
 
 
-def plane_of(nominal: Fit, made: Fit, at: str, kind: str = "missing_physics") -> dict[str, Any]:
-    """Return the plane of an element where the law of `c` was named, or not."""
-    one, graph = tried(made, "c"), nominal.problem.graph
+def plane_of(
+    nominal: Fit, made: Fit, at: str, kind: str = "missing_physics", named: str = "c"
+) -> dict[str, Any]:
+    """Return the plane of an element where the law of `named` was named, or not."""
+    one, graph = tried(made, named), nominal.problem.graph
     step: Any = SimpleNamespace(possible=(one,), same_place=(), kind=kind, chosen=one)
-    run = Recording(
-        "run", T, {"F": U, "x": nominal.problem.data.readings[:, 0]}, {"F": "V", "x": "V"}
-    )
+    data = nominal.problem.data
+    seen = {"F": U, **dict(zip(data.names, data.readings.T, strict=True))}
+    run = Recording("run", T, seen, dict.fromkeys(seen, "1"))
     d = Diagnosis(
         kind, graph.name, run, graph, nominal.problem.data, nominal=nominal,
         scene=scene(nominal), steps=(step,), trials=(one,),
@@ -192,6 +195,33 @@ def test_a_plane_is_not_mirrored_by_the_way_a_bond_is_drawn(backwards: bool, nam
     coil = plane_of(nominal, made, "L", named)
     psi, current = (np.frombuffer(base64.b64decode(coil["nominal"][s]), "<f4") for s in "xy")
     assert np.corrcoef(psi, current)[0, 1] > 0.9
+
+
+def test_a_law_of_a_drive_lies_on_its_points() -> None:
+    """Of a slope that values take over in part the points had lost that part: its law lay off."""
+    with BondGraph("gauge") as plain:
+        body = One("body")
+        Se("F", unit="N") >> body >> I("m", 0.5, unit="kg")
+        body >> R("d", 2.0, unit="N*s/m")
+        body >> C("k", stiffness=200.0, unit="N/m")
+        body >> Df("v", unit="m/s")
+        Reading("f", effort("k") + effort("d"), unit="N")
+    idle = plain.with_element("F", drive=Drive(law=DeadZone(0.0, 0.5, 6.0, "N")))
+    run = simulate(idle, T, {"F": U})
+    y = np.stack([np.asarray(run[n]) for n in ("v", "f")], axis=1)
+    noise = 1e-3 * y.std(axis=0)
+    y = y + noise * np.random.default_rng(0).standard_normal(y.shape)
+    split = Split(slice(0, 300), slice(300, T.size), "first part")
+    data = Data("run", T, {"F": U}, y, ("v", "f"), noise, split)
+    nominal = fit(Problem(plain, data), max_iterations=20)
+    plane = plane_of(nominal, fit(Problem(idle, data), max_iterations=5), "F", named="F")
+    x, out, s, w = (
+        np.frombuffer(base64.b64decode(v), "<f4").astype(float)
+        for v in (plane["x"], plane["y"], plane["laws"][0]["x"], plane["laws"][0]["y"])
+    )
+    order = np.argsort(s)
+    law = np.interp(x, s[order], w[order])
+    assert abs(np.polyfit(x, out - law, 1)[0]) < 0.005
 
 
 def test_a_law_in_a_general_graph_does_not_mind_the_way_of_its_bond() -> None:
