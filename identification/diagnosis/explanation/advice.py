@@ -16,7 +16,7 @@ from identification.diagnosis.explanation.doubts import file_first
 from identification.diagnosis.explanation.next_step import junction_signal, next_step
 from identification.diagnosis.localisation.recording.variables import variables_of
 from identification.diagnosis.localisation.structural_classes import splitting_signals
-from identification.report.numbers import interval
+from identification.report.numbers import interval, unit_of_level
 from identification.report.words import listed
 
 if TYPE_CHECKING:
@@ -111,6 +111,7 @@ def _beyond_training(d: Diagnosis) -> str:
         margin = 0.05 * float(np.ptp(train))
         if test.min() < train.min() - margin or test.max() > train.max() + margin:
             unit = d.recording.units.get(n) or ""
+            unit = unit_of_level(unit, d.recording.read_in.get(n, ""))
             return (
                 f"{n} goes over {interval(test.min(), test.max(), unit)} in the held-out part but "
                 f"only over {interval(train.min(), train.max(), unit)} in training: record the "

@@ -36,7 +36,7 @@ from identification.diagnosis.studio.packing import packed, typical
 from identification.diagnosis.studio.ratio_plane import changed_ratio, ratio_plane
 from identification.diagnosis.studio.turns_plane import repeating, turned_plane
 from identification.estimation.single_record import Fit
-from identification.report.numbers import axis_scale
+from identification.report.numbers import axis_scale, unit_of_level
 from identification.report.words import spaced
 from identification.study.problem import Data
 
@@ -175,6 +175,9 @@ def _plane(
     `nominal` has the law of the model as it is where points are those of the repair.
     """
     x, xu, yu, xw, yw = _axes(d.graph, name, past)
+    if isinstance(d.graph[name], Source | Sensor):
+        read = d.recording.read_in.get(name, "")
+        xu, yu = unit_of_level(xu, read), unit_of_level(yu, read)
     plain, straight = (x, past.output) if nominal is None else (nominal.argument, nominal.output)
     y = past.output + added
     known = nominal is not None

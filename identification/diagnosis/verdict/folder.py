@@ -18,6 +18,7 @@ from bondgraph.support.whole_file import write_atomically
 from identification.diagnosis.diagnose import Diagnosis
 from identification.diagnosis.explanation.next_experiment import Experiment
 from identification.diagnosis.verdict.document import verdict
+from identification.report.numbers import unit_of_level
 from identification.report.words import shortened
 from identification.study.factors import drives
 
@@ -87,7 +88,8 @@ def _write_next(d: Diagnosis, target: Path) -> None:
     made = next_input(d)
     if made is None or d.data is None:
         return
-    units = {s.name: s.unit for s in drives(d.graph)}
+    read = d.recording.read_in
+    units = {s.name: unit_of_level(s.unit or "", read.get(s.name, "")) for s in drives(d.graph)}
     time = d.data.dt * np.arange(made.samples)
     courses = {f"{n}[{units.get(n) or '1'}]": u for n, u in made.commands.items()}
     with suppress(UnusableInput):  # a command that is called like the time
