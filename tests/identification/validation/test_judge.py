@@ -111,9 +111,9 @@ def test_colour_above_the_floor_is_a_fault_and_below_it_a_note() -> None:
     )  # fmt: skip
     (note,) = colour_notes(last)
     assert EITHER in note
-    for words in ("allow for such noise, but not for a law that is slightly wrong",):
-        assert words in note
-        assert words in said.advice
+    allowed = "allow for such noise, but not for a law that is slightly wrong"
+    assert allowed in note
+    assert allowed in said.advice
 
 
 def test_a_noise_model_that_whitens_is_judged_by_its_innovations() -> None:
