@@ -33,6 +33,7 @@ from identification.diagnosis.verdict.lines import (
     certainty_lines,
     colour,
     nuisance_lines,
+    rest_of,
     together_lines,
 )
 from identification.diagnosis.verdict.text import what_remains
@@ -69,8 +70,9 @@ def answer(d: Diagnosis) -> str:
     r = d.recording
     rate = quantity(1 / r.dt, "Hz", 3) if r.n > 1 else ""
     hashes = dict.fromkeys([p["sha256"] for p in parts_of(r)] or [r.sha256])
+    chance = "probability of the name" if rest_of(d) else "probability"
     pairs = [
-        ("probability", ", ".join(percent(round(s.confidence, 3)) for s in named)),
+        (chance, ", ".join(percent(round(s.confidence, 3)) for s in named)),
         ("of the misfit explained", ", ".join(percent(s.share) for s in named)),
         ("model", d.model),
         ("recording", r.name),

@@ -179,14 +179,18 @@ def _value_row(e: Estimate, d: Diagnosis) -> list[str]:
 
 def certainty_lines(d: Diagnosis) -> list[str]:
     """How probable the answers are, and what that is a share of; one line for each number."""
-    left = d.left
-    rest = 0.0 if left is None or left.is_noise(d.limits.noise) else left.most
+    rest = rest_of(d)
     said = {sure_words(s.answer, s.confidence, rest): s for s in d.findings if s.confidence > 0}
     one = len(d.findings) == 1
     return [
         words if one or s.chosen is None else f"{s.chosen.label}: {words}"
         for words, s in said.items()
     ]
+
+
+def rest_of(d: Diagnosis) -> float:
+    """Return the times of the noise that are left where that is more than noise, else 0."""
+    return 0.0 if d.left is None or d.left.is_noise(d.limits.noise) else d.left.most
 
 
 def sure_words(answer: str, chance: float, rest: float = 0.0) -> str:

@@ -192,6 +192,8 @@ def test_a_probability_says_what_it_is_of_where_much_is_left(found: Diagnosis) -
     )
     assert words in said(d)
     assert stopped(words) in page(d)
+    assert "probability of the name" in page(d)
+    assert "probability of the name" not in page(found)
     assert "among those of the catalogue" not in in_words(found) + said(found)
 
 
