@@ -9,6 +9,9 @@ from typing import Any
 
 import pytest
 
+import bondgraph
+import bondsight
+
 README = Path(__file__).resolve().parents[1] / "README.md"
 BLOCKS = re.findall(r"^```python\n(.*?)^```", README.read_text(encoding="utf-8"), re.M | re.S)
 
@@ -45,3 +48,13 @@ def test_the_commands_of_the_readme_exist() -> None:
 def _verbs(parser: argparse.ArgumentParser) -> list[str]:
     (verbs,) = (a for a in parser._actions if isinstance(a, argparse._SubParsersAction))
     return list(verbs.choices)
+
+
+def test_every_name_that_the_example_speaks_of_comes_from_where_it_says() -> None:
+    """A reader wondered where `Da` comes from."""
+    text = README.read_text(encoding="utf-8")
+    (told,) = re.findall(r"the real one rubs\.(.*?):\n\n```python", text, re.S)
+    front, _, behind = told.partition("come from `bondsight`")
+    inside, outside = (set(re.findall(r"`([A-Z][A-Za-z]*)`", part)) for part in (front, behind))
+    assert {"De", "Df", "Dq", "One", "Se"} <= inside <= {*dir(bondsight)}
+    assert outside == {"Da"} <= {*dir(bondgraph)} - {*dir(bondsight)}

@@ -21,8 +21,13 @@ if TYPE_CHECKING:
 
 
 def write_csv(recording: Recording, file: Path) -> Path:
-    """Write time and channels, all or nothing; numbers read back to the same bits."""
-    headers = ["t_s", *(f"{k}[{recording.units[k]}]" for k in recording.channels)]
+    """Write time and channels, all or nothing; numbers read back to the same bits.
+
+    What was read in degC has the numbers of that, which are no absolute temperatures in K.
+    """
+    read, units = recording.read_in, recording.units
+    own = {k: "degC" if read[k] == "degC" else units[k] for k in recording.channels}
+    headers = ["t_s", *(f"{k}[{unit}]" for k, unit in own.items())]
     columns = [recording.time.tolist(), *(v.tolist() for v in recording.channels.values())]
     with replacing(file) as raw:
         stream = io.TextIOWrapper(raw, encoding="utf-8", newline="")

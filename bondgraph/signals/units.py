@@ -28,7 +28,7 @@ _NONE: Dimension = (0, 0, 0, 0, 0)
 _TIME: Dimension = (0, 0, 1, 0, 0)
 _DEGC_NOTE = (
     "degC is read as a difference in K: the offset of 273.15 K is not added "
-    "(write K for absolute temperatures)"
+    "(write K for absolute temperatures); temperatures of the model are then K above 0 degC"
 )
 
 

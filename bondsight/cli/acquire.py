@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from bondgraph.support.errors import UnusableInput, real_number
-from bondsight.cli.arguments import OUT, add_jobs, add_map, mapping_of, nonnegative
+from bondsight.cli.arguments import OUT, SHOWN, add_jobs, add_map, mapping_of, nonnegative
 from bondsight.cli.output import words_of, writable
 from bondsight.cli.spoken import as_options
 from bondsight.cli.take_file import TakeAction, described
@@ -27,70 +27,74 @@ def add_acquire_command(verbs: Any) -> None:
         "station", nargs="?", type=Path,
         help="station file (TOML): envelope, output, amplifier, interferometer",
     )  # fmt: skip
-    p.add_argument(
+    bench, taken = p.add_argument_group("the bench"), p.add_argument_group("the take")
+    searched, shown = p.add_argument_group("the diagnosis"), p.add_argument_group(SHOWN)
+    bench.add_argument(
         "--simulated", action="store_true",
         help="start a virtual bench that conceals an effect, and record on it over its wire",
     )  # fmt: skip
-    p.add_argument(
+    bench.add_argument(
         "--bench", type=Path, default=None, metavar="FILE",
         help="with --simulated: configuration of the virtual bench (TOML or JSON)",
     )  # fmt: skip
-    p.add_argument("--effect", default="drawn", help="with --simulated: conceal this effect")
-    p.add_argument("--place", default="", help="with --simulated: at this element")
-    p.add_argument("--strength", default="", help="with --simulated: weak, medium or strong")
-    p.add_argument("--seed", type=nonnegative, default=None, help="of the bench and the signal")
-    p.add_argument(
+    bench.add_argument("--effect", default="drawn", help="with --simulated: conceal this effect")
+    bench.add_argument("--place", default="", help="with --simulated: at this element")
+    bench.add_argument("--strength", default="", help="with --simulated: weak, medium or strong")
+    bench.add_argument("--seed", type=nonnegative, default=None, help="of the bench and the signal")
+    taken.add_argument(
         "--take", type=Path, action=TakeAction, metavar="FILE",
         help="signal, rate, samples, seed, erase, rest, synchronise, patience from a TOML file, or "
         "from the journal of a take that is to be repeated; options behind it count instead",
     )  # fmt: skip
-    p.add_argument(
+    taken.add_argument(
         "--signal", default="session",
         help="session, hold:SECONDS:VOLTS, sine:HZ, ramp:SECONDS, triangle:HZ, "
         "staircase:STEPS:SECONDS, multisine:LOWEST_HZ:HIGHEST_HZ, reversals:CURVES:VOLTS_A_SECOND "
         "(each may end with :LOW:HIGH volts), demagnetise:VOLTS, or a file",
     )  # fmt: skip
-    p.add_argument(
+    taken.add_argument(
         "--erase", type=float, default=None, metavar="VOLTS",
         help="before the take, take the actuator's history away by a decay around this voltage",
     )  # fmt: skip
-    p.add_argument(
+    taken.add_argument(
         "--rest", type=float, default=0.0, metavar="SECONDS",
         help="hold the first voltage so long before the signal, and record it",
     )  # fmt: skip
-    p.add_argument(
+    taken.add_argument(
         "--rate", type=float, default=None,
         help="samples a second of the output (default: 10000, or that of the file)",
     )  # fmt: skip
-    p.add_argument(
+    taken.add_argument(
         "--samples", type=nonnegative, default=8192,
         help="of session and sine (default 8192); files and decays have their own",
     )  # fmt: skip
-    p.add_argument("--synchronise", choices=("clock", "start", "none"), default="clock",
+    bench.add_argument("--synchronise", choices=("clock", "start", "none"), default="clock",
                    help="how the sensor knows when the output changes")  # fmt: skip
-    p.add_argument(
+    bench.add_argument(
         "--patience", type=float, default=2.0, metavar="SECONDS",
         help="longest silence of the sensor, beyond the length of a block (default 2)",
     )  # fmt: skip
-    p.add_argument("--name", default="take", help="of the recording and its files")
-    p.add_argument("--out", type=Path, default=OUT, help="folder (default: %(default)s)")
-    p.add_argument("--live", type=Path, default=None, metavar="PNG", help="picture of the progress")
-    p.add_argument("--quiet", action="store_true", help="no view of the progress")
-    p.add_argument(
+    shown.add_argument("--name", default="take", help="of the recording and its files")
+    shown.add_argument("--out", type=Path, default=OUT, help="folder (default: %(default)s)")
+    shown.add_argument(
+        "--live", type=Path, default=None, metavar="PNG", help="picture of the progress"
+    )
+    shown.add_argument("--quiet", action="store_true", help="no view of the progress")
+    searched.add_argument(
         "--diagnose", default=None, metavar="MODEL", help="then diagnose with this model"
     )
-    p.add_argument(
+    searched.add_argument(
         "--studio", action="store_true",
         help="with --diagnose: a browser of this machine shows how the model runs along, then the "
         "search, then the page",
     )  # fmt: skip
-    add_map(p)
-    p.add_argument(
+    add_map(searched)
+    shown.add_argument(
         "--json", action="store_true",
         help="print the verdict as JSON; with --studio one line for each take",
     )  # fmt: skip
-    add_jobs(p)
-    p.add_argument(
+    add_jobs(searched)
+    taken.add_argument(
         "--recover", type=Path, default=None, metavar="JOURNAL",
         help="make recordings from the journal of a take that was broken off",
     )  # fmt: skip

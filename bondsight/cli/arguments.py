@@ -15,10 +15,17 @@ OUT = Path("bondsight-out")
 """Where results go by default."""
 EVEN = "write a file with even time stamps and one column of each quantity"
 """What helps where every remedy of a reader is an option that a verb does not have."""
+Options = argparse.ArgumentParser | argparse._ArgumentGroup
+"""What options are added to: a verb, or one of the groups of its help."""
+READ = "what is read"
+ALLOWED = "what the model is allowed"
+EFFORT = "how long and how much"
+SHOWN = "what is written and shown"
+"""Groups of options in the help of the long verbs."""
 MODEL = "catalogue name, .json or .py file (its model(), or FILE.py:NAME), package.module:NAME"
 
 
-def add_map(p: argparse.ArgumentParser) -> None:
+def add_map(p: Options) -> None:
     """Add ``--map``, names for the columns of a recording."""
     p.add_argument(
         "--map", action="append", default=[], metavar="NAME=COLUMN", dest="maps",
@@ -27,7 +34,7 @@ def add_map(p: argparse.ArgumentParser) -> None:
     )  # fmt: skip
 
 
-def add_reading(p: argparse.ArgumentParser) -> None:
+def add_reading(p: Options) -> None:
     """Add ``--map``, ``--fs``, ``--rows``, ``--resample`` and ``--fill``: how files are read."""
     add_map(p)
     p.add_argument("--fs", type=positive_number, default=None, metavar="HZ",
@@ -90,7 +97,7 @@ def span(text: str) -> tuple[int | None, int | None]:
 
 
 def add_several(
-    p: argparse.ArgumentParser, option: str, metavar: str, default: list[str] | None, says: str
+    p: Options, option: str, metavar: str, default: list[str] | None, says: str
 ) -> None:
     """Add an option that takes several words, and more where it is given again."""
     p.add_argument(option, nargs="+", action="extend", default=default, metavar=metavar, help=says)
@@ -107,13 +114,13 @@ def mapping_of(maps: Sequence[str]) -> dict[str, str]:
     return found
 
 
-def add_seed(p: argparse.ArgumentParser, default: int | None = 0, otherwise: str = "0") -> None:
+def add_seed(p: Options, default: int | None = 0, otherwise: str = "0") -> None:
     """Add ``--seed``; `otherwise` tells what it is where it is not given."""
     about = f"of what is drawn (default: {otherwise})"
     p.add_argument("--seed", type=nonnegative, default=default, help=about)
 
 
-def add_jobs(p: argparse.ArgumentParser) -> None:
+def add_jobs(p: Options) -> None:
     """Add ``--jobs``."""
     p.add_argument("--jobs", type=jobs, default=-1, help="processes (default: all cores)")
 

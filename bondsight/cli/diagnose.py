@@ -14,8 +14,13 @@ from typing import TYPE_CHECKING, Any
 
 from bondgraph.support.errors import UnusableInput, unknown_name
 from bondsight.cli.arguments import (
+    ALLOWED,
+    EFFORT,
     MODEL,
     OUT,
+    READ,
+    SHOWN,
+    Options,
     add_jobs,
     add_reading,
     add_seed,
@@ -41,45 +46,55 @@ def add_diagnose_command(verbs: Any) -> None:
         help="a .csv, .npz, .mat, .h5, .tdms or .parquet file, or a known recording; several of "
         "one system are used together",
     )  # fmt: skip
-    add_diagnosis_options(p)
-    add_seed(p)
-    p.add_argument("--json", action="store_true", help="print the verdict as JSON")
+    shown = add_diagnosis_options(p)
+    shown.add_argument("--json", action="store_true", help="print the verdict as JSON")
     p.set_defaults(run=lambda options: diagnose_files(options)[0])
 
 
-def add_diagnosis_options(p: argparse.ArgumentParser) -> None:
-    """Add what says how a recording is diagnosed, and where the results go."""
-    p.add_argument("--model", required=True, help=MODEL)
-    add_reading(p)
-    add_statement(p)
-    p.add_argument(
+def add_diagnosis_options(
+    p: argparse.ArgumentParser, seed: int | None = 0, otherwise: str = "0"
+) -> Options:
+    """Add what says how a recording is diagnosed, and where the results go.
+
+    Returns
+    -------
+    The group of what is written and shown; `seed` and `otherwise` are those of `add_seed`.
+    """
+    read, allowed = p.add_argument_group(READ), p.add_argument_group(ALLOWED)
+    effort, shown = p.add_argument_group(EFFORT), p.add_argument_group(SHOWN)
+    read.add_argument("--model", required=True, help=MODEL)
+    add_reading(read)
+    add_statement(allowed)
+    allowed.add_argument(
         "--without", action="append", default=[], metavar="EFFECT",
         help="an effect that may not be named; may be repeated",
     )  # fmt: skip
-    p.add_argument(
+    effort.add_argument(
         "--effects", type=positive, default=None, metavar="N",
         help="look for at most N effects, one after the other",
     )  # fmt: skip
-    p.add_argument("--out", type=Path, default=OUT, help="folder (default: %(default)s)")
-    p.add_argument("--hold", choices=("hold", "linear", "band-limited"), default=None,
-                   help="commands between samples: hold as of a converter, linear, band-limited "
-                   "(default: what fits best)")  # fmt: skip
-    p.add_argument(
+    read.add_argument("--hold", choices=("hold", "linear", "band-limited"), default=None,
+                      help="commands between samples: hold as of a converter, linear, band-limited "
+                      "(default: what fits best)")  # fmt: skip
+    read.add_argument(
         "--noise", action="append", default=[], metavar="SENSOR=VALUE",
         help="standard deviation of a sensor's noise where it is known, SI or with a unit, such as "
         "x=0.5um; may be repeated",
     )  # fmt: skip
-    p.add_argument(
+    allowed.add_argument(
         "--process-noise", action="append", default=[], metavar="PLACE",
         help="a state, element or source that moves at random: one-step predictions decide then; "
         "may be repeated",
     )  # fmt: skip
-    add_jobs(p)
-    p.add_argument(
+    effort.add_argument(
         "--time", type=positive_number, default=None, metavar="SECONDS",
         help="end the search after so long and write what was found by then, as Ctrl-C does",
     )  # fmt: skip
-    p.add_argument("--quiet", action="store_true", help="no bar")
+    add_jobs(effort)
+    add_seed(effort, seed, otherwise)
+    shown.add_argument("--out", type=Path, default=OUT, help="folder (default: %(default)s)")
+    shown.add_argument("--quiet", action="store_true", help="no bar")
+    return shown
 
 
 @ended_like_ctrl_c()

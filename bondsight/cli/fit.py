@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from bondgraph.support.errors import UnusableInput
-from bondsight.cli.arguments import OUT, add_jobs, add_seed, positive
+from bondsight.cli.arguments import OUT, SHOWN, add_jobs, add_seed, positive
 from bondsight.cli.fit_options import add_study_options, study_from
 from bondsight.cli.output import INTERRUPTED, ended_like_ctrl_c, writable
 from bondsight.cli.spoken import as_options
@@ -33,26 +33,29 @@ def add_fit_command(verbs: Any) -> None:
     """Add the command to the sub-parsers of ``bondsight``."""
     p = verbs.add_parser("fit", help="fit a model to recordings, with uncertainty and judgement")
     add_study_options(p)
-    p.add_argument("--method", default="single_shooting",
+    way, shown = p.add_argument_group("how it is fitted"), p.add_argument_group(SHOWN)
+    way.add_argument("--method", default="single_shooting",
                    help="single_shooting (the default), multiple_shooting, collocation, "
                    "prediction_error, frequency_domain")  # fmt: skip
-    p.add_argument("--optimiser", choices=("gauss_newton", "ipopt"), default=None,
+    way.add_argument("--optimiser", choices=("gauss_newton", "ipopt"), default=None,
                    help="default: the first that the method runs with")  # fmt: skip
-    p.add_argument("--guess", action="store_true", help="take start values from the data")
-    p.add_argument(
+    way.add_argument("--guess", action="store_true", help="take start values from the data")
+    way.add_argument(
         "--starts", type=positive, default=None, metavar="N",
         help="fit from N starts spread over the bounds, a decade either way where there are none; "
         "without it, a fit that ends far above the noise is begun once more from values that short "
         "stretches give, and mixed-up columns are looked for",
     )  # fmt: skip
-    p.add_argument("--profiles", action="store_true", help="profile every free parameter")
-    p.add_argument("--iterations", type=positive, default=60,
+    way.add_argument("--profiles", action="store_true", help="profile every free parameter")
+    way.add_argument("--iterations", type=positive, default=60,
                    help="at most so many (default: %(default)s)")  # fmt: skip
-    add_seed(p)
-    add_jobs(p)
-    p.add_argument("--out", type=Path, default=OUT / "fit", help="folder (default: %(default)s)")
-    p.add_argument("--quiet", action="store_true", help="no bar")
-    p.add_argument("--json", action="store_true", help="print the result as JSON")
+    add_seed(way)
+    add_jobs(way)
+    shown.add_argument(
+        "--out", type=Path, default=OUT / "fit", help="folder (default: %(default)s)"
+    )
+    shown.add_argument("--quiet", action="store_true", help="no bar")
+    shown.add_argument("--json", action="store_true", help="print the result as JSON")
     p.set_defaults(run=_fit)
 
 

@@ -8,7 +8,16 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from bondgraph.support.errors import UnusableInput, unknown_name
-from bondsight.cli.arguments import MODEL, add_reading, add_several, mapping_of, reading_of
+from bondsight.cli.arguments import (
+    ALLOWED,
+    MODEL,
+    READ,
+    Options,
+    add_reading,
+    add_several,
+    mapping_of,
+    reading_of,
+)
 
 if TYPE_CHECKING:
     from bondgraph.graph.bond_graph import BondGraph
@@ -19,28 +28,30 @@ if TYPE_CHECKING:
 
 def add_study_options(p: argparse.ArgumentParser) -> None:
     """Add what says which numbers vary, and what the measuring chain may add."""
+    read, allowed = p.add_argument_group(READ), p.add_argument_group(ALLOWED)
     p.add_argument("recordings", nargs="+", metavar="RECORDING", help="files or known recordings")
-    p.add_argument("--model", required=True, help=MODEL)
-    add_reading(p)
-    add_statement(p)
-    add_several(p, "--own", "NAME", [], "parameters with a value in every recording")
-    p.add_argument("--hold", choices=("hold", "linear", "band-limited", "estimate"), default=None,
-                   help="commands between samples: hold as of a converter, linear, band-limited, "
-                   "or what fits best (the default)")  # fmt: skip
-    p.add_argument("--noise", choices=("white", "coloured"), default="white",
-                   help="of the readings (default: %(default)s)")  # fmt: skip
-    add_several(
-        p, "--process-noise", "PLACE", None,
-        "prediction_error: states, elements or sources that are disturbed; default: every state",
-    )  # fmt: skip
-    p.add_argument("--window", type=int, default=None, help="samples of windows to score on")
-    add_several(p, "--validate", "RECORDING", [], "recordings only judged")
-    p.add_argument(
+    read.add_argument("--model", required=True, help=MODEL)
+    add_reading(read)
+    read.add_argument("--hold", choices=("hold", "linear", "band-limited", "estimate"),
+                      default=None,
+                      help="commands between samples: hold as of a converter, linear, "
+                      "band-limited, or what fits best (the default)")  # fmt: skip
+    read.add_argument("--noise", choices=("white", "coloured"), default="white",
+                      help="of the readings (default: %(default)s)")  # fmt: skip
+    add_several(read, "--validate", "RECORDING", [], "recordings only judged")
+    read.add_argument(
         "--init", type=int, default=0, help="samples of those that their state is fitted to"
     )
+    read.add_argument("--window", type=int, default=None, help="samples of windows to score on")
+    add_statement(allowed)
+    add_several(allowed, "--own", "NAME", [], "parameters with a value in every recording")
+    add_several(
+        allowed, "--process-noise", "PLACE", None,
+        "prediction_error: states, elements or sources that are disturbed; default: every state",
+    )  # fmt: skip
 
 
-def add_statement(p: argparse.ArgumentParser) -> None:
+def add_statement(p: Options) -> None:
     """Add what says which numbers vary, what is known of them, and what sensors may add."""
     add_several(p, "--free", "NAME", None, "parameters that are fitted (default: all not fixed)")
     p.add_argument("--fix", action="append", default=[], metavar="NAME=VALUE",

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from bondgraph.support.errors import UnusableInput
-from bondsight.cli.arguments import OUT, add_seed
+from bondsight.cli.arguments import OUT
 from bondsight.cli.diagnose import add_diagnosis_options, diagnose_files
 from bondsight.cli.output import words_of
 
@@ -28,9 +28,8 @@ def add_studio_command(verbs: Any) -> None:
         help="what `diagnose` takes, or the folder of a verdict: its recording, known by its hash "
         "in the folder, beside it or here, is diagnosed again",
     )  # fmt: skip
-    add_diagnosis_options(p)
-    add_seed(p, None, "that of the folder, else 0")
-    p.add_argument(
+    shown = add_diagnosis_options(p, None, "that of the folder, else 0")
+    shown.add_argument(
         "--live", action="store_true",
         help="show the steps in a browser of this machine while they are made, then the page",
     )  # fmt: skip

@@ -18,7 +18,7 @@ from bondgraph.signals.recording import Recording, Split
 from bondgraph.signals.split import kept_back
 from bondgraph.support.deadline import Deadline
 from bondgraph.support.errors import BondsightError, UnusableInput
-from bondgraph.support.notice import Notice
+from bondgraph.support.notice import Heard, Notice
 from bondgraph.support.parallel import ending
 from bondgraph.support.spelled import spelled
 from identification.diagnosis.evidence.answer import Decision
@@ -38,7 +38,7 @@ from identification.diagnosis.evidence.remaining import Remaining, remaining
 from identification.diagnosis.explanation import presentation
 from identification.diagnosis.explanation.characterisation import Character
 from identification.diagnosis.explanation.constant_load import ConstantLoad, constant_load
-from identification.diagnosis.explanation.doubts import at_once, file_first
+from identification.diagnosis.explanation.doubts import at_once, file_first, settled
 from identification.diagnosis.explanation.latent_signal import Latent
 from identification.diagnosis.explanation.next_experiment import Experiment, experiments_of
 from identification.diagnosis.explanation.notes import notes_of, tied_in
@@ -314,7 +314,7 @@ def diagnose(
         )  # fmt: skip
         return _in_time(again, progress or _silent, time)
     begin = perf_counter()
-    say = progress or _silent
+    say = Heard(progress or _silent)
     options, limits = options or DiagnosisOptions(), limits or Thresholds()
     if not isinstance(graph, Study):
         require_graph(graph, "diagnose(graph, recording)", "a BondGraph or a Study")
@@ -334,6 +334,7 @@ def diagnose(
         # tiny matrices: threads of the linear algebra only get in each other's way
         with calm(), ending():
             made = _diagnosed(result, material, options, say, tuple(known))
+        made = settled(made, say.notices)
     say("done", 1.0)
     return replace(made, seconds=perf_counter() - begin)
 

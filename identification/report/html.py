@@ -69,9 +69,11 @@ def page(
     return made + "\n"
 
 
-def head(kicker: str, badge: tuple[str, str], sentence: str, pairs: Any) -> str:
-    """Top of a page: badge (word and colour), the answer as a sentence, facts."""
-    return _piece("head", kicker, *badge, sentence, list(pairs))
+def head(
+    kicker: str, badge: tuple[str, str], sentence: str, pairs: Any, more: Iterable[str] = ()
+) -> str:
+    """Top of a page: badge (word and colour), the answer as a sentence, more of it, facts."""
+    return _piece("head", kicker, *badge, sentence, list(pairs), list(more))
 
 
 def section(title: str, *parts: str) -> str:

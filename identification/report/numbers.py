@@ -38,6 +38,21 @@ def axis_scale(unit: str, size: float) -> tuple[float, str]:
     return factor, shown
 
 
+def unit_of_level(unit: str, read_in: str) -> str:
+    """Return the unit in which values of a channel are shown; differences keep that of the model.
+
+    Examples
+    --------
+    >>> unit_of_level("K", "degC"), unit_of_level("m", "mm"), unit_of_level("K", "")
+    ('degC', 'm', 'K')
+    """
+    return CELSIUS if read_in == CELSIUS else unit
+
+
+CELSIUS = "degC"
+"""The only unit whose numbers are taken as they stand, its zero with them."""
+
+
 def times_noise(mean_square: float) -> float:
     """Return the one measure of a misfit that texts tell: root mean square over the noise.
 

@@ -17,6 +17,8 @@ from identification.statistics.correlation import autocorrelation, pieces_of
 from identification.statistics.memory import memory
 
 LONGEST = 2000
+EITHER = "noise with a memory, or something small is still missing"
+"""What residuals are that are coloured and small: fits and diagnoses say the same."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,6 +9,7 @@ import numpy as np
 from identification.experiments.frequency import DistortionLevel
 from identification.report.numbers import quantity, short, times_noise
 from identification.report.words import listed
+from identification.statistics.whiteness import EITHER
 from identification.validation.channel import ChannelJudgement
 from identification.validation.distortion import Separated
 from identification.validation.parameter_remarks import parameter_remarks
@@ -152,6 +153,12 @@ def _gap(c: ChannelJudgement, where: str) -> Iterator[Remark]:
         )
 
 
+ALLOWED = (
+    "widened intervals (robust) allow for such noise, but not for a law that is slightly wrong"
+)
+"""What intervals make of residuals with a memory; a diagnosis says the same."""
+
+
 def _memory(c: ChannelJudgement, where: str) -> Iterator[Remark]:
     w = c.white
     part = "training" if c.train.n else "held-out"
@@ -166,21 +173,20 @@ def _memory(c: ChannelJudgement, where: str) -> Iterator[Remark]:
         yield note(f"{what} {w.words}: too little to act on")
     elif c.train.misread:
         yield note(
-            f"{what} {w.words}: noise with a memory, or something small is missing; what follows "
-            "an input below is no noise",
-            "noise='coloured' makes intervals for such noise",
+            f"{what} {w.words}: {EITHER}; what follows an input below is no noise",
+            f"noise='coloured', which fits the colour too; {ALLOWED}",
         )
     elif c.train.at_floor:
         yield note(
-            f"{what} {w.words}, yet no larger than the floor: the noise itself has memory",
-            f"count {w.effective:.0f} of {w.n} samples; intervals must be made for coloured "
-            "noise (noise='coloured')",
+            f"{what} {w.words}, yet no larger than the floor: {EITHER}",
+            f"noise='coloured', which fits the colour too ({w.effective:.0f} of {w.n} samples "
+            f"count); {ALLOWED}",
         )
     else:
         yield fault(
             f"{what} {w.words}",
-            f"dynamics or a drift are missing; meanwhile intervals hold for {w.effective:.0f} of "
-            f"{w.n} samples (noise='coloured')",
+            "a diagnosis: dynamics or a drift are missing, and no interval allows for that "
+            f"(noise of that colour would count as {w.effective:.0f} of {w.n} samples)",
         )
 
 

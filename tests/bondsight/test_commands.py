@@ -53,6 +53,15 @@ def test_every_option_says_what_it_is() -> None:
     assert all(p.description for p in verbs().values())
 
 
+@pytest.mark.parametrize("verb", ["acquire", "diagnose", "fit", "studio"])
+def test_the_options_of_a_long_verb_stand_in_groups(verb: str) -> None:
+    """A new user met thirty of them in one list."""
+    _, loose, *groups = verbs()[verb]._action_groups
+    assert [a.dest for a in loose._group_actions] == ["help"]
+    assert groups[-1].title == "what is written and shown"
+    assert all(2 < len(g._group_actions) < 18 for g in groups)
+
+
 def test_help_names_every_kind_of_file_that_is_read() -> None:
     said = verbs()["diagnose"].format_help()
     assert [kinds for kinds in any_file._READERS if not any(k in said for k in kinds)] == []

@@ -122,7 +122,8 @@ def _lacking(columns: Sequence[str]) -> str:
 def _read_in(plan: ColumnPlan) -> dict[str, str]:
     known = {k: unit for k, (_, unit) in plan.channels.items()}
     known |= {} if plan.time is None else {TIME: plan.time[1]}
-    return {k: str(unit) for k, unit in known.items() if not unit.is_si}
+    # numbers in degC are those of the file, but they are no absolute temperatures
+    return {k: str(unit) for k, unit in known.items() if not unit.is_si or unit.note}
 
 
 def even_time(

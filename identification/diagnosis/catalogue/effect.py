@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import product
+from types import MappingProxyType
 from typing import ClassVar
 
 import numpy as np
@@ -149,9 +150,9 @@ class Effect:
     Class attributes of words: `name` and `family` from the vocabulary, the `kind` of physics (one
     of `screening.flexible_forms.KINDS`), `law`, one `sentence` for the user,
     `looks` (what its trace looks like), `confused_with`, `separated_by` (the experiment that tells
-    it from those), `simpler` (effects it contains as special cases), `source` of the law. `home`
-    is False where the effect can sit but seldom does: such a place counts only if it explains more
-    than every home.
+    it from those), `from_one` (by the name of one of them, that which tells it from that one),
+    `simpler` (effects it contains as special cases), `source` of the law. `home` is False where the
+    effect can sit but seldom does: such a place counts only if it explains more than every home.
 
     What it does follows from `made` and the attributes after it: the law, run along the history of
     a port with unit strength, is the signature, and the same law is what is inserted. An effect
@@ -175,6 +176,7 @@ class Effect:
     looks: ClassVar[str] = ""
     confused_with: ClassVar[tuple[str, ...]] = ()
     separated_by: ClassVar[str] = ""
+    from_one: ClassVar[Mapping[str, str]] = MappingProxyType({})
     simpler: ClassVar[tuple[str, ...]] = ()
     source: ClassVar[str] = ""
     richer: ClassVar[tuple[str, ...]] = ()

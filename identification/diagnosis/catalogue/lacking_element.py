@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 from abc import abstractmethod
+from collections.abc import Mapping
+from dataclasses import replace
+from types import MappingProxyType
 from typing import ClassVar
 
 from bondgraph.graph.bond_graph import BondGraph
@@ -14,6 +17,7 @@ from identification.diagnosis.catalogue.places import sense
 from identification.diagnosis.catalogue.starts import at_least, rubbing_units
 from identification.diagnosis.localisation.recording.variables import (
     GENERIC,
+    Variables,
     variables_beside,
     variables_of,
 )
@@ -36,6 +40,25 @@ class LackingElement(Effect):
     """Name of the coefficient, without the element."""
     over: ClassVar[int]
     """What the effort is in proportion to: the rate of the flow (0), it (1), its integral (2)."""
+
+    things: ClassVar[Mapping[str, str]] = MappingProxyType({})
+    """What the element is called, by the unit of the effort there; else by its name."""
+    whichever: ClassVar[str] = ""
+    """What its sentence and the meaning of its coefficient call it where that is not known."""
+    does: ClassVar[str] = ""
+    """What it does, with ``{flow}`` and ``{displacement}`` for the words of its domain."""
+
+    def thing(self, graph: BondGraph, element: Element) -> str:
+        """Return what the element is called in the domain of its place; empty if unknown."""
+        return self.things.get(domain_at(graph, element).effort_unit, "")
+
+    def said(self, graph: BondGraph, element: Element) -> str:
+        """Return the sentence of the effect in words of its place."""
+        v, thing = domain_at(graph, element), self.thing(graph, element)
+        if not thing or not self.does:
+            return self.sentence
+        does = self.does.format(flow=v.flow, displacement=v.displacement)
+        return f"{'an' if thing[0] in 'aeiou' else 'a'} {thing} that the model lacks {does}"
 
     @abstractmethod
     def variable(self, past: PortHistory, element: Element) -> Array:
@@ -68,7 +91,8 @@ class LackingElement(Effect):
         if hint is not None:
             tried = [at_least(hint.weights[0], 0.1 * typical), *tried]
         starts = tuple({amount.name: v} for v in tried)
-        return self.inserted(element, graph, starts, (amount.name,))
+        inserted = self.inserted(element, graph, starts, (amount.name,))
+        return replace(inserted, sentence=self.said(g, element))
 
 
 def free_name(graph: BondGraph, name: str) -> str:
@@ -76,6 +100,14 @@ def free_name(graph: BondGraph, name: str) -> str:
     while name in graph.elements or name in graph.parameters:
         name += "_"
     return name
+
+
+def domain_at(graph: BondGraph, element: Element) -> Variables:
+    """Return the variables of an element, of one without a unit those of what hangs beside it."""
+    v = variables_of(element)
+    if v is GENERIC and not getattr(element, "unit", "") and element.name in graph.elements:
+        v = variables_beside(graph, graph.neighbour(element.name))
+    return v
 
 
 def per(graph: BondGraph, element: Element, what: int) -> str:
@@ -92,9 +124,7 @@ def per(graph: BondGraph, element: Element, what: int) -> str:
     >>> [per(g, g["m"], k) for k in (0, 1, 2)], [per(g, g["R"], k) for k in (0, 1)]
     (['kg', 'N*s/m', 'N/m'], ['H', 'ohm'])
     """
-    v = variables_of(element)
-    if v is GENERIC and not getattr(element, "unit", ""):
-        v = variables_beside(graph, graph.neighbour(element.name))
+    v = domain_at(graph, element)
     units = rubbing_units(element)
     if v is not GENERIC:
         units = (v.effort_unit, v.flow_unit, v.displacement_unit)

@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from types import MappingProxyType
 
+from bondgraph.graph.bond_graph import BondGraph
+from bondgraph.graph.elements import C
 from bondgraph.laws.law import Law, law_words
 from bondgraph.support.errors import nearest, unknown_name
 from identification.diagnosis.catalogue import CATALOGUE, UNNAMED
 from identification.diagnosis.catalogue.effect import Effect
+from identification.diagnosis.catalogue.lacking_element import LackingElement
+from identification.diagnosis.localisation.recording.variables import variables_of
 from identification.report.tables import markdown
 from identification.report.words import spaced
 
@@ -93,6 +98,38 @@ def usual_units(law: type[Law]) -> dict[str, str]:
     except TypeError:  # some need to know their place
         return {}
     return {p.name.removesuffix("_"): p.unit for p in made.parameters("")}
+
+
+BENT: Mapping[str, str] = MappingProxyType(
+    {"V": "nonlinear capacitance", "Pa": "nonlinear fluid capacity", "K": "nonlinear heat capacity"}
+)
+"""What a store whose effort bends is called, by the unit of its effort."""
+
+
+def called(name: str, graph: BondGraph, element: str) -> str:
+    """Return the name of an effect in words, after what it is in the domain of its place.
+
+    Examples
+    --------
+    >>> from bondgraph import BondGraph, C, I, One, R
+    >>> with BondGraph("circuit") as g:
+    ...     loop = One("loop") >> R("R", 1.0, unit="ohm")
+    ...     loop = One("other") >> C("K", 1.0, unit="F")
+    >>> called("linear_inertia", g, "R"), called("nonlinear_stiffness", g, "K")
+    ('inductance (linear inertia)', 'nonlinear capacitance (nonlinear stiffness)')
+    >>> called("creep", g, "K")
+    'creep'
+    """
+    held, plain = graph.elements.get(element), spaced(name)
+    if held is None:
+        return plain
+    own = ""
+    lacking = (e for e in CATALOGUE if e.name == name and isinstance(e, LackingElement))
+    if (effect := next(lacking, None)) is not None:
+        own = effect.thing(graph, held)
+    elif name == "nonlinear_stiffness" and isinstance(held, C):
+        own = BENT.get(variables_of(held).effort_unit, "")
+    return f"{own} ({plain})" if own and own not in plain else plain
 
 
 MOST = 3

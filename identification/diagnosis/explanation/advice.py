@@ -16,13 +16,15 @@ from identification.diagnosis.explanation.doubts import file_first
 from identification.diagnosis.explanation.next_step import junction_signal, next_step
 from identification.diagnosis.localisation.recording.variables import variables_of
 from identification.diagnosis.localisation.structural_classes import splitting_signals
-from identification.report.numbers import interval
+from identification.report.numbers import interval, unit_of_level
 from identification.report.words import listed
 
 if TYPE_CHECKING:
     from identification.diagnosis.diagnose import Diagnosis
 
 
+INCOMPLETE = "the repaired model is better, not complete"
+"""How advice begins where a repair leaves more than noise."""
 ANYTHING = (
     "no effect of the catalogue fits: record a slow large sweep and a step with a rest after it",
 )
@@ -94,7 +96,7 @@ def _incomplete(d: Diagnosis) -> Iterator[str]:
                     "law of that loss can be told, such as radiation or free convection"
                 )
         yield (
-            f"the repaired model is better, not complete: it leaves {d.left.most:.3g} times the "
+            f"{INCOMPLETE}: it leaves {d.left.most:.3g} times the "
             "noise; record another amplitude, another speed, a rest after a step, and diagnose "
             "all recordings together"
         )
@@ -109,6 +111,7 @@ def _beyond_training(d: Diagnosis) -> str:
         margin = 0.05 * float(np.ptp(train))
         if test.min() < train.min() - margin or test.max() > train.max() + margin:
             unit = d.recording.units.get(n) or ""
+            unit = unit_of_level(unit, d.recording.read_in.get(n, ""))
             return (
                 f"{n} goes over {interval(test.min(), test.max(), unit)} in the held-out part but "
                 f"only over {interval(train.min(), train.max(), unit)} in training: record the "

@@ -8,7 +8,7 @@ from bondgraph.support.errors import UnusableInput
 from identification.diagnosis.evidence.remaining import level_of
 from identification.estimation.single_record import Fit
 from identification.report.words import listed
-from identification.statistics.whiteness import whiteness
+from identification.statistics.whiteness import EITHER, whiteness
 
 SURE = 1e-3
 """Chance of calling white noise coloured."""
@@ -68,9 +68,9 @@ def colour_notes(last: Fit, given: Collection[str] = ()) -> tuple[str, ...]:
             f". If {listed(more)} {are} known to be as noisy, say so with noise={{SENSOR: VALUE}}"
         )
         notes.append(
-            f"{COLOURED}, not white: its own past foretells {_shares(open_ones)}. It is noise with "
-            "a memory, or something small is still missing. The 95 % intervals allow for such "
-            "noise, but not for a law that is slightly wrong: then they are too narrow"
+            f"{COLOURED}, not white: its own past foretells {_shares(open_ones)}. It is {EITHER}. "
+            "The 95 % intervals allow for such noise, but not for a law that is slightly wrong: "
+            "then they are too narrow"
             f"{state if more else ''}"
         )
     return tuple(notes)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from bondgraph.graph.bond_graph import BondGraph
@@ -10,6 +11,8 @@ from identification.diagnosis.explanation.notes import taken_over
 from identification.diagnosis.screening.carried import far_off
 from identification.diagnosis.screening.forgotten_unit import suspects
 from identification.diagnosis.screening.mixups import (
+    FIRST,
+    TOGETHER,
     forgotten,
     gross,
     in_doubt,
@@ -36,6 +39,26 @@ def at_once(
     """Return what looks wrong with channels and values before anything is searched."""
     doubts_on_values = in_doubt(nominal, graph.parameters)
     return (*(m.sentence for m in dead), *doubts_on_values, *(m.sentence for m in doubted))
+
+
+SETTLED = "suspected before the search, and settled by what was found"
+"""How the note begins on what was said on the way and no longer holds."""
+
+
+def settled(d: Diagnosis, said: Sequence[str]) -> Diagnosis:
+    """Return the diagnosis with a note on what was `said` on the way and the repair has settled."""
+    if d.kind != "missing_physics" or d.repaired is None:
+        return d
+    now = {_about(s) for s in (*d.notes, *doubts(d), *(m.sentence for m in d.doubted))}
+    left = [s for s in dict.fromkeys(said) if _about(s) not in now]
+    return replace(d, notes=(*d.notes, f"{SETTLED}: {'; '.join(left)}")) if left else d
+
+
+def _about(sentence: str) -> str:
+    """Return what a doubt is about: units, or a declared value, whatever it is fitted as."""
+    if sentence.startswith((FIRST, TOGETHER)):
+        return FIRST
+    return sentence.partition(" and fitted as ")[0]
 
 
 def suspected(d: Diagnosis) -> tuple[str, ...]:

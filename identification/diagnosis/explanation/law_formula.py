@@ -19,6 +19,7 @@ from bondgraph.laws.stepwise import Stepwise
 from bondgraph.support.errors import BondsightError
 from bondgraph.support.ops import SYMPY
 from identification.diagnosis.catalogue import by_name
+from identification.diagnosis.catalogue.lacking_element import LackingElement
 from identification.diagnosis.catalogue.places import law_of, modulated_ratio
 from identification.diagnosis.catalogue.words import formula
 from identification.diagnosis.localisation.recording.variables import variables_beside, variables_of
@@ -225,11 +226,15 @@ def _plain(text: str) -> str:
 def meaning_of(name: str, trial: Candidate) -> str:
     """Return what a parameter is that an effect brought in, in the words of its effect or law."""
     try:
-        own = by_name(trial.effect).meanings
+        effect = by_name(trial.effect)
+        own = effect.meanings
     except BondsightError:
-        own = {}
+        effect, own = None, {}
     if said := said_of(name.rstrip("_").removesuffix(f"_{trial.element}"), own):
-        gain = gain_of(trial)
+        graph, gain = trial.fit.problem.graph, gain_of(trial)
+        if isinstance(effect, LackingElement) and effect.whichever:
+            thing = effect.thing(graph, graph[trial.element])
+            said = said.replace(effect.whichever, thing or effect.whichever)
         return said if gain is None else f"{said}; the gain is {gain:.4g}"
     for e in trial.fit.problem.graph.elements.values():
         law = law_of(e)

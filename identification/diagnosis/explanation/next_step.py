@@ -84,11 +84,15 @@ def _told_apart(step: Decision) -> Iterator[str]:
 def _separated(effect: str, other: str = "") -> str:
     """Return the experiment that tells an effect from what looks like it; empty if unknown.
 
-    Of two that of the one which is known to be confused with the other.
+    Of two the one that is known for the pair, else that of the one which is known to be confused
+    with the other.
     """
     known = {e.name: e for e in CATALOGUE if e.name in (effect, other)}
     if effect not in known:
         return ""
+    pair = (e.from_one[n] for e in known.values() for n in known if n in e.from_one)
+    if (told := next(pair, "")) != "":
+        return told
     aware = (e for n, e in known.items() if {effect, other} - {n} <= set(e.confused_with))
     return next(aware, known[effect]).separated_by
 

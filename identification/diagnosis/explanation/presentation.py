@@ -49,6 +49,7 @@ def plotted(d: Diagnosis) -> Panels:
     UnusableInput
         Nothing was fitted.
     """
+    from identification.report.numbers import unit_of_level
     from identification.report.readings import readings_drawn
 
     if d.nominal is None:
@@ -57,7 +58,8 @@ def plotted(d: Diagnosis) -> Panels:
     fits += [("repaired", d.repaired)] if d.repaired is not None else []
     shown = [(label, made.simulated, made.problem.data.floor) for label, made in fits]
     data = d.nominal.problem.data
-    units = {n: d.recording.units.get(n, "") for n in data.names}
+    read = d.recording.read_in
+    units = {n: unit_of_level(d.recording.units.get(n, ""), read.get(n, "")) for n in data.names}
     return readings_drawn(data.time, data.readings, units, data.split, shown)
 
 

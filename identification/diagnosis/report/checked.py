@@ -11,7 +11,7 @@ from identification.diagnosis.evidence.conclusion import QUIET
 from identification.diagnosis.explanation.places_judged import judged_places
 from identification.diagnosis.localisation.recording import axes_of
 from identification.diagnosis.report.found import NAMED, found_of, places_of
-from identification.diagnosis.report.views import unit_of
+from identification.diagnosis.report.views import level_unit_of
 from identification.diagnosis.screening.score_test import Screened
 from identification.diagnosis.verdict.text import hints
 from identification.report import html
@@ -121,13 +121,13 @@ def _range(d: Diagnosis) -> list[str]:
     if d.data is None:
         return []
     spans = [
-        f"{n} {interval(float(u.min()), float(u.max()), unit_of(d, n))}"
+        f"{n} {interval(float(u.min()), float(u.max()), level_unit_of(d, n))}"
         for n, u in d.data.commands.items()
         if np.ptp(u) > 0
     ]
     pasts = d.scene.past if d.scene is not None else {}
     for element in (n for n in places_of(d)[0] if n in pasts):
-        for a in axes_of(d.graph, element, pasts[element])[:2]:
+        for a in axes_of(d.graph, element, pasts[element], d.recording.read_in)[:2]:
             if a.name.removeprefix("command ") not in d.data.commands:
                 low, high = float(np.nanmin(a.values)), float(np.nanmax(a.values))
                 spans.append(f"{a.name} {interval(low, high, a.unit)}")

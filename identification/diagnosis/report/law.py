@@ -12,7 +12,7 @@ from bondgraph.graph.elements import C, I, R
 from bondgraph.simulation.exact_run import prepare, run_prepared
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import BondsightError
-from identification.diagnosis.catalogue.places import law_of
+from identification.diagnosis.catalogue.places import law_of, sense
 from identification.diagnosis.explanation.law_formula import variable_names
 from identification.diagnosis.screening.observation import traced
 from identification.diagnosis.search.candidates import Candidate
@@ -94,7 +94,7 @@ def _seen(trial: Candidate) -> tuple[Array, Array] | None:
         return None
     if found is None:
         return None
-    argument, output = found
+    argument, output = sense(graph, graph[element]) * found[0], found[1]
     return argument, output - slope_of(graph, element, f.values) * argument
 
 

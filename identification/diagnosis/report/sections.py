@@ -27,12 +27,13 @@ from identification.diagnosis.report.law_figures import law_figure
 from identification.diagnosis.report.recording_figure import recording_figure
 from identification.diagnosis.report.views import AS_IT_IS, DECLARED, unit_of
 from identification.diagnosis.search.candidates import Candidate
-from identification.diagnosis.verdict import effect_parameters, normalised_error, sentence
+from identification.diagnosis.verdict import answered, effect_parameters, normalised_error
 from identification.diagnosis.verdict.document import ERROR, law_constants, parts_of
 from identification.diagnosis.verdict.lines import (
     certainty_lines,
     colour,
     nuisance_lines,
+    rest_of,
     together_lines,
 )
 from identification.diagnosis.verdict.text import what_remains
@@ -69,8 +70,9 @@ def answer(d: Diagnosis) -> str:
     r = d.recording
     rate = quantity(1 / r.dt, "Hz", 3) if r.n > 1 else ""
     hashes = dict.fromkeys([p["sha256"] for p in parts_of(r)] or [r.sha256])
+    chance = "probability of the name" if rest_of(d) else "probability"
     pairs = [
-        ("probability", ", ".join(percent(round(s.confidence, 3)) for s in named)),
+        (chance, ", ".join(percent(round(s.confidence, 3)) for s in named)),
         ("of the misfit explained", ", ".join(percent(s.share) for s in named)),
         ("model", d.model),
         ("recording", r.name),
@@ -79,7 +81,8 @@ def answer(d: Diagnosis) -> str:
         ("diagnosed in", f"{d.seconds:.1f} s, without reading and this page"),
         ("seed", str(d.seed)),
     ]
-    return html.head("Diagnosis report", badge, sentence(d), pairs)
+    first, *more = answered(d)
+    return html.head("Diagnosis report", badge, first, pairs, more)
 
 
 def _doubted(d: Diagnosis) -> tuple[str, str] | None:

@@ -10,6 +10,7 @@ from bondgraph.support.arrays import Array
 from identification.diagnosis.diagnose import Diagnosis
 from identification.diagnosis.report.found import after_of
 from identification.estimation.single_record import Fit
+from identification.report.numbers import unit_of_level
 from identification.report.traces import span
 from identification.study.problem import Data
 
@@ -46,6 +47,11 @@ def unit_of(d: Diagnosis, name: str) -> str:
     if found is None and name in d.graph.elements:
         found = getattr(d.graph[name], "unit", "")
     return "" if found in (None, "1") else str(found)
+
+
+def level_unit_of(d: Diagnosis, name: str) -> str:
+    """Return the unit of the values of a channel: that of the file, where its zero is its own."""
+    return unit_of_level(unit_of(d, name), d.recording.read_in.get(name, ""))
 
 
 def scored(data: Data) -> slice:

@@ -75,7 +75,8 @@ def flexible_forms(element: Element, past: PortHistory) -> Mapping[str, Signatur
     """Return the columns of every kind that makes sense at an element, SI, of order one.
 
     Additions to the output of the port along its history, as signatures of effects are. Those of a
-    two-port have both sides: a ratio that changes keeps the power.
+    two-port have both sides: a ratio that changes keeps the power. A command that stands still has
+    none: it tells nothing of what the drive makes of it.
     """
     q = _unit(past.argument)
     match element:
@@ -99,6 +100,8 @@ def flexible_forms(element: Element, past: PortHistory) -> Mapping[str, Signatur
             }
         case TF() | GY():
             return {"ratio": ratio(element, past)}
+        case Source() if not np.ptp(past.argument) > 0:
+            made = {}
         case Source():
             kind = "sensing" if element.measured else "command"
             made = {kind: [curve(q), quick(q, past.dt), rates(q)]}

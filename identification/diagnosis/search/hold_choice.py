@@ -27,6 +27,8 @@ def with_best_hold(result: Fit, iterations: int, holds: Sequence[str]) -> Fit:
     candidate chooses again; where the behaviour does not show, nothing is refitted.
     """
     best = result
+    if not _moves(result):
+        return result  # the ends of the record alone would choose
     for hold in possible(holds, result.problem.dynamics.input_rates):
         if hold == result.problem.data.hold:
             continue
@@ -45,6 +47,11 @@ def with_best_hold(result: Fit, iterations: int, holds: Sequence[str]) -> Fit:
         if other.status is not FitStatus.BROKEN and rather(other, best):
             best = other
     return best
+
+
+def _moves(result: Fit) -> bool:
+    """Whether a command does anything between samples."""
+    return any(float(np.ptp(u)) > 0.0 for u in result.problem.data.commands.values())
 
 
 def rather(other: Fit, best: Fit) -> bool:
@@ -82,6 +89,8 @@ def hold_margin(result: Fit, holds: Collection[str]) -> str:
     others = [h for h in holds if h != own]
     if not others:
         return "as given"
+    if not _moves(result):
+        return "no command moves, so it does not show"
     own_score: BlockScore | None = None
     words: list[str] = []
     scored = int(result.problem.data.mask("train").sum()) * len(result.problem.data.names)

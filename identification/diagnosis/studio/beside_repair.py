@@ -10,9 +10,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from bondgraph.graph.elements import C, R
+from bondgraph.graph.elements import C, R, Source
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import BondsightError
+from identification.diagnosis.catalogue.places import sense
 from identification.diagnosis.diagnose import Diagnosis
 from identification.diagnosis.evidence.kind_score import at_values_of
 from identification.diagnosis.explanation.recovered import recovered
@@ -28,7 +29,7 @@ class Recovered:
     Attributes
     ----------
     argument : ndarray
-        Along the repaired model.
+        Along the repaired model, of a flow that into the element.
     output : ndarray
         Of the element as it is with what was added there.
     added : ndarray
@@ -40,16 +41,20 @@ class Recovered:
 
 
 def beside_repair(d: Diagnosis, name: str, known: Array) -> Recovered | None:
-    """Return what a store or resistor does whose law alone was named; None where that is not known.
+    """Return what a store, a resistor or a drive does whose law alone was named, if that is known.
 
     Parameters
     ----------
     known : ndarray of bool, shape (N,)
         Samples that are looked at.
     """
-    if d.repaired is None or not isinstance(d.graph[name], C | R):
+    if d.repaired is None or not isinstance(d.graph[name], C | R | Source):
         return None
-    found, own = added_at(d, name, known), traced(d.repaired, name)
+    found = added_at(d, name, known)
+    if found is not None and d.scene is not None and isinstance(d.graph[name], Source):
+        past = d.scene.past[name]
+        return Recovered(past.argument, past.output + found[1], found[1])
+    own = traced(d.repaired, name)
     if found is None or own is None:
         return None
     probed, added = found
@@ -62,7 +67,7 @@ def beside_repair(d: Diagnosis, name: str, known: Array) -> Recovered | None:
         return None
     if names[1] not in traces:
         return None
-    return Recovered(own[0], traces[names[1]] + added, added)
+    return Recovered(sense(d.graph, d.graph[name]) * own[0], traces[names[1]] + added, added)
 
 
 def added_at(d: Diagnosis, name: str, known: Array) -> tuple[Probes, Array] | None:

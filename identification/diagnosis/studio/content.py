@@ -16,7 +16,7 @@ from identification.diagnosis.explanation.next_experiment import Experiment
 from identification.diagnosis.localisation.recording.bands import spectrum
 from identification.diagnosis.report.found import places_of, regions_of, warmth_of
 from identification.diagnosis.report.places import region_words
-from identification.diagnosis.report.views import Curve, curves, residual, scored, unit_of
+from identification.diagnosis.report.views import Curve, curves, level_unit_of, residual, scored
 from identification.diagnosis.studio.law_plane import planes
 from identification.diagnosis.studio.packing import kept, packed, rolling_level
 from identification.diagnosis.studio.port_misfit import port_misfits
@@ -89,7 +89,9 @@ def _experiment(d: Diagnosis, e: Experiment, *, drawn: bool) -> dict[str, Any]:
         "then": float(e.expected_z),
         "rivals": list(e.rivals),
         "dt": float(d.data.dt) if d.data is not None else 0.0,
-        "commands": [{"name": n, "unit": unit_of(d, n), "y": packed(u)} for n, u in moving.items()],
+        "commands": [
+            {"name": n, "unit": level_unit_of(d, n), "y": packed(u)} for n, u in moving.items()
+        ],
     }
 
 
@@ -144,7 +146,7 @@ def _reading(
     """Return the traces at `keep`; what is said of their size is of all samples."""
     name, y = data.names[k], data.readings[:, k]
     levels = [_levels(d, c) for c in shown]
-    factor, unit = axis_scale(unit_of(d, name), float(np.nanmax(np.abs(y), initial=0.0)))
+    factor, unit = axis_scale(level_unit_of(d, name), float(np.nanmax(np.abs(y), initial=0.0)))
     return {
         "name": name,
         "label": f"{name} ({unit})" if unit else name,

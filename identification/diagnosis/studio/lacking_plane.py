@@ -10,7 +10,6 @@ from bondgraph.graph.elements import C, I, R
 from bondgraph.support.arrays import Array
 from identification.diagnosis.catalogue import CATALOGUE
 from identification.diagnosis.catalogue.friction.rubbing import Rubbing
-from identification.diagnosis.catalogue.lacking_element import LackingElement
 from identification.diagnosis.catalogue.places import law_of, sense
 from identification.diagnosis.diagnose import Diagnosis
 from identification.diagnosis.localisation.recording.variables import variables_of
@@ -92,8 +91,9 @@ def per_second(unit: str) -> str:
 
 def _hung(d: Diagnosis, chosen: Candidate) -> C | I | R | None:
     """Return the element that an effect has brought along, with the strengths of its law."""
-    bringing = {e.name for e in CATALOGUE if isinstance(e, LackingElement | Rubbing)}
-    if chosen.effect not in bringing:
+    rubbing = {e.name for e in CATALOGUE if isinstance(e, Rubbing)}
+    # a lacking element of the user's own is in no catalogue
+    if not chosen.insertion.plain and chosen.effect not in rubbing:
         return None
     graph = chosen.insertion.graph
     e: C | I | R

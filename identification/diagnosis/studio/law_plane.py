@@ -16,7 +16,7 @@ from bondgraph.graph.sensors import Sensor
 from bondgraph.laws import Overflow
 from bondgraph.signals.split import Split, stretches
 from bondgraph.support.arrays import Array
-from identification.diagnosis.catalogue.places import law_of
+from identification.diagnosis.catalogue.places import law_of, sense
 from identification.diagnosis.diagnose import Diagnosis
 from identification.diagnosis.explanation.law_formula import variable_names
 from identification.diagnosis.explanation.recovered import NO_POINTS, lost, recovered
@@ -36,7 +36,7 @@ from identification.diagnosis.studio.packing import packed, typical
 from identification.diagnosis.studio.ratio_plane import changed_ratio, ratio_plane
 from identification.diagnosis.studio.turns_plane import repeating, turned_plane
 from identification.estimation.single_record import Fit
-from identification.report.numbers import axis_scale
+from identification.report.numbers import axis_scale, unit_of_level
 from identification.report.words import spaced
 from identification.study.problem import Data
 
@@ -95,6 +95,7 @@ def planes(d: Diagnosis, share: float = 1.0) -> dict[str, Any]:
     for name, past in scene.past.items():
         if name not in d.graph.elements or not np.ptp(past.argument[known]) > 0:
             continue
+        past = _inwards(d.graph, name, past)
         if (ratio := changed_ratio(d, name)) is not None:
             found[name] = ratio_plane(d, ratio, probed, basis, known, at)
             continue
@@ -121,6 +122,11 @@ def planes(d: Diagnosis, share: float = 1.0) -> dict[str, Any]:
         points = (data.time[known], past.argument[known], (past.output + added)[known])
         found[name] = _plane(d, name, past, added, at, points, free, line)
     return {"time": packed(data.time[at], "<f8"), "of": found}
+
+
+def _inwards(graph: BondGraph, name: str, past: PortHistory) -> PortHistory:
+    """Return a past whose flow is that into the element, as its law counts it."""
+    return past if sense(graph, graph[name]) > 0 else replace(past, argument=-past.argument)
 
 
 def _over_all(fit: Fit, data: Data) -> Fit:
@@ -169,6 +175,9 @@ def _plane(
     `nominal` has the law of the model as it is where points are those of the repair.
     """
     x, xu, yu, xw, yw = _axes(d.graph, name, past)
+    if isinstance(d.graph[name], Source | Sensor):
+        read = d.recording.read_in.get(name, "")
+        xu, yu = unit_of_level(xu, read), unit_of_level(yu, read)
     plain, straight = (x, past.output) if nominal is None else (nominal.argument, nominal.output)
     y = past.output + added
     known = nominal is not None

@@ -31,7 +31,7 @@ def port_misfits(d: Diagnosis) -> dict[str, Any]:
     fits = [(c.label, *own) for c in curves(d) if (own := _square(c.fit, d, column))]
     found: dict[str, Any] = {}
     for name, past in d.scene.past.items():
-        axes = axes_of(d.graph, name, past) if name in d.graph.elements else ()
+        axes = axes_of(d.graph, name, past, d.recording.read_in) if name in d.graph.elements else ()
         if len(axes) == 3 and fits:
             found[name] = _port(axes, fits) | {"of": d.nominal.problem.data.names[column]}
     return found

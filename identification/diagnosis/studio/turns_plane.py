@@ -9,7 +9,7 @@ import numpy as np
 from bondgraph.graph.sensors import Sensor
 from bondgraph.laws import Periodic
 from bondgraph.support.arrays import Array
-from identification.diagnosis.catalogue.places import law_of
+from identification.diagnosis.catalogue.places import law_of, sense
 from identification.diagnosis.diagnose import Diagnosis
 from identification.diagnosis.explanation.recovered import NO_POINTS, lost
 from identification.diagnosis.localisation.recording.variables import variables_of
@@ -45,6 +45,8 @@ def turned_plane(
     """
     way, held = _way(d, t, past), _holder(t)
     assert way is not None
+    if held != name:  # the force beside an inertia, whose bond may point out of it
+        added = sense(d.graph, d.graph[name]) * added
     a, b, period = (t.fit.values[f"{n}_{held}"] for n in ("a", "b", "period"))
     law = law_of(t.fit.problem.graph[held])
     assert isinstance(law, Periodic)

@@ -11,5 +11,7 @@ from identification.diagnosis.verdict.folder import write_verdict as write_verdi
 from identification.diagnosis.verdict.reading import parse_verdict as parse_verdict
 from identification.diagnosis.verdict.reading import read_verdict as read_verdict
 from identification.diagnosis.verdict.said_again import retold as retold
+from identification.diagnosis.verdict.text import answered as answered
+from identification.diagnosis.verdict.text import headline as headline
 from identification.diagnosis.verdict.text import in_words as in_words
 from identification.diagnosis.verdict.text import sentence as sentence

@@ -12,6 +12,7 @@ from bondgraph.graph.elements import C, Element, I, R, Source
 from bondgraph.graph.parameter import Parameter
 from bondgraph.signals.recording import Recording
 from identification.diagnosis.catalogue import CATALOGUE
+from identification.diagnosis.catalogue.lacking_element import domain_at
 from identification.diagnosis.catalogue.places import law_of, modulated_ratio
 from identification.diagnosis.diagnose import Diagnosis
 from identification.diagnosis.evidence.answer import Decision
@@ -25,7 +26,11 @@ from identification.diagnosis.explanation.rivals import standings
 from identification.diagnosis.explanation.undetermined import remark_of
 from identification.diagnosis.localisation.element_kind import element_kind
 from identification.diagnosis.localisation.places_without_name import places_of
-from identification.diagnosis.localisation.recording.variables import losing_words, restoring_words
+from identification.diagnosis.localisation.recording.variables import (
+    GENERIC,
+    losing_words,
+    restoring_words,
+)
 from identification.diagnosis.localisation.regions import summary
 from identification.diagnosis.screening.flexible_forms import SORTS
 from identification.diagnosis.search.candidates import Candidate
@@ -248,7 +253,12 @@ def near_of(found: Iterable[Nearest], d: Diagnosis) -> list[dict[str, Any]]:
 def sort_of(chosen: Candidate, kind: str, d: Diagnosis) -> str:
     """Return the kind of a named law in words: its own where it has some."""
     own = next((e.sort for e in CATALOGUE if e.name == chosen.effect), "")
-    return own if own and kind else _kind_words(kind, chosen.element, d)
+    if not (own and kind):
+        return _kind_words(kind, chosen.element, d)
+    held = d.graph.elements.get(chosen.element)
+    v = GENERIC if held is None else domain_at(d.graph, held)
+    article = "an" if v.effort[0] in "aeiou" else "a"
+    return own.replace("an effort", f"{article} {v.effort}").replace("its flow", f"the {v.flow}")
 
 
 def _kind_words(kind: str, element: str, d: Diagnosis) -> str:

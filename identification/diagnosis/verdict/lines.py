@@ -179,7 +179,8 @@ def _value_row(e: Estimate, d: Diagnosis) -> list[str]:
 
 def certainty_lines(d: Diagnosis) -> list[str]:
     """How probable the answers are, and what that is a share of; one line for each number."""
-    said = {sure_words(s.answer, s.confidence): s for s in d.findings if s.confidence > 0}
+    rest = rest_of(d)
+    said = {sure_words(s.answer, s.confidence, rest): s for s in d.findings if s.confidence > 0}
     one = len(d.findings) == 1
     return [
         words if one or s.chosen is None else f"{s.chosen.label}: {words}"
@@ -187,8 +188,20 @@ def certainty_lines(d: Diagnosis) -> list[str]:
     ]
 
 
-def sure_words(answer: str, chance: float) -> str:
+def rest_of(d: Diagnosis) -> float:
+    """Return the times of the noise that are left where that is more than noise, else 0."""
+    return 0.0 if d.left is None or d.left.is_noise(d.limits.noise) else d.left.most
+
+
+def sure_words(answer: str, chance: float, rest: float = 0.0) -> str:
     """Say a probability with what it is of.
+
+    It is a share of answers of a sort and does not fall with what is left: that is said with it.
+
+    Parameters
+    ----------
+    rest : float
+        Times the noise that the repaired model leaves, where that is more than noise.
 
     Examples
     --------
@@ -197,7 +210,13 @@ def sure_words(answer: str, chance: float) -> str:
     """
     of = OF.get(answer, "that it is right")
     share = f"probability {100 * chance:.3g} %"
-    return f"{share} {of}: so many such answers were in tests with a hidden truth"
+    said = f"{share} {of}: so many such answers were in tests with a hidden truth"
+    return f"{said}; {OF_NAMES}, and {rest:.3g} times the noise is left: {MORE}" if rest else said
+
+
+OF_NAMES = "that is of the name among those of the catalogue"
+MORE = "more is missing, or the law is not quite this one"
+"""What a probability does not tell where a repair leaves more than noise."""
 
 
 OF = {

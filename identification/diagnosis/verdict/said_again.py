@@ -12,6 +12,7 @@ from bondgraph.support.errors import BondsightError
 from identification.diagnosis.catalogue import by_name
 from identification.diagnosis.catalogue.words import spoken
 from identification.diagnosis.evidence.kinds_told import EXACT
+from identification.diagnosis.explanation.advice import INCOMPLETE
 from identification.diagnosis.explanation.undetermined import UNDETERMINED
 from identification.diagnosis.localisation.recording.region import multiple
 from identification.diagnosis.screening.flexible_forms import SORTS, sort_anywhere
@@ -62,7 +63,7 @@ def retold(v: Data) -> str:
         _paragraph("Where", [*(_place(f) for f in findings), *(_elsewhere(v) if findings else ())]),
         _paragraph("What in the recording led there", traces(v) if findings else ()),
         _paragraph("What was tried, and how far behind it was", tried(v)),
-        _paragraph("How sure", [_certainty(f) for f in findings] or _silence(v)),
+        _paragraph("How sure", [_certainty(f, _rest(v)) for f in findings] or _silence(v)),
         _paragraph("How much better, on samples that no parameter was fitted to", _gains(v)),
         _paragraph("What remains", _left(v)),
         _paragraph("What else is possible", [t for f in findings for t in _rivals(f)]),
@@ -100,7 +101,7 @@ def _answer(v: Data) -> str:
             f"the model {v['model']} looks wrong: {' or '.join(v['suspects'])}. No physics "
             "is told before that is mended."
         )
-    return ended("; but ".join((_found(v).removesuffix("."), *v.get("suspects", ()))))
+    return " ".join((_found(v), *(ended(f"But {s}") for s in v.get("suspects", ()))))
 
 
 def _not_searched(v: Data) -> bool:
@@ -176,7 +177,14 @@ def _elsewhere(v: Data) -> Iterator[str]:
     yield from (f"- {listed(p['elements'])}: {p['why']}" for p in found)
 
 
-def _certainty(f: Data) -> str:
+def _rest(v: Data) -> float:
+    """Return the times of the noise that a repair leaves where that is more than noise, else 0."""
+    if not any(a.startswith(INCOMPLETE) for a in v["advice"]):
+        return 0.0
+    return max((r["over_noise"] or 0.0 for r in v.get("remaining", {}).values()), default=0.0)
+
+
+def _certainty(f: Data, rest: float = 0.0) -> str:
     if f.get("answer") == "kind" and f.get("kind"):
         fit = f.get("law_fit")
         near, close = fit is not None and fit >= EXACT, f["also_possible"]
@@ -197,7 +205,7 @@ def _certainty(f: Data) -> str:
         if f.get("answer") == "family":
             return (
                 f"Which of {listed(_members(f))} it is these data do not tell; "
-                f"{sure_words('family', f['confidence'])}."
+                f"{sure_words('family', f['confidence'], rest)}."
             )
         if not close or share <= 0:
             if f.get("nearest"):
@@ -210,7 +218,7 @@ def _certainty(f: Data) -> str:
     fit = f.get("law_fit")
     law = "" if fit is None else f"; its law explains {_percent(fit)} of what its kind could there"
     chance = (
-        sure_words(f.get("answer", ""), f["confidence"]) if f["confidence"] > 0
+        sure_words(f.get("answer", ""), f["confidence"], rest) if f["confidence"] > 0
         else "not tried again beside what was named after it, so no probability is given"
     )  # fmt: skip
     return f"{_effect(f).capitalize()}: {chance}; {explained}{law}."

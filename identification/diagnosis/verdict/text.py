@@ -2,21 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from itertools import dropwhile
 
 import numpy as np
 
-from bondgraph.graph.elements import C, Element, Source
+from bondgraph.graph.elements import Source
 from bondgraph.support.errors import BondsightError
 from identification.diagnosis.catalogue import by_name
-from identification.diagnosis.catalogue.words import briefly, spoken
+from identification.diagnosis.catalogue.words import briefly, called, spoken
 from identification.diagnosis.diagnose import STOPPED_AT_ONCE, Diagnosis
 from identification.diagnosis.evidence.answer import Decision
 from identification.diagnosis.evidence.kinds_told import EXACT, open_kinds
 from identification.diagnosis.explanation.doubts import doubts, forgotten_units
 from identification.diagnosis.explanation.law_formula import gain_of
 from identification.diagnosis.localisation.element_kind import element_words
-from identification.diagnosis.localisation.recording.variables import variables_of
 from identification.diagnosis.localisation.regions import summary
 from identification.diagnosis.search.candidates import Candidate
 from identification.diagnosis.verdict.document import (
@@ -53,99 +53,126 @@ from identification.study.factors import drives
 
 
 def sentence(d: Diagnosis) -> str:
-    """Return the answer in one sentence, with what makes it doubtful."""
-    said = _answered(d)
+    """Return the answer with what makes it doubtful: the headline, and the sentences behind it."""
+    return " ".join(answered(d))
+
+
+def headline(d: Diagnosis) -> str:
+    """Return the answer in one short sentence; what it rests on follows in others."""
+    return answered(d)[0]
+
+
+def answered(d: Diagnosis) -> tuple[str, ...]:
+    """Return the sentences of the answer: headline, what is known of it, what makes it doubtful."""
+    said = tuple(map(stopped, _answered(d)))
     if d.mistakes or d.nominal is None:
         return said
     load = (d.load.claim,) if d.load is not None else ()
     doubted = doubts(d)
     if d.kind == "missing_physics" and any(forgotten_units(d)):
         # a header that is to be mended comes before the name that stands in for it
-        first, doubted = f"First check a unit: {'; or '.join(doubted)}", ()
-        said = f"{first}; taken as it is: {said[0].lower()}{said[1:]}"
+        first, doubted = f"First check a unit: {'; or '.join(doubted)}.", ()
+        said = (first, *_as_it_is(said))
     still = [n for n in d.notes if n.endswith(STANDS)]
     if d.kind == "unknown_physics" and still and len(still) == len(drives(d.graph)):
-        said = f"First check the recording: {'; '.join(still)}. Taken as it is: {said}"
-    return ended("; but ".join((said.removesuffix("."), *doubted, *load)))
+        said = (f"First check the recording: {'; '.join(still)}.", *_as_it_is(said))
+    return (*said, *(ended(f"But {s}") for s in (*doubted, *load)))
+
+
+def _as_it_is(said: tuple[str, ...]) -> tuple[str, ...]:
+    first, *more = said
+    return (f"Taken as it is: {first[0].lower()}{first[1:]}", *more)
 
 
 SLOW = 1.5
 """Times the noise read off the spectrum from which a rest that is called noise needs a word."""
 
 
-def _slow_rest(d: Diagnosis) -> str:
+def _slow_rest(d: Diagnosis) -> tuple[str, ...]:
     """Return what is said of a rest above the noise that no law and no form foretells."""
     if d.left is None or d.left.most < SLOW:
-        return ""
+        return ()
     return (
-        f", though {d.left.most:.3g} times the noise of the quickest samples is left: slow noise, "
-        "or what no law of the catalogue and no form follows"
+        f"But {d.left.most:.3g} times the noise of the quickest samples is left: slow noise, or "
+        "what no law of the catalogue and no form follows",
     )
 
 
-def _answered(d: Diagnosis) -> str:
+def _answered(d: Diagnosis) -> tuple[str, ...]:
+    """Return the headline and what is known beside it."""
+    name = shortened(d.recording.name)
     if d.mistakes:
         return _mistaken(d)
     if d.kind == "insufficient_data":
-        return f"There is too little to go on: {d.notes[0] if d.notes else 'no excitation'}."
+        return (f"There is too little to go on: {d.notes[0] if d.notes else 'no excitation'}",)
     if d.kind == "explained":
         return (
-            f"The model {d.model} explains {shortened(d.recording.name)} as far as its noise "
-            f"allows; nothing missing shows{_slow_rest(d)}."
+            f"The model {d.model} explains {name} as far as its noise allows; nothing missing "
+            "shows",
+            *_slow_rest(d),
         )
     if d.kind == "parameters_only":
         return (
-            f"With other parameter values the model {d.model} explains "
-            f"{shortened(d.recording.name)} as far as its noise allows; nothing missing shows"
-            f"{_slow_rest(d)}."
+            f"With other parameter values the model {d.model} explains {name} as far as its noise "
+            "allows; nothing missing shows",
+            *_slow_rest(d),
         )
     if d.kind == "missing_physics" and d.nominal is not None and d.repaired is not None:
-        parts = []
-        for step in d.findings:
-            assert step.chosen is not None
-            where = element_words(d.graph, step.chosen.element)
-            same = sorted({t.element for t in step.same_place} - {step.chosen.element})
-            also = f" (or {', '.join(same)}: these sensors cannot tell)" if same else ""
-            names = [spaced(n) for n in dict.fromkeys(t.effect for t in step.possible)]
-            several = step.answer == "family" and len(names) > 1
-            own = _called(names[0], d.graph.elements[step.chosen.element])
-            effect = f"one of {listed(names)}" if several else own + _by_law(step.chosen)
-            says = "" if several else step.chosen.insertion.sentence + _gain(step.chosen, d)
-            sure = effect.capitalize() if step.confidence > 0 else f"Perhaps {effect}"
-            parts.append(
-                f"{sure} is missing at the {where} {step.chosen.element}{also}"
-                + (f": {says}" if says else "")
-                + _fits(step, d)
-            )
-        before, after = normalised_error(d.nominal), normalised_error(d.repaired)
-        n = max(before, key=lambda k: before[k] / max(after[k], 1e-300))
-        told = "it" if len(parts) == 1 else "them"
-        return (
-            "; ".join(parts) + f"; with {told} the held-out error of {n} falls from "
-            f"{100 * before[n]:.3g} % to {100 * after[n]:.3g} % of its standard deviation."
-        )
+        return _named(d)
     if d.stopped == STOPPED_AT_ONCE and d.left is not None:
         near = d.steps[0].nearest[:1] if d.steps else ()
-        hint = f"; what comes nearest is {coming_near(near_of(near, d))}" if near else ""
+        hint = (f"What comes nearest is {coming_near(near_of(near, d))}",) if near else ()
         return (
             f"The search was stopped before its first step had ended: {d.model}, fitted as it is, "
-            f"leaves {d.left.most:.3g} times the noise, and why is not known yet{hint}."
+            f"leaves {d.left.most:.3g} times the noise, and why is not known yet",
+            *hint,
         )
     said = _without_name(d)
-    return f"{SOONER}: {said[0].lower()}{said[1:]}" if d.stopped else said
+    return (f"{SOONER}: {said[0][0].lower()}{said[0][1:]}", *said[1:]) if d.stopped else said
+
+
+def _named(d: Diagnosis) -> tuple[str, ...]:
+    """Say which effects are missing and where, then of each what it does, then what they gain."""
+    names, more = list[str](), list[str]()
+    for step in d.findings:
+        t = step.chosen
+        assert t is not None
+        also, others = _also({r.element for r in step.same_place} - {t.element})
+        alike = [spaced(n) for n in dict.fromkeys(t.effect for t in step.possible)]
+        several = step.answer == "family" and len(alike) > 1
+        own = called(t.effect, d.graph, t.element) + _by_law(t)
+        effect = f"one of {listed(alike)}" if several else own
+        where = f"the {element_words(d.graph, t.element)} {t.element}{also}"
+        sure = "" if step.confidence > 0 else "perhaps "
+        is_missing = f"is missing at {where}" if not names else f"at {where}"
+        names.append(f"{'so is ' if names and not sure else ''}{sure}{effect} {is_missing}")
+        whose = f"{own} at {t.element}: " if len(d.findings) > 1 else ""
+        says = f"{whose}{t.insertion.sentence}{_gain(t, d)} ({_fits(step, d)})"
+        more += [f"the best of them: {_fits(step, d)}" if several else says, *others]
+    before, after = normalised_error(d.nominal), normalised_error(d.repaired)  # type: ignore[arg-type]
+    n = max(before, key=lambda k: before[k] / max(after[k], 1e-300))
+    gain = (
+        f"With {'it' if len(names) == 1 else 'them'} the held-out error of {n} falls from "
+        f"{100 * before[n]:.3g} % to {100 * after[n]:.3g} % of its standard deviation"
+    )
+    return ("; ".join(names), *more, gain)
+
+
+FEW = 3
+"""Places beside the likeliest that a headline lists."""
+
+
+def _also(same: Collection[str]) -> tuple[str, tuple[str, ...]]:
+    """Return in brackets which places the sensors cannot tell apart, and a sentence if many."""
+    if not same:
+        return "", ()
+    told = ", ".join(sorted(same))
+    if len(same) <= FEW:
+        return f" (or {told}: these sensors cannot tell)", ()
+    return f" (or one of {len(same)} others)", (f"These sensors cannot tell it from {told}",)
 
 
 SOONER = "The search was stopped before all was tried"
-
-
-def _called(name: str, element: Element) -> str:
-    """Return the name of an effect; of a capacitor no stiffness alone."""
-    electric = isinstance(element, C) and variables_of(element).effort_unit == "V"
-    return f"nonlinear capacitance ({name})" if electric and name == BENDS else name
-
-
-BENDS = "nonlinear stiffness"
-"""What an electrical engineer calls after the capacitance."""
 
 
 def _gain(t: Candidate, d: Diagnosis) -> str:
@@ -154,48 +181,50 @@ def _gain(t: Candidate, d: Diagnosis) -> str:
     return "" if gain is None else f", its gain is {gain:.4g}"
 
 
-def _mistaken(d: Diagnosis) -> str:
+def _mistaken(d: Diagnosis) -> tuple[str, ...]:
     """Say what looks wrong with the recording, and that no physics is told."""
     first, name = d.mistakes[0], shortened(d.recording.name)
     claims = " or ".join(m.claim for m in d.mistakes)
     return (
-        f"The recording {name} rather than the model {d.model} looks wrong: {claims}; "
-        f"{first.undoing}. No physics is "
-        "told before that is mended."
+        f"The recording {name} rather than the model {d.model} looks wrong: {claims}",
+        first.undoing,
+        "No physics is told before that is mended",
     )
 
 
-def _without_name(d: Diagnosis) -> str:
+def _without_name(d: Diagnosis) -> tuple[str, ...]:
     """Say what is known where no name is given: a kind and a place, look-alikes, or less."""
     step = d.decision
     place = unresolved_place(d)
     kind = element_words(d.graph, place["element"]) if place["kind"] == ANY_TWO else place["kind"]
     where = f"the {kind} {place['element']}" if place["element"] else ""
-    same = place["indistinguishable_from"]
-    also = f" (or {', '.join(same)}: these sensors cannot tell)" if same and where else ""
+    also, others = _also(place["indistinguishable_from"] if where else ())
     if step is not None and step.answer == "kind" and where:
         sort = sort_at(step.physics, d.graph[step.places[0]])
         if step.physics == "sensing" and isinstance(d.graph[step.places[0]], Source):
             sort = "an error of the measured input"
-        text = f"{sort.capitalize()} is missing at {where}{also}"
+        law: tuple[str, ...] = ()
         if step.closest is not None and np.isfinite(step.law_fit):
-            text += f"; {_no_law(_title(step.closest), step.law_fit)}"
-        return f"{text}."
+            law = (_no_law(_title(step.closest, d), step.law_fit),)
+        return (f"{sort} is missing at {where}{also}", *law, *others)
     if step is not None and step.answer == "look_alikes":
         names = briefly(", ".join(t.label for t in step.possible))
-        return f"Something is missing in {d.model}; these explain it alike: {names}."
-    hint = f"; closest is {_title(step.closest)}" if step and step.closest else ""
+        return (f"Something is missing in {d.model}; these explain it alike: {names}",)
+    hint = f"Closest is {_title(step.closest, d)}" if step and step.closest else ""
     if step is not None and step.nearest and not hint:
-        hint = f"; what comes nearest is {coming_near(near_of(step.nearest[:1], d))}"
-    at = f", at {where}{also}" if where else ""
+        hint = f"What comes nearest is {coming_near(near_of(step.nearest[:1], d))}"
+    at = f", at {where}{also}," if where else ""
     kinds = open_kinds(step) if step is not None else ()
+    either = ""
     if kinds:
-        either = " or ".join(f"{sort_at(k.kind, d.graph[k.element])} at {k.element}" for k in kinds)
-        at, hint = "", f": {either}, which look alike here{hint}"
+        each = " or ".join(f"{sort_at(k.kind, d.graph[k.element])} at {k.element}" for k in kinds)
+        at, either = "", f"It is {each}, which look alike here"
+        others = ()
     unnamed = "that the catalogue cannot name with confidence"
     if d.stopped:
         unnamed = "that has no name yet"
-    return f"Something is missing in {d.model}{at} {unnamed}{hint}."
+    first = f"Something is missing in {d.model}{at} {unnamed}"
+    return (first, *filter(None, (either, hint)), *others)
 
 
 def _no_law(law: str, fit: float) -> str:
@@ -214,12 +243,12 @@ def _by_law(t: Candidate) -> str:
     return f" ({spaced(made.law)})" if made.law not in (own.law, *own.richer) else ""
 
 
-def _title(t: Candidate) -> str:
-    return f"{spaced(t.effect)} at {t.element}"
+def _title(t: Candidate, d: Diagnosis) -> str:
+    return f"{called(t.effect, d.graph, t.element)} at {t.element}"
 
 
 def _fits(step: Decision, d: Diagnosis) -> str:
-    """How much a named effect explains and how well its law fits, in brackets."""
+    """How much a named effect explains and how well its law fits."""
     last = step is d.findings[-1] and d.left is not None and d.left.is_noise(d.limits.noise)
     said = f"explains {much(step.share, 0, step.answer == 'exact' or last)} of the misfit"
     if step.physics:
@@ -230,10 +259,10 @@ def _fits(step: Decision, d: Diagnosis) -> str:
         caused = step.chosen.insertion.kind != "time"
         if step.answer == "approximate" and caused and step.law_fit >= EXACT:
             best = "" if _outdone_later(step, d) else "no freer form does better there, but "
-            return f" ({said}; {best}more than noise is left)"
+            return f"{said}; {best}more than noise is left"
         near = ": near, not exact" if step.answer == "approximate" else ""
         said += f"; the law fits to {min(100 * step.law_fit, 99.9):.3g} %{near}"
-    return f" ({said})"
+    return said
 
 
 def _outdone_later(step: Decision, d: Diagnosis) -> bool:
@@ -261,8 +290,10 @@ def what_remains(d: Diagnosis) -> str:
 
 def in_words(d: Diagnosis) -> str:
     """Answer, numbers, place in the recording, every step, rivals, advice."""
-    answer = sentence(d)
-    lines = [s for s in (answer, what_remains(d), *map(stopped, colour(d))) if s] + [""]
+    first, *more = answered(d)
+    answer = " ".join((first, *more))
+    said = (first, " ".join(more), what_remains(d), *map(stopped, colour(d)))
+    lines = [s for s in said if s] + [""]
     notes = (s for s in d.notes if s not in answer and s not in colour(d))
     lines += [f"note: {s}" for s in gathered(notes)]
     lines += [*error_lines(d), *recording_lines(d)]

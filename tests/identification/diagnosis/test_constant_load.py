@@ -75,9 +75,9 @@ def test_answer_and_advice_name_the_load() -> None:
     run = Recording("run", made.problem.data.time, {"w": np.zeros(N)}, {"w": "rad/s"})
     d = Diagnosis("parameters_only", "motor", run, motor(), made.problem.data, nominal=made)
     assert d.load is not None
-    assert sentence(d).endswith(f"nothing missing shows; but {d.load.claim}.")
+    assert sentence(d).endswith(f"nothing missing shows. But {d.load.claim}.")
     slow = replace(d, left=Remaining({"w": 2.6}, False, 0.0))  # the rest has the colour of noise
-    assert "nothing missing shows, though 2.6 times the noise of the quickest" in sentence(slow)
+    assert "nothing missing shows. But 2.6 times the noise of the quickest" in sentence(slow)
     assert advice(d, np.array([1.0])) == (d.load.advice,)
     unknown = replace(d, kind="unknown_physics")  # what is missing may have bent the offsets
     assert unknown.load is None

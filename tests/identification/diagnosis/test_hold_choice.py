@@ -15,6 +15,8 @@ from bondgraph.signals.split import interleaved
 from identification.diagnosis import diagnose as whole
 from identification.diagnosis.evidence.answer import Decision
 from identification.diagnosis.evidence.hypotheses import Thresholds
+from identification.diagnosis.screening.flexible_forms import flexible_forms
+from identification.diagnosis.screening.port_history import PortHistory
 from identification.diagnosis.search.asked import asked_of
 from identification.diagnosis.search.base import unthinned
 from identification.diagnosis.search.candidates import trial_of
@@ -96,3 +98,18 @@ def test_beside_less_noise_the_behaviour_is_chosen_again(monkeypatch: pytest.Mon
     nominal, _ = whole._nominal(result, material_of(asked), BOTH)
     assert nominal.problem.data.floor[0] < 0.1
     assert nominal.problem.data.hold == "hold"
+
+
+def test_a_command_that_stands_still_is_not_searched_as_if_it_told_something() -> None:
+    """It was said first that it tells nothing, and then how surely it is band-limited."""
+    data = recorded("hold", 1e-3)
+    u = np.full(data.n, 1.5)
+    y = np.exp(-0.5 * data.time) * np.cos(3.0 * data.time)
+    still = fitted(replace(data, commands={"F": u}, readings=y[:, None]))
+    every = ("hold", "linear", "band-limited")
+    assert with_best_hold(still, 20, every) is still
+    assert hold_margin(still, every) == "no command moves, so it does not show"
+    assert hold_margin(still, (still.problem.data.hold,)) == "as given"
+    source = still.problem.graph["F"]
+    assert flexible_forms(source, PortHistory(u, u, DT)) == {}
+    assert set(flexible_forms(source, PortHistory(y, y, DT))) == {"command"}

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from base64 import b64decode
 from itertools import pairwise
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,16 +15,23 @@ from bondgraph.graph.elements import Element
 from bondgraph.graph.parameter import Parameter
 from bondgraph.laws import Coulomb
 from bondgraph.signals.recording import Split
+from bondgraph.support.arrays import Array
 from identification import DiagnosisOptions, diagnose
 from identification.diagnosis.catalogue import by_name
 from identification.diagnosis.catalogue.effect import Hint
-from identification.diagnosis.catalogue.lacking_element import per
-from identification.diagnosis.catalogue.places import law_of
+from identification.diagnosis.catalogue.lacking_element import LackingElement, per
+from identification.diagnosis.catalogue.places import law_of, unsprung
+from identification.diagnosis.catalogue.words import called
+from identification.diagnosis.explanation.law_formula import meaning_of
 from identification.diagnosis.screening.observation import scene
+from identification.diagnosis.screening.port_history import PortHistory
 from identification.diagnosis.screening.port_response import probes
 from identification.diagnosis.screening.score_test import screen
+from identification.diagnosis.search.candidates import Candidate
+from identification.diagnosis.studio.lacking_plane import _hung
 from identification.diagnosis.studio.law_plane import planes
 from identification.diagnosis.verdict import in_words
+from identification.diagnosis.verdict.document import sort_of
 from identification.estimation.single_record import fit
 from identification.study.problem import Data, Problem
 from tests.settled import simulate
@@ -209,6 +218,77 @@ def test_a_winding_without_inductance_may_have_one() -> None:
     assert places("linear_inertia", g) == ["R_w"]
     assert per(g, g["R_w"], 0) == "H"
     assert places("linear_loss", g) == []
+
+
+def lacking(effect: LackingElement, g: BondGraph, at: str, given: str, read: str) -> Candidate:
+    """What an effect puts beside an element, not fitted."""
+    split = Split(slice(0, T.size), slice(T.size, T.size), "all")
+    y = np.asarray(simulate(g, T, {given: PUSH}, hold="linear")[read])[:, None]
+    data = Data("run", T, {given: PUSH}, y, (read,), np.array([1e-3]), split)
+    seen = scene(fit(Problem(g, data), max_iterations=0))
+    made = effect.insert(seen, g[at])
+    there: Any = SimpleNamespace(problem=SimpleNamespace(graph=made.graph), values={})
+    return Candidate(made, True, there, 1.0, 1.0, np.ones(1))
+
+
+def winding() -> BondGraph:
+    with BondGraph("winding") as g:
+        loop = One("loop")
+        Se("U", unit="V") >> loop >> R("R_w", 1.5, unit="ohm")
+        loop >> C("K", 1e-2, unit="F")
+        loop >> Df("i", unit="A")
+    return g
+
+
+def test_what_is_lacking_is_called_as_its_domain_calls_it() -> None:
+    """A coil that the model lacked was told as a linear inertia that opposes a flow."""
+    effect = by_name("linear_inertia")
+    assert isinstance(effect, LackingElement)
+    of_coil = lacking(effect, winding(), "R_w", "U", "i")
+    of_mass = lacking(effect, stage(DAMPER, SPRING), "d", "F", "x")
+    for t, thing, flow, effort in (
+        (of_coil, "inductance", "current", "voltage"), (of_mass, "mass", "velocity", "force")
+    ):  # fmt: skip
+        graph = t.insertion.graph
+        assert called("linear_inertia", graph, t.element) == f"{thing} (linear inertia)"
+        assert f" {thing} that the model lacks opposes every change of the {flow}" in (
+            t.insertion.sentence
+        )
+        assert meaning_of(f"inertia_{t.element}", t) == f"missing {thing}"
+        d: Any = SimpleNamespace(graph=graph)
+        assert sort_of(t, "slow", d) == f"a {effort} in proportion to the rate of the {flow}"
+    with BondGraph("bare") as bare:
+        One("body") >> R("d", 1.0)
+    assert called("linear_inertia", bare, "d") == "linear inertia"
+    assert called("nonlinear_stiffness", winding(), "K").startswith("nonlinear capacitance (")
+
+
+class Trim(LackingElement):
+    """A user's own element: it is in no catalogue."""
+
+    name = "trim"
+    kind = "restoring"
+    law = "trim"
+    sentence = "a trim spring pulls"
+    where = staticmethod(unsprung)
+    word = "trim"
+    over = 2
+
+    def variable(self, past: PortHistory, element: Element) -> Array:
+        return past.moved if past.moved is not None else np.zeros(past.n)
+
+    def held(self, name: str, coefficient: str, unit: str) -> C:
+        return C(name, stiffness=coefficient, unit=unit)
+
+
+def test_a_users_own_lacking_element_has_a_plane() -> None:
+    g = stage(MASS, DAMPER)
+    t = lacking(Trim(), g, "m", "F", "x")
+    assert t.insertion.sentence == "a trim spring pulls"
+    d: Any = SimpleNamespace(graph=g)
+    held = _hung(d, t)
+    assert held is not None
+    assert held.name == "lacking_m"
 
 
 def test_a_rotor_without_inertia_may_have_one() -> None:

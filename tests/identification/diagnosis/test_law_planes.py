@@ -9,9 +9,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bondgraph import MTF, BondGraph, C, De, Df, Dq, I, One, R, Se, Zero
+from bondgraph import MTF, BondGraph, C, De, Df, Dq, I, One, R, Reading, Se, Zero, effort
+from bondgraph.graph.drives import Drive
 from bondgraph.graph.modulation import displacement
-from bondgraph.laws import Law, Overflow, Polynomial, SaturatingInductance
+from bondgraph.laws import DeadZone, Law, Overflow, Polynomial, SaturatingInductance
 from bondgraph.signals.recording import Recording, Split
 from bondgraph.support.arrays import Array
 from identification.diagnosis.diagnose import Diagnosis
@@ -27,12 +28,18 @@ T = np.asarray(0.01 * np.arange(400), np.float64)
 U = 4 * np.sin(2 * np.pi * 0.7 * T) + 2 * np.sin(2 * np.pi * 2.3 * T)
 
 
-def lever(law: Law | None = None) -> BondGraph:
+def lever(
+    law: Law | None = None, friction: Law | None = None, backwards: bool = False
+) -> BondGraph:
     """A graph that is not linear up to laws."""
     with BondGraph("lever") as g:
         body, inner = One("body"), One("inner")
         Se("F", unit="N") >> body >> I("m", 0.5, unit="kg")
-        body >> R("d", 2.0, unit="N*s/m")
+        d = R("d", 2.0, unit="N*s/m", law=friction)
+        if backwards:
+            d >> body
+        else:
+            body >> d
         body >> C("k", stiffness=200.0, unit="N/m", law=law)
         body >> MTF("arm", ratio=20.0 * displacement("k")) >> inner
         inner >> C("c", stiffness=30.0, unit="N/m")
@@ -61,9 +68,11 @@ def fitted(graph: BondGraph, truth: BondGraph, steps: int) -> tuple[Fit, Array]:
 def tried(made: Fit, element: str) -> Any:
     """A candidate as far as planes ask it."""
     label = f"nonlinear_stiffness at {element}"
+    brought = SimpleNamespace(plain=False)
     return SimpleNamespace(
-        fit=made, element=element, label=label, effect="nonlinear_stiffness", test=1.0
-    )
+        fit=made, element=element, label=label, effect="nonlinear_stiffness", test=1.0,
+        insertion=brought,
+    )  # fmt: skip
 
 
 def test_a_law_in_a_general_graph_has_its_path() -> None:
@@ -117,16 +126,23 @@ def charged(law: Law | None = None) -> BondGraph:
 
 def plane_of_charge(nominal: Fit, made: Fit) -> dict[str, Any]:
     """Return the plane of the capacitor where its law was named."""
-    one = tried(made, "c")
-    step: Any = SimpleNamespace(possible=(one,), same_place=(), kind="missing_physics", chosen=one)
-    run = Recording(
-        "run", T, {"F": U, "x": nominal.problem.data.readings[:, 0]}, {"F": "V", "x": "V"}
-    )
+    return plane_of(nominal, made, "c")
+
+
+def plane_of(
+    nominal: Fit, made: Fit, at: str, kind: str = "missing_physics", named: str = "c"
+) -> dict[str, Any]:
+    """Return the plane of an element where the law of `named` was named, or not."""
+    one, graph = tried(made, named), nominal.problem.graph
+    step: Any = SimpleNamespace(possible=(one,), same_place=(), kind=kind, chosen=one)
+    data = nominal.problem.data
+    seen = {"F": U, **dict(zip(data.names, data.readings.T, strict=True))}
+    run = Recording("run", T, seen, dict.fromkeys(seen, "1"))
     d = Diagnosis(
-        "missing_physics", "charged", run, charged(), nominal.problem.data, nominal=nominal,
+        kind, graph.name, run, graph, nominal.problem.data, nominal=nominal,
         scene=scene(nominal), steps=(step,), trials=(one,),
     )  # fmt: skip
-    plane: dict[str, Any] = planes(d)["of"]["c"]
+    plane: dict[str, Any] = planes(d)["of"][at]
     return plane
 
 
@@ -144,6 +160,80 @@ def test_where_a_reading_tells_the_effort_of_a_store_points_draw_no_loops() -> N
     at = np.interp(x, q, v)
     bend = np.std(at - np.polyval(np.polyfit(x, at, 1), x))
     assert np.std(y - at) < 0.1 * bend
+
+
+def winding(*, backwards: bool, law: Law | None = None, iron: Law | None = None) -> BondGraph:
+    """A coil and its resistance, their bonds drawn the usual way or out of them."""
+    with BondGraph("winding") as g:
+        loop = One("loop")
+        Se("F", unit="V") >> loop
+        for e in (I("L", 0.5, unit="H", law=iron), R("c", 2.0, unit="ohm", law=law)):
+            if backwards:
+                e >> loop
+            else:
+                loop >> e
+        loop >> Df("x", unit="A")
+    return g
+
+
+@pytest.mark.parametrize("named", ["missing_physics", "unknown_physics"])
+@pytest.mark.parametrize("backwards", [False, True])
+def test_a_plane_is_not_mirrored_by_the_way_a_bond_is_drawn(backwards: bool, named: str) -> None:
+    """Points of a resistor whose bond points out of it lay across its law."""
+    law = Polynomial(0.0, 1.0, orders=(3,), unit="V")
+    truth = winding(backwards=backwards, law=law).with_values({"a_3_c": 0.6})
+    nominal, _ = fitted(winding(backwards=backwards), truth, 20)
+    made, _ = fitted(truth, truth, 5)
+    plane = plane_of(nominal, made, "c", named)
+    x, y, i, v = (
+        np.frombuffer(base64.b64decode(s), "<f4")
+        for s in (plane["x"], plane["y"], *(plane["laws"][0][k] for k in "xy"))
+    )
+    order = np.argsort(i)
+    assert np.median(np.abs(y - np.interp(x, i[order], v[order]))) < 0.01 * np.ptp(v)
+    assert np.corrcoef(x, y)[0, 1] > 0.9
+    coil = plane_of(nominal, made, "L", named)
+    psi, current = (np.frombuffer(base64.b64decode(coil["nominal"][s]), "<f4") for s in "xy")
+    assert np.corrcoef(psi, current)[0, 1] > 0.9
+
+
+def test_a_law_of_a_drive_lies_on_its_points() -> None:
+    """Of a slope that values take over in part the points had lost that part: its law lay off."""
+    with BondGraph("gauge") as plain:
+        body = One("body")
+        Se("F", unit="N") >> body >> I("m", 0.5, unit="kg")
+        body >> R("d", 2.0, unit="N*s/m")
+        body >> C("k", stiffness=200.0, unit="N/m")
+        body >> Df("v", unit="m/s")
+        Reading("f", effort("k") + effort("d"), unit="N")
+    idle = plain.with_element("F", drive=Drive(law=DeadZone(0.0, 0.5, 6.0, "N")))
+    run = simulate(idle, T, {"F": U})
+    y = np.stack([np.asarray(run[n]) for n in ("v", "f")], axis=1)
+    noise = 1e-3 * y.std(axis=0)
+    y = y + noise * np.random.default_rng(0).standard_normal(y.shape)
+    split = Split(slice(0, 300), slice(300, T.size), "first part")
+    data = Data("run", T, {"F": U}, y, ("v", "f"), noise, split)
+    nominal = fit(Problem(plain, data), max_iterations=20)
+    plane = plane_of(nominal, fit(Problem(idle, data), max_iterations=5), "F", named="F")
+    x, out, s, w = (
+        np.frombuffer(base64.b64decode(v), "<f4").astype(float)
+        for v in (plane["x"], plane["y"], plane["laws"][0]["x"], plane["laws"][0]["y"])
+    )
+    order = np.argsort(s)
+    law = np.interp(x, s[order], w[order])
+    assert abs(np.polyfit(x, out - law, 1)[0]) < 0.005
+
+
+def test_a_law_in_a_general_graph_does_not_mind_the_way_of_its_bond() -> None:
+    seen = []
+    for backwards in (False, True):
+        truth = lever(friction=Polynomial(0.0, 1.0, orders=(3,), unit="N"), backwards=backwards)
+        made, _ = fitted(truth, truth, 1)
+        run = path(tried(made, "d"))
+        assert run is not None
+        seen.append((run.argument, run.deviation))
+    for one, other in zip(*seen, strict=True):  # into the element it flows the other way
+        np.testing.assert_allclose(one, -other, atol=1e-6 * np.ptp(one))
 
 
 def test_a_store_with_a_rim_counts_what_it_spilled() -> None:

@@ -89,7 +89,7 @@ def test_values_that_make_up_for_a_unit_are_said_in_the_answer() -> None:
     assert not any("screening" in text for text in told[:first])
     assert any("screening" in text for text in told[first:])
     assert d.kind == "parameters_only"
-    assert "nothing missing shows; but check the unit of " in sentence(d)
+    assert "nothing missing shows. But check the unit of " in sentence(d)
     said = sentence(d)
     assert re.search(r"\bv \(about (800|900|1000) times too large\)", said)
     assert re.search(r"\bI \(about (800|900|1000) times too small\)", said)
@@ -133,5 +133,5 @@ def test_the_channel_is_named_whose_unit_the_values_make_up_for(
     record = Recording("run", time, seen, {"V": "V", "v": "V", "i": "A"})
     options = DiagnosisOptions(jobs=1, keep=2, more=1, effects=1)
     d = diagnose(coil(1.2e-3, 1.8e-3, 0.9), record, hold="hold", options=options)
-    assert f"; but {says}" in sentence(d)
+    assert f". But {says}" in sentence(d)
     assert sum("unit" in n for n in d.notes if "check" in n) == 1

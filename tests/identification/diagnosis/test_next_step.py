@@ -9,10 +9,11 @@ import numpy as np
 import pytest
 
 from bondgraph import BondGraph, C, Dq, I, One, R, Reading, Se, Zero, effort
+from identification.diagnosis.catalogue import CATALOGUE
 from identification.diagnosis.diagnose import Diagnosis
 from identification.diagnosis.evidence.nearest import Nearest
 from identification.diagnosis.explanation.advice import ANYTHING, advice
-from identification.diagnosis.explanation.next_step import PROBES, junction_signal
+from identification.diagnosis.explanation.next_step import PROBES, _separated, junction_signal
 from identification.diagnosis.localisation.recording.region import Region
 from identification.diagnosis.report.evidence import parameters
 from identification.diagnosis.screening.flexible_forms import KINDS
@@ -62,6 +63,23 @@ def test_a_law_that_comes_close_brings_its_own_experiment() -> None:
         answer="unknown", places=(), nearest=(Nearest("F", "low_pass", "", 0.4),)
     ).advice
     assert told.startswith("to see whether low_pass at F is part of it: a multisine")
+
+
+@pytest.mark.parametrize("turned", [False, True])
+def test_what_separates_a_pair_speaks_of_that_pair(turned: bool) -> None:
+    """A lag of the drive was told from one of the sensor by what tells it from a delay."""
+
+    def said(*pair: str) -> str:
+        return _separated(*(pair[::-1] if turned else pair))
+
+    assert "delay" not in said("low_pass", "sensor_lag")
+    assert "record what the drive really puts out" in said("low_pass", "sensor_lag")
+    assert said("low_pass", "delay").endswith("a lag falls in gain, a delay does not")
+    assert "sensor" not in said("low_pass", "delay")
+    assert "drive" not in said("sensor_lag", "delay")
+    assert "half the amplitude" in said("low_pass", "slew_limit")
+    known = {e.name for e in CATALOGUE}
+    assert all({*e.from_one} <= known & {*e.confused_with} for e in CATALOGUE)
 
 
 def test_a_signal_that_nobody_reads_at_the_place_is_told() -> None:

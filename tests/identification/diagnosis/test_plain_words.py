@@ -239,10 +239,10 @@ def test_residuals_with_a_memory_are_told_beside_the_answer(found: Diagnosis) ->
     assert note.startswith(COLOURED)
     assert "The 95 % intervals allow for such noise" in note
     told = str(replace(found, notes=(note, *found.notes))).splitlines()
-    assert told[1] == f"{note[0].upper()}{note[1:]}."
+    assert told[2] == f"{note[0].upper()}{note[1:]}."
     assert sum(COLOURED[1:] in line for line in told) == 1
     shown = page(replace(found, notes=(note, *found.notes)))
-    assert f'<div class="callout"><ul><li>{told[1]}</li></ul></div>' in "".join(shown.split("\n"))
+    assert f'<div class="callout"><ul><li>{told[2]}</li></ul></div>' in "".join(shown.split("\n"))
     assert beside(found) == ""
 
 

@@ -15,13 +15,20 @@ import pytest
 
 from bondgraph import GY, BondGraph, I, One, R, Se
 from bondgraph.export.graph_json.read_graph import from_json
+from bondgraph.export.graph_json.write_graph import to_json
 from bondgraph.signals.recording import Recording
+from bondgraph.support.notice import Heard, Notice
 from bondsight.cli.spoken import at_shell
 from identification.diagnosis.catalogue import by_name
 from identification.diagnosis.diagnose import Diagnosis, _mistaken
 from identification.diagnosis.explanation import undetermined
 from identification.diagnosis.explanation.advice import advice
-from identification.diagnosis.explanation.doubts import AFTER, file_first
+from identification.diagnosis.explanation.doubts import (
+    AFTER,
+    SETTLED,
+    file_first,
+    settled,
+)
 from identification.diagnosis.explanation.law_formula import in_symbols
 from identification.diagnosis.explanation.next_experiment import Experiment
 from identification.diagnosis.explanation.places_judged import judged_places
@@ -41,6 +48,7 @@ from identification.diagnosis.search.candidates import Candidate
 from identification.diagnosis.studio import page
 from identification.diagnosis.verdict import (
     NEXT,
+    headline,
     in_words,
     parse_verdict,
     retold,
@@ -51,6 +59,7 @@ from identification.diagnosis.verdict import (
 from identification.diagnosis.verdict import (
     text as words,
 )
+from identification.diagnosis.verdict.folder import _sourced
 from identification.diagnosis.verdict.lines import sure_words
 from identification.estimation.estimates import Estimate
 from identification.report.words import stopped
@@ -97,8 +106,25 @@ def test_the_repaired_model_is_a_file_for_every_command(found: Diagnosis, tmp_pa
     assert kept.parameters.keys() == found.repaired.problem.graph.parameters.keys()
     for name, p in kept.parameters.items():
         assert p.value == pytest.approx(found.repaired.values[name], rel=1e-12), name
+    run = found.recording.name
+    for name, was in (("m", "0.5 kg"), ("d", "2 N*s/m"), ("k", "200 N/m")):
+        assert kept.parameters[name].source == f"fitted to {run}; declared as {was}"
+    assert kept.parameters["F_c_d"].source == ""
     write_verdict(replace(found, steps=()), tmp_path)
     assert not (tmp_path / "repaired.json").exists()  # one of an earlier run
+
+
+def test_a_published_value_keeps_its_source_beside_the_fitted_one(found: Diagnosis) -> None:
+    with BondGraph("scale") as g:
+        m = g.parameter("mass", 0.5, "kg", source="data sheet")
+        body = One("body")
+        Se("F", unit="N") >> body >> I("m", m, unit="kg")
+        body >> R("d", 2.0, unit="N*s/m", source="drawing 4")
+    made = _sourced(g.with_values({"mass": 0.61, "d": 2.0}), replace(found, graph=g))
+    kept = from_json(to_json(made)).parameters
+    said = f"fitted to {found.recording.name}; declared as 0.5 kg (data sheet)"
+    assert (kept["mass"].value, kept["mass"].source) == (0.61, said)
+    assert kept["d"].source == "drawing 4"
 
 
 def test_where_one_place_is_named_every_other_one_says_why_it_is_not(found: Diagnosis) -> None:
@@ -128,16 +154,76 @@ def test_without_a_name_places_stay_open(found: Diagnosis) -> None:
     assert "may sit here alone" not in checked(replace(open_, kind="explained"))
 
 
+def test_the_headline_is_short_and_loses_nothing(found: Diagnosis) -> None:
+    """New users met first lines of fifty words."""
+    (step,) = found.findings
+    rivals = tuple(t for t in step.trials if t is not step.chosen)[:3]
+    unnamed = replace(step, kind="unknown_physics", physics="dissipative", places=("d",))
+    steps = {
+        "missing_physics": (step, replace(step, answer="family", rivals=rivals)),
+        "unknown_physics": tuple(
+            replace(unnamed, answer=a, rivals=rivals) for a in ("unknown", "kind", "look_alikes")
+        ),
+    }
+    for kind, own in steps.items():
+        for one in own:
+            d = replace(found, kind=kind, steps=(one,))
+            assert len(headline(d).split()) <= 25
+            first, second, *_ = in_words(d).splitlines()
+            assert first == headline(d)
+            assert sentence(d) == f"{first} {second}".strip()
+            assert f"<h1>{first}</h1>" in page(d)
+    assert headline(found) == "Coulomb friction is missing at the resistor d."
+    two = replace(found, steps=(step, replace(step, confidence=0.0)))
+    assert "; perhaps coulomb friction at the resistor d." in headline(two)
+    for says in ("opposes every motion and holds at rest (a loss", "held-out error of x falls"):
+        assert says in sentence(found)
+
+
+def test_a_probability_says_what_it_is_of_where_much_is_left(found: Diagnosis) -> None:
+    """It is a share of answers of a sort: it does not fall with what a repair leaves."""
+    assert found.left is not None
+    d = replace(found, left=replace(found.left, over_noise={"x": 40.0}, measured=True))
+    d = replace(d, advice=advice(d, np.array([1.0])))
+    (words,) = (line for line in in_words(d).splitlines() if line.startswith("probability"))
+    assert words.endswith(
+        "; that is of the name among those of the catalogue, and 40 times the noise is left: more "
+        "is missing, or the law is not quite this one"
+    )
+    assert words in said(d)
+    assert stopped(words) in page(d)
+    assert "probability of the name" in page(d)
+    assert "probability of the name" not in page(found)
+    assert "among those of the catalogue" not in in_words(found) + said(found)
+
+
 def test_a_unit_to_mend_comes_before_the_name_that_stands_in_for_it(
     found: Diagnosis, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     hint = "x looks about 100 times too small (its unit?)"
     plain = sentence(found)
     monkeypatch.setattr(words, "doubts", lambda d: (hint,))
-    assert sentence(found) == f"{plain.removesuffix('.')}; but {hint}."
+    assert sentence(found) == f"{plain} But {hint}."
     monkeypatch.setattr(words, "forgotten_units", lambda d: (hint,))
     lowered = plain[0].lower() + plain[1:]
-    assert sentence(found) == f"First check a unit: {hint}; taken as it is: {lowered}"
+    assert sentence(found) == f"First check a unit: {hint}. Taken as it is: {lowered}"
+
+
+def test_a_doubt_of_the_way_that_the_repair_settles_is_told_as_settled(found: Diagnosis) -> None:
+    """The model as it is bends its values: what was said of them stood unqualified."""
+    value = "d is declared as 2 N*s/m and fitted as 9e+04 N*s/m: check its value"
+    unit = "check the unit of x (about 1000 times too large) first: 3 parameters"
+    after = settled(found, (value, unit, value))
+    assert after.notes == (*found.notes, f"{SETTLED}: {value}; {unit}")
+    assert f"note: {SETTLED}: {value}" in in_words(after)
+    # what still holds, with whatever number, is not settled
+    again = replace(found, notes=("d is declared as 2 N*s/m and fitted as 80 N*s/m: check",))
+    assert settled(again, (value,)) == again
+    assert settled(replace(found, kind="unknown_physics"), (value,)).notes == found.notes
+    heard, told = Heard(lambda text, _: told.append(text)), list[str]()
+    heard("fitting", 0.1)
+    heard(Notice(value), 0.2)
+    assert (heard.notices, told) == ([value], ["fitting", value])
 
 
 def test_the_first_places_in_the_recording_are_read_at_once(found: Diagnosis) -> None:

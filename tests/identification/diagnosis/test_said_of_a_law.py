@@ -27,6 +27,7 @@ from bondgraph.signals.recording import Split
 from bondgraph.support.errors import UnusableInput
 from identification.datasets.opening import match_by_unit
 from identification.diagnosis.catalogue import by_name
+from identification.diagnosis.catalogue.words import called
 from identification.diagnosis.explanation.law_formula import (
     in_numbers,
     in_symbols,
@@ -44,7 +45,6 @@ from identification.diagnosis.search.asked import asked_of
 from identification.diagnosis.verdict.document import law_constants
 from identification.diagnosis.verdict.reading import parse_verdict
 from identification.diagnosis.verdict.said_again import retold
-from identification.diagnosis.verdict.text import _called
 from identification.estimation.single_record import fit
 from identification.study.problem import Data, Problem
 from tests.identification.diagnosis.effect_plants import scene
@@ -122,8 +122,10 @@ def test_what_the_elements_own_value_means_is_said() -> None:
 
 
 def test_a_capacitor_has_no_stiffness_in_the_headline() -> None:
-    stores = C("C_x", 1e-6, unit="F"), C("k", stiffness=1.0, unit="N/m")
-    said = [_called("nonlinear stiffness", e) for e in stores]
+    with BondGraph("stores") as g:
+        One("loop") >> C("C_x", 1e-6, unit="F")
+        One("body") >> C("k", stiffness=1.0, unit="N/m")
+    said = [called("nonlinear_stiffness", g, n) for n in ("C_x", "k")]
     assert said == ["nonlinear capacitance (nonlinear stiffness)", "nonlinear stiffness"]
 
 

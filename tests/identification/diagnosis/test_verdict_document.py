@@ -125,8 +125,8 @@ def test_kinds_that_look_alike_stand_behind_the_closest_laws(dry: Diagnosis) -> 
         ("coulomb_friction", ""), ("unknown", "dissipative"), ("unknown", "mode"),
     ]  # fmt: skip
     said = (
-        ": a loss that depends on the velocity at d or a resonance at m, which look alike here; "
-        "closest"
+        ". It is a loss that depends on the velocity at d or a resonance at m, which look alike "
+        "here. Closest is "
     )
     assert said in sentence(d)
 

@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 
 from bondgraph.support.errors import UnusableInput
+from identification.diagnosis.explanation.colour import colour_notes
+from identification.statistics.whiteness import EITHER
 from identification.uncertainty.finding import Finding
 from identification.validation import Judgement, Number, judge
 from identification.validation.report.sections import words
@@ -94,7 +98,22 @@ def test_colour_above_the_floor_is_a_fault_and_below_it_a_note() -> None:
     above = judge(material(record(e)))
     assert "coloured up to lag" in faults(above)
     below = judge(material(record(e, floor=float(e.std()))))
-    assert "the noise itself has memory" in "\n".join(r.text for r in below.notes)
+    (said,) = (r for r in below.notes if EITHER in r.text)
+    assert said.advice.startswith("noise='coloured', which fits the colour too (")
+    # a diagnosis says so of the same residuals: their intervals need not be made anew
+    left = SimpleNamespace(
+        readings=e[:, None], mask=lambda _: np.ones(N, bool), names=("x",), dt=0.01,
+        floor=np.array([float(e.std())]),
+    )  # fmt: skip
+    last: Any = SimpleNamespace(
+        problem=SimpleNamespace(data=left), simulated=np.zeros((N, 1)),
+        residuals=lambda _: e[:, None],
+    )  # fmt: skip
+    (note,) = colour_notes(last)
+    assert EITHER in note
+    allowed = "allow for such noise, but not for a law that is slightly wrong"
+    assert allowed in note
+    assert allowed in said.advice
 
 
 def test_a_noise_model_that_whitens_is_judged_by_its_innovations() -> None:

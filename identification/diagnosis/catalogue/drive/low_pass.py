@@ -29,6 +29,14 @@ class LowPass(Effect):
         "a multisine up to well beyond the corner: a lag falls in gain, a delay does not; a second "
         "sensor tells the drive's lag from a sensor's"
     )
+    from_one: ClassVar[Mapping[str, str]] = {
+        "delay": "a multisine up to well beyond the corner: a lag falls in gain, a delay does not",
+        "sensor_lag": "record what the drive really puts out beside its command, and diagnose with "
+        "that as the input: a lag of the drive is gone then, that of a reading is not; or read the "
+        "motion by a second sensor: a lag of the drive shows in both, that of a reading in one",
+        "slew_limit": "the same fast command at half the amplitude: a rate limit vanishes, a lag "
+        "stays",
+    }
     source = "single-pole amplifier"
     meanings: ClassVar[Mapping[str, str]] = {
         "tau": "time constant of the lag",

@@ -25,6 +25,10 @@ class SensorLag(Effect):
     looks = "late and smaller the faster the motion, in this reading alone"
     confused_with = ("low_pass", "delay")
     separated_by = "a second sensor: a lag of the drive shows in both readings, this one in one"
+    from_one: ClassVar[Mapping[str, str]] = {
+        "delay": "a multisine up to well beyond the corner: a reading with a lag falls in gain, "
+        "one that is late does not",
+    }
     source = "single-pole sensor"
     meanings: ClassVar[Mapping[str, str]] = {
         "tau": "time constant of the lag",

@@ -33,6 +33,14 @@ class LinearInertia(LackingElement):
     meanings: ClassVar[Mapping[str, str]] = {"inertia": "missing mass or inductance"}
     where = staticmethod(without_inertia)
     word = "inertia"
+    things: ClassVar[Mapping[str, str]] = {
+        "N": "mass",
+        "N*m": "moment of inertia",
+        "V": "inductance",
+        "Pa": "fluid inertance",
+    }
+    whichever = "mass or inductance"
+    does = "opposes every change of the {flow}"
     over = 0
 
     def variable(self, past: PortHistory, element: Element) -> Array:

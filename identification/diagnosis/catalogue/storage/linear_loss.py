@@ -32,6 +32,16 @@ class LinearLoss(LackingElement):
     }
     where = staticmethod(undamped)
     word = "damping"
+    things: ClassVar[Mapping[str, str]] = {
+        "N": "damper",
+        "N*m": "rotational damper",
+        "V": "resistance",
+        "Pa": "flow resistance",
+        "m": "flow resistance",
+        "K": "thermal resistance",
+    }
+    whichever = "damper or resistor"
+    does = "opposes the {flow} in proportion"
     over = 1
 
     def variable(self, past: PortHistory, element: Element) -> Array:

@@ -32,6 +32,9 @@ class LinearSpring(LackingElement):
     meanings: ClassVar[Mapping[str, str]] = {"stiffness": "stiffness of the missing spring"}
     where = staticmethod(unsprung)
     word = "stiffness"
+    things: ClassVar[Mapping[str, str]] = {"N": "spring", "N*m": "torsion spring"}
+    whichever = "spring"
+    does = "pulls it back in proportion to the {displacement}"
     over = 2
 
     def variable(self, past: PortHistory, element: Element) -> Array:

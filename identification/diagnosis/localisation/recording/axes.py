@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
 
 import numpy as np
 
@@ -18,6 +19,9 @@ from identification.diagnosis.localisation.recording.variables import (
     variables_of,
 )
 from identification.diagnosis.screening.port_history import PortHistory
+from identification.report.numbers import unit_of_level
+
+NOTHING: Mapping[str, str] = MappingProxyType({})
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,18 +49,26 @@ def time_axis(time: Array) -> MisfitAxis:
     return MisfitAxis("time", time, "s", "time")
 
 
-def axes_of(graph: BondGraph, name: str, past: PortHistory) -> tuple[MisfitAxis, ...]:
+def axes_of(
+    graph: BondGraph, name: str, past: PortHistory, read_in: Mapping[str, str] = NOTHING
+) -> tuple[MisfitAxis, ...]:
     """Amplitude, velocity and history of one port; empty for what does not move.
 
     Storages, resistors and inertias have a displacement and its rate (the flow); sources,
     sensors and two-ports the variable they carry and its rate.
+
+    Parameters
+    ----------
+    read_in : mapping of str to str, optional
+        Units in which the numbers of channels were read.
     """
     e = graph[name]
     moved, rate = past.argument, past.rate
     if isinstance(e, Source | Sensor):
         unit = str(e.unit or "")
         what = "reading" if isinstance(e, Sensor) else "input" if e.measured else "command"
-        named = ((f"{what} {name}", unit), (f"rate of {name}", f"{unit}/s" if unit else ""))
+        shown = unit_of_level(unit, read_in.get(name, ""))
+        named = ((f"{what} {name}", shown), (f"rate of {name}", f"{unit}/s" if unit else ""))
     elif isinstance(e, TwoPort):
         unit, _, word, _ = two_port_variables(graph, e)
         named = ((word, unit), (f"rate of the {word}", f"{unit}/s" if unit else ""))
@@ -81,12 +93,15 @@ def axes_of(graph: BondGraph, name: str, past: PortHistory) -> tuple[MisfitAxis,
 
 
 def port_axes(
-    graph: BondGraph, past: Iterable[tuple[str, PortHistory]], first: Iterable[str] = ()
+    graph: BondGraph,
+    past: Iterable[tuple[str, PortHistory]],
+    first: Iterable[str] = (),
+    read_in: Mapping[str, str] = NOTHING,
 ) -> tuple[MisfitAxis, ...]:
     """Axes of all ports, those of `first` before the others."""
     order = list(first)
     found = sorted(past, key=lambda p: order.index(p[0]) if p[0] in order else len(order))
-    return tuple(a for n, p in found if n in graph.elements for a in axes_of(graph, n, p))
+    return tuple(a for n, p in found if n in graph.elements for a in axes_of(graph, n, p, read_in))
 
 
 def _finite(v: Array) -> Array:

@@ -62,7 +62,8 @@ def where(
     if past is None:
         past = {n: PortHistory(u, u, data.dt) for n, u in data.commands.items() if np.ptp(u) > 0}
     preferred = tuple(places)
-    axes = (time_axis(data.time), *port_axes(fit.problem.graph, past.items(), preferred))
+    ports = port_axes(fit.problem.graph, past.items(), preferred, data.read_in)
+    axes = (time_axis(data.time), *ports)
     residual = (data.readings - fit.simulated)[scored]
     found: list[_Found] = []
     for c, name in enumerate(data.names):
