@@ -12,6 +12,7 @@ from bondgraph.support.arrays import Array
 from identification.diagnosis.catalogue.outside.external_disturbance import ExternalDisturbance
 from identification.diagnosis.catalogue.places import has_unit
 from identification.diagnosis.catalogue.storage.leakage import Leakage
+from identification.diagnosis.explanation.common_lag import lag_of_all
 from identification.diagnosis.explanation.doubts import file_first
 from identification.diagnosis.explanation.next_step import junction_signal, next_step
 from identification.diagnosis.localisation.recording.variables import variables_of
@@ -33,9 +34,9 @@ ANYTHING = (
 
 def advice(d: Diagnosis, frequencies: Array) -> tuple[str, ...]:
     """Return what to record next, computed from the structure, after what to mend."""
-    load = (d.load.advice,) if d.load is not None else ()
+    instead = [w.advice for w in (d.load, lag_of_all(d)) if w is not None]
     known = (*_surroundings(d), *_to_record(d, frequencies), *_incomplete(d))
-    said = (*file_first(d), *load, *known)
+    said = (*file_first(d), *instead, *known)
     if said or d.kind != "unknown_physics":
         return said
     beyond = _beyond_training(d)

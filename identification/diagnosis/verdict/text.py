@@ -14,6 +14,7 @@ from identification.diagnosis.catalogue.words import briefly, called, spoken
 from identification.diagnosis.diagnose import STOPPED_AT_ONCE, Diagnosis
 from identification.diagnosis.evidence.answer import Decision
 from identification.diagnosis.evidence.kinds_told import EXACT, open_kinds
+from identification.diagnosis.explanation.common_lag import lag_of_all
 from identification.diagnosis.explanation.doubts import doubts, forgotten_units
 from identification.diagnosis.explanation.law_formula import gain_of
 from identification.diagnosis.localisation.element_kind import element_words
@@ -67,7 +68,7 @@ def answered(d: Diagnosis) -> tuple[str, ...]:
     said = tuple(map(stopped, _answered(d)))
     if d.mistakes or d.nominal is None:
         return said
-    load = (d.load.claim,) if d.load is not None else ()
+    instead = [w.claim for w in (d.load, lag_of_all(d)) if w is not None]
     doubted = doubts(d)
     if d.kind == "missing_physics" and any(forgotten_units(d)):
         # a header that is to be mended comes before the name that stands in for it
@@ -76,7 +77,7 @@ def answered(d: Diagnosis) -> tuple[str, ...]:
     still = [n for n in d.notes if n.endswith(STANDS)]
     if d.kind == "unknown_physics" and still and len(still) == len(drives(d.graph)):
         said = (f"First check the recording: {'; '.join(still)}.", *_as_it_is(said))
-    return (*said, *(ended(f"But {s}") for s in (*doubted, *load)))
+    return (*said, *(ended(f"But {s}") for s in (*doubted, *instead)))
 
 
 def _as_it_is(said: tuple[str, ...]) -> tuple[str, ...]:
