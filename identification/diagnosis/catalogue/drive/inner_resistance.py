@@ -41,6 +41,7 @@ class InnerResistance(Effect):
     name = "inner_resistance"
     family = "drive"
     kind = "dissipative"
+    sort = "a loss in proportion to what is drawn"
     law = "linear_source"
     sentence = "it gives less the more is asked of it, in proportion: it has a resistance inside"
     looks = "a voltage that falls with the current, a flow that falls with the pressure"
@@ -75,7 +76,7 @@ class InnerResistance(Effect):
         gives_effort = isinstance(element, Se)
         typical = TYPICAL * near if gives_effort else TYPICAL / near
         resistance = unit_of(v, "resistance")
-        unit = resistance if gives_effort else f"{v.flow_unit}/({v.effort_unit})"
+        unit = resistance if gives_effort else unit_of(v, "conductance")
         amount = Parameter(
             free_name(g, f"{'inside' if gives_effort else 'slip'}_{name}"), typical, unit,
             lower=LEAST * typical, upper=typical / LEAST, scale=typical,

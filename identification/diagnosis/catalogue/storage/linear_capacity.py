@@ -10,14 +10,21 @@ import numpy as np
 
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import C, Element, One, R, Se, Sf, Zero
-from bondgraph.graph.parameter import Parameter
-from bondgraph.graph.sensors import De
+from bondgraph.graph.parameter import Parameter, symbol
+from bondgraph.graph.sensors import De, Sensor
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import BondsightError
 from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
 from identification.diagnosis.catalogue.lacking_element import LEAST, free_name
 from identification.diagnosis.catalogue.memory.creep import lagged
-from identification.diagnosis.catalogue.places import CAPACITORS, ends, has_unit, lump_at, vessels
+from identification.diagnosis.catalogue.places import (
+    CAPACITORS,
+    ends,
+    has_unit,
+    lump_at,
+    other_resistors,
+    vessels,
+)
 from identification.diagnosis.localisation.recording.variables import (
     GENERIC,
     MOVES,
@@ -42,7 +49,8 @@ class LinearCapacity(Effect):
 
     name = "linear_capacity"
     family = "storage"
-    kind = "slow"
+    kind = "slow"  # as a filter of the effort, whose form is that of an after-effect
+    sort = "a flow in proportion to the rate of an effort"
     law = "capacity"
     sentence = "a capacity that the model lacks takes up a part of what flows there"
     looks = "what jumps at once in the model rises late; the slow end is right"
@@ -56,12 +64,14 @@ class LinearCapacity(Effect):
     meanings: ClassVar[Mapping[str, str]] = {
         "capacity": "missing capacity",
         "resistance": "what leads to it, where the model has a store at that effort already",
+        "before": "part of a resistance that lies before the capacity inside it",
     }
     plain = True
 
     def places(self, graph: BondGraph) -> tuple[Element, ...]:
-        """Return an element at each effort without a store, then stores of heat and of fluids."""
-        return (*stores_of_mass(graph), *efforts(graph).values())
+        """Return an element at each effort without a store, stores, and resistors between them."""
+        open_ones = efforts(graph)
+        return (*open_ones.values(), *stores_of_mass(graph), *divisible(graph, open_ones))
 
     def signatures(self, scene: FittedModel, element: Element) -> tuple[Signature, ...]:
         """Return what a small capacity changes; of a store what follows it with a lag."""
@@ -82,23 +92,27 @@ class LinearCapacity(Effect):
         """Hang a capacity at the effort, or a resistance and a capacity beside the store."""
         if isinstance(element, C):
             return self._behind(scene, element, hint)
-        g = scene.graph
-        node = next(n for n, e in efforts(g).items() if e.name == element.name)
-        v = variables_beside(g, node)
-        data = scene.data
-        typical = float(np.sqrt(data.dt * data.n * data.dt)) / nearest_resistance(scene, node)
+        g, data = scene.graph, scene.data
+        node = next((n for n, e in efforts(g).items() if e.name == element.name), "")
+        divided, share = g, ""
+        if not node:
+            divided, node, share = _divided(g, element)
+        v = variables_beside(g, element.name)
+        typical = float(np.sqrt(data.dt * data.n * data.dt)) / nearest_resistance(
+            scene, element.name
+        )
         amount = Parameter(
             free_name(g, f"capacity_{element.name}"), typical, unit_of(v, "capacity"),
             lower=LEAST * typical, upper=typical / LEAST, scale=typical,
         )  # fmt: skip
         held = C(free_name(g, f"lacking_{element.name}"), amount.name, unit=amount.unit)
-        graph = g.with_parameters([amount]).with_branch(node, [held])
+        graph = divided.with_parameters([amount]).with_branch(node, [held])
         tried = [typical * times for times in SIZES]
         if hint is not None and hint.weights[0] > 0:
             tried = [float(np.clip(hint.weights[0], 1e-4 * typical, 1e4 * typical)), *tried]
         starts = tuple({amount.name: c} for c in tried)
         made = self.inserted(element, graph, starts, (amount.name,))
-        where = f"of the {v.effort} there" if v.effort else "there"
+        where = "inside it" if share else f"of the {v.effort} there" if v.effort else "there"
         word = lump_at(g, element) or "capacity"
         says = f"a {word} {where}, which the model lacks, takes up a part of what flows"
         # what it draws is felt all around: it is no matter of a command or of a reading
@@ -179,6 +193,60 @@ def efforts(graph: BondGraph) -> dict[str, Element]:
     return found
 
 
+def divisible(graph: BondGraph, open_ones: Mapping[str, Element]) -> tuple[Element, ...]:
+    """Return linear resistors of heat, charge or a fluid that a store may divide.
+
+    Each leads from one element to another one; where it leads to one of the efforts `open_ones`, a
+    store there does the same.
+    """
+    found = []
+    for e in other_resistors(graph):
+        node = graph.neighbour(e.name)
+        ways = _ways(graph, e)
+        closed = not any(w in sharing_effort(graph, n) for w in ways for n in open_ones)
+        known = variables_beside(graph, e.name) is not GENERIC
+        # inside a coil, or between a coil and its resistance, little is held
+        holds = all(isinstance(graph[w], One | Zero | C | Se | Sf) for w in ways)
+        if isinstance(graph[node], One) and len(ways) == 2 and holds and closed and known:
+            found.append(e)
+    return tuple(found)
+
+
+def _ways(graph: BondGraph, resistor: Element) -> list[str]:
+    """Return what a resistor leads from and to: the rest of its junction, but for sensors."""
+    others = ends(graph, graph.neighbour(resistor.name))
+    return [m for m in others if m != resistor.name and not isinstance(graph[m], Sensor)]
+
+
+def _divided(graph: BondGraph, resistor: Element) -> tuple[BondGraph, str, str]:
+    """Return a graph with a resistor in two parts, the junction between, and its parameter."""
+    name, node = resistor.name, graph.neighbour(resistor.name)
+    whole, own = graph.coefficient(resistor), graph.parameters.get(name)
+    before = Parameter(
+        free_name(graph, f"before_{name}"), 0.5, "1", lower=0.02, upper=0.98, scale=0.3
+    )  # fmt: skip
+    share = symbol(before.name, positive=True)
+    middle, rest = Zero(free_name(graph, f"inside_{name}")), One(free_name(graph, f"behind_{name}"))
+    unit = str(getattr(resistor, "unit", ""))
+    behind = R(free_name(graph, f"R_behind_{name}"), (1 - share) * whole, unit=unit)
+    bonds = [
+        b for w in _ways(graph, resistor) for b in graph.bonds_of(node) if w in (b.tail, b.head)
+    ]
+    bond = next((b for b in bonds if b.tail == node), bonds[-1])  # sensors read what goes in
+    last = bond.head if bond.tail == node else bond.tail
+    # what was the value of the element is that of both parts together
+    declared = [before] if own is None or name in graph.declared_parameters else [before, own]
+    g = graph.with_element(name, value=share * whole).with_parameters(declared)
+    inner = rest if bond.head == node else middle
+    g = g.with_inserted(bond, inner)
+    (onward,) = (b for b in g.bonds_of(inner.name) if last not in (b.tail, b.head))
+    if inner is middle:
+        (onward,) = (b for b in g.bonds_of(inner.name) if last in (b.tail, b.head))
+    other = middle if inner is rest else rest
+    g = g.with_inserted(onward, other).with_branch(rest.name, [behind])
+    return g, middle.name, before.name
+
+
 def sharing_effort(graph: BondGraph, start: str) -> list[str]:
     """Return the 0-junctions that share an effort."""
     reached = [start]
@@ -195,12 +263,15 @@ def stores_of_mass(graph: BondGraph) -> tuple[Element, ...]:
 
 
 def unit_of(v: Variables, what: str) -> str:
-    """Return the unit of a capacity or a resistance by the effort's."""
+    """Return the unit of a ``capacity``, a ``resistance`` or a ``conductance`` by the effort's."""
     units = {
-        "V": ("F", "ohm"), "K": ("J/K", "K/W"), "Pa": ("m3/Pa", "Pa*s/m3"), "m": ("m2", "s/m2"),
+        "V": ("F", "ohm", "S"), "K": ("J/K", "K/W", "W/K"),
+        "Pa": ("m3/Pa", "Pa*s/m3", "m3/(Pa*s)"), "m": ("m2", "s/m2", "m2/s"),
     }  # fmt: skip
-    usual = (f"{v.displacement_unit}/({v.effort_unit})", f"{v.effort_unit}/({v.flow_unit})")
-    return units.get(v.effort_unit, usual)[what == "resistance"]
+    e, f = v.effort_unit, v.flow_unit
+    usual = (f"{v.displacement_unit}/({e})", f"{e}/({f})", f"{f}/({e})")
+    at = ("capacity", "resistance", "conductance").index(what)
+    return units.get(v.effort_unit, usual)[at]
 
 
 def nearest_resistance(scene: FittedModel, node: str) -> float:
