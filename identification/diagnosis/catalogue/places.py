@@ -123,6 +123,22 @@ def ends(graph: BondGraph, node: str) -> list[str]:
     return [b.head if b.tail == node else b.tail for b in graph.bonds_of(node)]
 
 
+def sharing_effort(graph: BondGraph, start: str) -> list[str]:
+    """Return the 0-junctions that share an effort."""
+    reached = [start]
+    for n in reached:  # grows on the way
+        reached += [
+            m for m in ends(graph, n) if isinstance(graph[m], Zero) and m not in reached
+        ]  # fmt: skip
+    return reached
+
+
+def on_effort(graph: BondGraph, start: str) -> tuple[Element, ...]:
+    """Return all that shares the effort of a 0-junction."""
+    nodes = sharing_effort(graph, start)
+    return tuple(graph[m] for n in nodes for m in ends(graph, n) if m not in nodes)
+
+
 def sense(graph: BondGraph, element: Element) -> float:
     """Return -1 where the bond of an inertia or a resistor points out of it, else 1.
 

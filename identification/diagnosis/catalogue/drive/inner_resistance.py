@@ -14,11 +14,10 @@ from bondgraph.graph.parameter import Parameter, symbol
 from bondgraph.graph.sensors import Sensor
 from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
 from identification.diagnosis.catalogue.lacking_element import LEAST, free_name
-from identification.diagnosis.catalogue.places import commands, ends, on_flow
+from identification.diagnosis.catalogue.places import commands, ends, on_effort, on_flow
 from identification.diagnosis.catalogue.storage.linear_capacity import (
     changed_by,
     nearest_resistance,
-    sharing_effort,
     unit_of,
 )
 from identification.diagnosis.localisation.recording.variables import (
@@ -98,6 +97,8 @@ class InnerResistance(Effect):
             if gives_effort
             else f"it gives less the higher the {v.effort}: a part leaks back inside"
         )
+        same = [e.name for e in on_flow(scene.graph, node) if isinstance(e, R) and gives_effort]
+        says += f"; {' or '.join(same)} beyond its bounds is the same" if same else ""
         # what it loses depends on its load: it is no matter of the command
         return replace(made, sentence=says, kind=self.kind)
 
@@ -118,8 +119,16 @@ def _open(graph: BondGraph, source: Element) -> bool:
         node = others[0]
     if not isinstance(graph[node], own):
         return False
-    if own is One:
-        at = on_flow(graph, node)
-        return not any(isinstance(e, R | C | I) for e in at)
-    beside = [graph[m] for n in sharing_effort(graph, node) for m in ends(graph, n)]
-    return not any(isinstance(e, R | C) for e in beside)
+    beside = on_flow(graph, node) if own is One else on_effort(graph, node)
+    if isinstance(source, Sf) and any(isinstance(e, C) for e in beside):
+        return False  # a leak of that store is the same
+    resistors = [e for e in beside if isinstance(e, R)]
+    if resistors:
+        return all(_bounded(e) for e in resistors)
+    return not any(isinstance(e, C | I) for e in beside)
+
+
+def _bounded(resistor: R) -> bool:
+    """Whether the value of a resistor may not become what a resistance inside would make of it."""
+    stated = resistor.fixed or resistor.spread is not None
+    return resistor.law is None and isinstance(resistor.value, int | float) and stated

@@ -23,6 +23,7 @@ from identification.diagnosis.catalogue.places import (
     has_unit,
     lump_at,
     other_resistors,
+    sharing_effort,
     vessels,
 )
 from identification.diagnosis.localisation.recording.variables import (
@@ -245,16 +246,6 @@ def _divided(graph: BondGraph, resistor: Element) -> tuple[BondGraph, str, str]:
     other = middle if inner is rest else rest
     g = g.with_inserted(onward, other).with_branch(rest.name, [behind])
     return g, middle.name, before.name
-
-
-def sharing_effort(graph: BondGraph, start: str) -> list[str]:
-    """Return the 0-junctions that share an effort."""
-    reached = [start]
-    for n in reached:  # grows on the way
-        reached += [
-            m for m in ends(graph, n) if isinstance(graph[m], Zero) and m not in reached
-        ]  # fmt: skip
-    return reached
 
 
 def stores_of_mass(graph: BondGraph) -> tuple[Element, ...]:
