@@ -48,7 +48,9 @@ class InnerResistance(Effect):
     separated_by = (
         "hold its command and load it more and more: what it gives falls along a straight line"
     )
-    source = "Thevenin and Norton sources; slip of a pump, Merritt, Hydraulic Control Systems, 1967"
+    source = (
+        "slip of a pump: Merritt, Hydraulic Control Systems, 1967; sources of Thevenin and Norton"
+    )
     meanings: ClassVar[Mapping[str, str]] = {
         "inside": "resistance in series with a source of effort",
         "slip": "flow that a source of flow loses, over the effort it works against",
