@@ -19,6 +19,7 @@ from bondgraph.laws.graded_friction import FrictionUnderLoad as FrictionUnderLoa
 from bondgraph.laws.gravity import Gravity as Gravity
 from bondgraph.laws.growing_damping import GrowingDamping as GrowingDamping
 from bondgraph.laws.heating import SelfHeating as SelfHeating
+from bondgraph.laws.hunt_crossley import HuntCrossley as HuntCrossley
 from bondgraph.laws.hysteretic import Hysteretic as Hysteretic
 from bondgraph.laws.law import Law as Law
 from bondgraph.laws.law_sum import LawSum as LawSum
