@@ -64,4 +64,6 @@ def test_a_loss_in_the_contact_is_a_form_of_the_stop() -> None:
     found = fit(Problem(form.graph, data, starts=dict(form.starts[0]), n_sub=4), max_iterations=20)
     assert found.cost < 0.3 * ended.cost
     assert abs(found.values["loss_k"] / LOSS - 1.0) < 0.2
+    (again,) = effect.refinements(scene(ended), ended.problem.graph["k"], ended.values)
+    assert (again.law, again.form) == (HuntCrossley.name, True)
     assert abs(found.values["high_k"] / HIGH - 1.0) < 0.02

@@ -55,10 +55,10 @@ def seen() -> FittedModel:
     assert 75.0 < np.degrees(np.abs(way).max()) < 115.0
     level = 0.005 * float(way.std())
     y = (way + level * np.random.default_rng(2).standard_normal(N))[:, None]
-    t = DT * np.arange(N)
-    command = {"M": np.array([push(v) for v in t])}
+    time = DT * np.arange(N)
+    command = {"M": np.array([push(v) for v in time])}
     split = Split(slice(0, N), slice(N, N), "all")
-    data = Data("swing", t, command, y, ("phi",), np.array([level]), split, hold="linear")
+    data = Data("swing", time, command, y, ("phi",), np.array([level]), split, hold="linear")
     return scene(fit(Problem(pendulum(), data), max_iterations=10))
 
 

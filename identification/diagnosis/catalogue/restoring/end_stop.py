@@ -86,6 +86,12 @@ class EndStopEffect(Effect):
         says = "it runs against a stiff stop at the end of its stroke, with a loss in the contact"
         return (replace(made, law=law.name, form=True, sentence=says),)
 
+    def refinements(
+        self, scene: FittedModel, element: Element, ended: Mapping[str, float]
+    ) -> tuple[Insertion, ...]:
+        """Return the same once the stop is named: a contact with another loss is nearer to it."""
+        return self.forms(scene, element, {self.name: ended})
+
 
 BEGUN = 0.3
 """Part of the force of a contact that its loss makes at the largest speed, at first."""
