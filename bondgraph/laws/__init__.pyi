@@ -16,8 +16,10 @@ from bondgraph.laws.friction import Stribeck as Stribeck
 from bondgraph.laws.friction import Viscous as Viscous
 from bondgraph.laws.graded_friction import FrictionAlongWay as FrictionAlongWay
 from bondgraph.laws.graded_friction import FrictionUnderLoad as FrictionUnderLoad
+from bondgraph.laws.gravity import Gravity as Gravity
 from bondgraph.laws.growing_damping import GrowingDamping as GrowingDamping
 from bondgraph.laws.heating import SelfHeating as SelfHeating
+from bondgraph.laws.hunt_crossley import HuntCrossley as HuntCrossley
 from bondgraph.laws.hysteretic import Hysteretic as Hysteretic
 from bondgraph.laws.law import Law as Law
 from bondgraph.laws.law_sum import LawSum as LawSum

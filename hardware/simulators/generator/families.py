@@ -23,7 +23,7 @@ FAMILIES: MappingProxyType[str, tuple[str, ...]] = MappingProxyType(
             "cross_coupling",
         ),
         "transduction": ("nonlinear_ratio", "position_periodic_force"),
-        "drive": ("saturation", "slew_limit", "low_pass", "dead_zone"),
+        "drive": ("saturation", "slew_limit", "low_pass", "dead_zone", "inner_resistance"),
         "storage": (
             "leakage",
             "internal_leakage",
@@ -32,6 +32,7 @@ FAMILIES: MappingProxyType[str, tuple[str, ...]] = MappingProxyType(
             "linear_spring",
             "linear_loss",
             "linear_inertia",
+            "linear_capacity",
             "eddy_current_loss",
             "self_heating",
         ),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from bondgraph.support.errors import unknown_name
 from identification.diagnosis.catalogue.drive.dead_zone import DeadZoneEffect
+from identification.diagnosis.catalogue.drive.inner_resistance import InnerResistance
 from identification.diagnosis.catalogue.drive.low_pass import LowPass
 from identification.diagnosis.catalogue.drive.saturation import SaturationEffect
 from identification.diagnosis.catalogue.drive.slew_limit import SlewLimitEffect
@@ -42,6 +43,7 @@ from identification.diagnosis.catalogue.storage.added_mode import AddedMode
 from identification.diagnosis.catalogue.storage.eddy_current_loss import EddyCurrentLoss
 from identification.diagnosis.catalogue.storage.internal_leakage import InternalLeakage
 from identification.diagnosis.catalogue.storage.leakage import Leakage
+from identification.diagnosis.catalogue.storage.linear_capacity import LinearCapacity
 from identification.diagnosis.catalogue.storage.linear_inertia import LinearInertia
 from identification.diagnosis.catalogue.storage.linear_loss import LinearLoss
 from identification.diagnosis.catalogue.storage.linear_spring import LinearSpring
@@ -79,6 +81,7 @@ CATALOGUE: tuple[Effect, ...] = (
     SlewLimitEffect(),
     LowPass(),
     DeadZoneEffect(),
+    InnerResistance(),
     # storage
     Leakage(),
     InternalLeakage(),
@@ -87,6 +90,7 @@ CATALOGUE: tuple[Effect, ...] = (
     LinearSpring(),
     LinearLoss(),
     LinearInertia(),
+    LinearCapacity(),
     EddyCurrentLoss(),
     SelfHeatingEffect(),
     # flow

@@ -110,6 +110,8 @@ class Signature:
         best signature of each is fitted.
     beside : tuple of (str, ndarray of shape (N, k))
         What each column adds at other elements at the same time, by their names.
+    seen : ndarray, shape (N, n_y, k), or None
+        What each column changes in the readings, where no addition at one port says it.
     """
 
     columns: Array
@@ -117,6 +119,7 @@ class Signature:
     shape: Mapping[str, float] | None = None
     course: str = ""
     beside: tuple[tuple[str, Array], ...] = ()
+    seen: Array | None = None
 
     @classmethod
     def of(cls, columns: Sequence[Array], **shape: float) -> Signature:

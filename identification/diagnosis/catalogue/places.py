@@ -100,11 +100,15 @@ def sharing_flow(graph: BondGraph, element: Element) -> tuple[Element, ...]:
     At its own junction, at others beside it, and behind transformers of constant ratio. Empty where
     it does not hang at a 1-junction.
     """
-    start = graph.neighbour(element.name)
+    return on_flow(graph, graph.neighbour(element.name))
+
+
+def on_flow(graph: BondGraph, start: str) -> tuple[Element, ...]:
+    """Return all that is on the flow of a 1-junction; see `sharing_flow`."""
     reached = [start] if isinstance(graph[start], One) else []
     found: dict[str, Element] = {}
     for n in reached:  # grows on the way
-        for beside in (b.head if b.tail == n else b.tail for b in graph.bonds_of(n)):
+        for beside in ends(graph, n):
             e = graph[beside]
             passes = isinstance(e, One) or (isinstance(e, TF) and not isinstance(e, MTF))
             if not passes:
@@ -112,6 +116,27 @@ def sharing_flow(graph: BondGraph, element: Element) -> tuple[Element, ...]:
             elif beside not in reached:
                 reached.append(beside)
     return tuple(found.values())
+
+
+def ends(graph: BondGraph, node: str) -> list[str]:
+    """Return what is bonded to a junction."""
+    return [b.head if b.tail == node else b.tail for b in graph.bonds_of(node)]
+
+
+def sharing_effort(graph: BondGraph, start: str) -> list[str]:
+    """Return the 0-junctions that share an effort."""
+    reached = [start]
+    for n in reached:  # grows on the way
+        reached += [
+            m for m in ends(graph, n) if isinstance(graph[m], Zero) and m not in reached
+        ]  # fmt: skip
+    return reached
+
+
+def on_effort(graph: BondGraph, start: str) -> tuple[Element, ...]:
+    """Return all that shares the effort of a 0-junction."""
+    nodes = sharing_effort(graph, start)
+    return tuple(graph[m] for n in nodes for m in ends(graph, n) if m not in nodes)
 
 
 def sense(graph: BondGraph, element: Element) -> float:
@@ -123,9 +148,20 @@ def sense(graph: BondGraph, element: Element) -> float:
     return -1.0 if backwards else 1.0
 
 
-def is_heat(graph: BondGraph, element: Element) -> bool:
-    """Whether a source or a sensor is one of heat, by what is connected to it."""
-    return variables_beside(graph, graph.neighbour(element.name)).effort_unit == "K"
+def lump_at(graph: BondGraph, element: Element) -> str:
+    """Return what a store of the domain is called that an element may stand for; "" of motions.
+
+    Examples
+    --------
+    >>> from bondgraph import BondGraph, C, Sf, Zero
+    >>> with BondGraph("oven") as g:
+    ...     _ = Sf("P", unit="W") >> Zero("room") >> C("C", 9.0, unit="J/K")
+    >>> lump_at(g, g["P"])
+    'heat capacity'
+    """
+    v = variables_beside(graph, graph.neighbour(element.name))
+    words = {"V": "capacitor", "K": "heat capacity", "Pa": "fluid capacity", "m": "tank"}
+    return words.get(v.effort_unit, "")
 
 
 def undamped(graph: BondGraph) -> tuple[Element, ...]:

@@ -79,7 +79,7 @@ FURTHER = 3.0
 
 
 MOST = 3
-"""More effects than this are no set of look-alikes but nothing known."""
+"""More laws than this are no set of look-alikes but nothing known."""
 
 
 def decide(evidence: Evidence, limits: Thresholds | None = None) -> Decision:
@@ -544,11 +544,12 @@ def _answer(chosen: Scored, others: Sequence[Scored], fit: float) -> str:
         # a course in time says that a value changes, not what changes it
         caused = chosen.trial.insertion.kind != "time"
         return "exact" if caused and fit >= EXACT else "approximate"
-    effects = {chosen.trial.effect, *(s.trial.effect for s in others)}
+    # one lag is one idea, before the machine as behind it
+    laws = {s.trial.insertion.law for s in (chosen, *others)}
     families = {chosen.trial.insertion.family, *(s.trial.insertion.family for s in others)}
     if len(families) == 1 and all(s.element == chosen.element for s in others):
         return "family"
-    return "look_alikes" if len(effects) <= MOST else "unknown"
+    return "look_alikes" if len(laws) <= MOST else "unknown"
 
 
 def _simplest(law: Scored, alike: Sequence[Scored]) -> Scored:

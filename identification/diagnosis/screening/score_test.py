@@ -193,16 +193,7 @@ def _best(
         sized = [_sized(s) for s in some]
         if not any(factors.any() for _, factors in sized):
             continue
-        flows = [s.flow for s, _ in sized if s.flow is not None]
-        response = probes.respond(
-            element.name,
-            np.hstack([s.columns for s, _ in sized]),
-            np.hstack(flows) if flows else None,
-        )
-        for other, *added in zip(*(s.beside for s, _ in sized), strict=True):
-            response = response + probes.respond(
-                other[0], np.hstack([c for _, c in (other, *added)])
-            )
+        response = _response(probes, element, [s for s, _ in sized])
         edges = np.cumsum([factors.size for _, factors in sized])[:-1]
         parts = np.split(onto.rows(response), edges, axis=1)
         for signature, (_, factors), x in zip(some, sized, parts, strict=True):
@@ -214,6 +205,19 @@ def _best(
             if known is None or gain > known[0]:
                 best[signature.course] = gain, x, signature, weights * factors
     return sorted(best.values(), key=lambda look: (look[2].course != "", -look[0]))
+
+
+def _response(probes: Probes, element: Element, some: Sequence[Signature]) -> Array:
+    """Return what signatures change in the readings, shape (N, n_y, k)."""
+    seen = [s.seen for s in some if s.seen is not None]
+    if seen:
+        return np.concatenate(seen, axis=2)
+    flows = [s.flow for s in some if s.flow is not None]
+    columns = np.hstack([s.columns for s in some])
+    response = probes.respond(element.name, columns, np.hstack(flows) if flows else None)
+    for other, *added in zip(*(s.beside for s in some), strict=True):
+        response = response + probes.respond(other[0], np.hstack([c for _, c in (other, *added)]))
+    return response
 
 
 def _batches(signatures: Sequence[Signature]) -> Iterator[Sequence[Signature]]:
@@ -229,9 +233,9 @@ def _batches(signatures: Sequence[Signature]) -> Iterator[Sequence[Signature]]:
         yield some
 
 
-def _ports(s: Signature) -> tuple[bool, tuple[str, ...]]:
+def _ports(s: Signature) -> tuple[bool, bool, tuple[str, ...]]:
     """Return where a signature adds something, beside its element."""
-    return s.flow is not None, tuple(name for name, _ in s.beside)
+    return s.flow is not None, s.seen is not None, tuple(name for name, _ in s.beside)
 
 
 def _sized(s: Signature) -> tuple[Signature, Array]:
@@ -249,7 +253,8 @@ def _sized(s: Signature) -> tuple[Signature, Array]:
 
     flow = None if s.flow is None else scaled(s.flow)
     beside = tuple((name, scaled(added)) for name, added in s.beside)
-    return replace(s, columns=scaled(s.columns), flow=flow, beside=beside), factors
+    seen = None if s.seen is None else scaled(s.seen)
+    return replace(s, columns=scaled(s.columns), flow=flow, beside=beside, seen=seen), factors
 
 
 def _gain(x: Array, r: Array, weights: Array) -> float:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from identification.diagnosis.catalogue import CATALOGUE
 from identification.diagnosis.catalogue.words import briefly, spoken
 from identification.diagnosis.diagnose import Diagnosis
 from identification.diagnosis.explanation.colour import COLOURED
@@ -123,6 +124,8 @@ def alike_lines(d: Diagnosis) -> list[str]:
         sized = f" with {said}" if (said := size_words(t)) else ""
         left = f"{times_noise(t.test):.4g} times the noise, all readings together"
         lines.append(f"either: {spoken(t.label)}{sized} leaves {left}")
+        if t.insertion.sentence not in USUAL:
+            lines.append(f"  ({t.insertion.sentence})")
         own = [e for e in t.fit.estimates if e.name in d.graph.parameters][:MOST_BESIDE]
         if own:
             values = (f"{e.name} = {told(e.value, *e.ci95, e.unit)}" for e in own)
@@ -132,6 +135,8 @@ def alike_lines(d: Diagnosis) -> list[str]:
 
 MOST_BESIDE = 6
 """Values of the model that are told beside each of them."""
+USUAL = frozenset(e.sentence for e in CATALOGUE)
+"""Sentences that say nothing of the place."""
 ALIKE = ("look_alikes", "family")
 """Answers that are several laws."""
 

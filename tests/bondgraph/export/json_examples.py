@@ -28,7 +28,9 @@ from bondgraph.laws import (
     EndStop,
     FrictionAlongWay,
     FrictionUnderLoad,
+    Gravity,
     GrowingDamping,
+    HuntCrossley,
     Hysteretic,
     Law,
     LawSum,
@@ -115,6 +117,10 @@ LAW_EXAMPLES: dict[str, Law] = {
     "current_limit": CurrentLimit(low=-0.2, high=0.3, unit="mA"),
     "diode": Diode(share=0.2, onset=0.3, width=0.1, sense=-1.0, unit="mA"),
     "bouc_wen": BoucWenMemory(0.4, 2.0, -1.5, 3.0, "N*m/rad", 0.3),
+    "hunt_crossley": HuntCrossley(
+        5e3, -0.3, 0.2, "low", 0.3, "rad", "N*m/rad", loss=0.4, slowness=0.2, loss_unit="s/rad"
+    ),
+    "gravity": Gravity(2.0, 3.0, False, "mN*m"),
     "growing_damping": GrowingDamping(0.1, 0.3, 0.2, 2.0, "N*m*s/rad3", "rad"),
     "self_heating": SelfHeating(-0.1, 3.0, 0.2),
     "tone": Tone(7.0, 0.05, 3.0, "V", False),

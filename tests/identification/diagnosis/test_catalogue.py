@@ -37,10 +37,10 @@ VOCABULARY = {
         "cross_coupling",
     ),
     "transduction": ("nonlinear_ratio", "position_periodic_force"),
-    "drive": ("saturation", "slew_limit", "low_pass", "dead_zone"),
+    "drive": ("saturation", "slew_limit", "low_pass", "dead_zone", "inner_resistance"),
     "storage": (
         "leakage", "internal_leakage", "overflow", "added_mode", "linear_spring", "linear_loss",
-        "linear_inertia", "eddy_current_loss", "self_heating",
+        "linear_inertia", "linear_capacity", "eddy_current_loss", "self_heating",
     ),
     "flow": ("square_root_flow", "nonlinear_resistance", "diode", "current_limit", "voltage_drop"),
     "measurement": (

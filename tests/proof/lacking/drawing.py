@@ -9,21 +9,21 @@ import numpy as np
 
 from actuators.models.plants import plant_model
 from bondgraph.graph.bond_graph import BondGraph
-from bondgraph.graph.elements import C, I, R
+from bondgraph.graph.elements import C, I, One, R, Zero
 from bondgraph.support.errors import BondsightError
 from hardware.simulators.generator.case import DrawnCase
 from hardware.simulators.generator.drawing import stream
 from hardware.simulators.generator.families import FAMILY_OF
 from hardware.simulators.judging.truths import ConcealedEffect, ExamTruth
 from identification.diagnosis.catalogue import CATALOGUE
-from identification.diagnosis.catalogue.places import sharing_flow
+from identification.diagnosis.catalogue.places import ends, sharing_flow
 from tests.proof.exam.cells import drawn_case
 from tests.proof.exam.world import EXAM
 
 EFFECTS = {e.name: e for e in CATALOGUE}
 NAMES: Mapping[type, tuple[str, ...]] = {
     R: ("linear_loss", "leakage", "internal_leakage"),
-    C: ("linear_spring",),
+    C: ("linear_spring", "linear_capacity"),
     I: ("linear_inertia",),
 }
 """What a missing element may rightly be called, where the name has a place."""
@@ -84,6 +84,11 @@ def truth_of(lacking: Lacking) -> ExamTruth:
     case, name, model = lacking.case, lacking.element, model_of(lacking)
     element, without = model[name], model.remove(name)
     places = {e.name for e in sharing_flow(model, element)} | beside(model, name)
+    node = model.neighbour(name)
+    if isinstance(element, C) and isinstance(model[node], Zero):
+        # what leads to the effort that it holds stands for it where nothing else is there
+        leading = (m for m in ends(model, node) if isinstance(model[m], One))
+        places |= {m for n in leading for m in ends(model, n) if isinstance(model[m], R)}
     of = next(t for t in NAMES if isinstance(element, t))
     names = [n for n in NAMES[of] if places & {p.name for p in EFFECTS[n].places(without)}]
     kinds = {EFFECTS[n].kind for n in names} | set(KINDS[of])

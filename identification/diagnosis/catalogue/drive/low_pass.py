@@ -10,7 +10,7 @@ from bondgraph.graph.drives import Drive
 from bondgraph.graph.elements import Element
 from bondgraph.graph.parameter import Parameter
 from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
-from identification.diagnosis.catalogue.places import commands, is_heat
+from identification.diagnosis.catalogue.places import commands, lump_at
 from identification.diagnosis.catalogue.signal_traces import LAGS, lateness, weight_of
 from identification.diagnosis.screening.port_history import FittedModel
 
@@ -24,7 +24,7 @@ class LowPass(Effect):
     law = "first_order_lag"
     sentence = "it follows the command with a first-order lag"
     looks = "late and smaller the faster the command, the same at every amplitude"
-    confused_with = ("delay", "sensor_lag", "slew_limit")
+    confused_with = ("delay", "sensor_lag", "slew_limit", "linear_capacity")
     separated_by = (
         "a multisine up to well beyond the corner: a lag falls in gain, a delay does not; a second "
         "sensor tells the drive's lag from a sensor's"
@@ -54,9 +54,13 @@ class LowPass(Effect):
             element.name, drive=Drive(lag=tau.name)
         )
         made = self.inserted(element, graph, lag_starts(scene, tau, hint), (tau.name,))
-        if not is_heat(scene.graph, element):
+        lump = lump_at(scene.graph, element)
+        if not lump:
             return made
-        return replace(made, sentence=f"{self.sentence}, as a heater with heat of its own does")
+        says = f"a {lump} behind a resistance, which the model lacks there, does"
+        if lump == "heat capacity":
+            says = "a heater with heat of its own does"
+        return replace(made, sentence=f"{self.sentence}, as {says}")
 
 
 def lag_parameter(scene: FittedModel, element: Element) -> Parameter:

@@ -9,7 +9,7 @@ from typing import ClassVar
 from bondgraph.graph.elements import Element
 from identification.diagnosis.catalogue.drive.low_pass import lag_parameter, lag_starts
 from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
-from identification.diagnosis.catalogue.places import is_heat, prompt_sensors
+from identification.diagnosis.catalogue.places import lump_at, prompt_sensors
 from identification.diagnosis.catalogue.signal_traces import lateness
 from identification.diagnosis.screening.port_history import FittedModel
 
@@ -23,7 +23,7 @@ class SensorLag(Effect):
     law = "first_order_lag"
     sentence = "its reading follows the true value with a first-order lag"
     looks = "late and smaller the faster the motion, in this reading alone"
-    confused_with = ("low_pass", "delay")
+    confused_with = ("low_pass", "delay", "linear_capacity")
     separated_by = "a second sensor: a lag of the drive shows in both readings, this one in one"
     from_one: ClassVar[Mapping[str, str]] = {
         "delay": "a multisine up to well beyond the corner: a reading with a lag falls in gain, "
@@ -44,6 +44,10 @@ class SensorLag(Effect):
         tau = lag_parameter(scene, element)
         graph = scene.graph.with_parameters([tau]).with_element(element.name, lag=tau.name)
         made = self.inserted(element, graph, lag_starts(scene, tau, hint), (tau.name,))
-        if not is_heat(scene.graph, element):
+        lump = lump_at(scene.graph, element)
+        if not lump:
             return made
-        return replace(made, sentence=f"{self.sentence}, as a probe with heat of its own does")
+        says = f"a {lump} behind a resistance, which the model lacks there, does"
+        if lump == "heat capacity":
+            says = "a probe with heat of its own does"
+        return replace(made, sentence=f"{self.sentence}, as {says}")

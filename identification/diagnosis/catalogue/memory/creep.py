@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from itertools import combinations
 from typing import ClassVar
 
@@ -16,7 +17,7 @@ from identification.diagnosis.catalogue.memory.diffusion_form import (
     DIFFUSION_FORMS,
     diffusion_forms,
 )
-from identification.diagnosis.catalogue.places import storages
+from identification.diagnosis.catalogue.places import lump_at, storages
 from identification.diagnosis.screening.port_history import FittedModel, PortHistory
 
 SHARES = (0.003, 0.012, 0.05, 0.2, 0.7)
@@ -37,12 +38,12 @@ class Creep(Effect):
         "after a step the output goes on in the same direction, ever slower; the loops open at "
         "low frequencies and close at high ones"
     )
-    confused_with = ("hysteresis", "sensor_drift", "low_pass", "leakage")
+    confused_with = ("hysteresis", "sensor_drift", "low_pass", "leakage", "linear_capacity")
     separated_by = (
         "a step up, a long rest, a step down and a long rest: creep comes back by itself after "
         "the step down, hysteresis stays where it is, drift goes on as before"
     )
-    simpler = ("leakage",)
+    simpler = ("leakage", "linear_capacity")
     source = "Kuhnen and Janocha, Creep and hysteresis compensation, 1998; Kelvin-Voigt chain"
     meanings: ClassVar[Mapping[str, str]] = {
         "creep_i": "what each branch yields later, over what yields at once",
@@ -91,7 +92,13 @@ class Creep(Effect):
             strengths.append(amount.name)
             starts[amount.name] = float(weight)
         within = tuple((n, 0.0, FLOWS) for n in strengths)
-        return self.inserted(element, g, (starts,), tuple(strengths), within)
+        made = self.inserted(element, g, (starts,), tuple(strengths), within)
+        lump = lump_at(scene.graph, element)
+        if not lump:
+            return made
+        return replace(
+            made, sentence=f"{self.sentence}, as each further {lump} behind a resistance does"
+        )
 
 
 FLOWS = 2.5

@@ -9,6 +9,7 @@ import numpy as np
 
 from bondgraph.graph.elements import C, Element, I
 from bondgraph.laws import (
+    Gravity,
     GrowingDamping,
     LawSum,
     Magnet,
@@ -96,6 +97,35 @@ def magnet_at(
     return replace(
         inserted, law=law.name, form=True,
         sentence="a force beside it grows towards one end, as with a magnet's inverse square",
+    )  # fmt: skip
+
+
+def turns(element: Element) -> bool:
+    """Whether a store is a stiffness over an angle, which the torque of a weight may be."""
+    return isinstance(element, C) and rubbing_units(element)[2] == "rad"
+
+
+def weight_at(
+    effect: Effect, scene: FittedModel, element: Element, ended: Mapping[str, float]
+) -> Insertion:
+    """Insert the torque of a weight on an arm, where the fit of a series `ended`, if one did.
+
+    Alone it is all of the torque: as large as the stiffness where it hangs.
+    """
+    past = scene.of(element)
+    known = {n: v for n, v in ended.items() if n in scene.graph.parameters}
+    effort = rubbing_units(element)[0]
+    law = Gravity(past.slope, past.slope, free_standing=False, unit=effort)
+    graph, (strength,) = effect.with_law(scene, element, law)
+    slope = past.slope
+    if isinstance(element, C) and element.name in known:
+        own = known[element.name]
+        slope = own if element.stiffness is not None else 1.0 / own
+    starts = tuple({**known, strength: share * slope} for share in (1.0, 0.5))
+    inserted = effect.inserted(element, graph, starts, (strength,))
+    return replace(
+        inserted, law=law.name, form=True,
+        sentence="its torque follows the sine of the angle, as that of a weight on an arm does",
     )  # fmt: skip
 
 

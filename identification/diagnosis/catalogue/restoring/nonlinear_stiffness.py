@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import C, Element, I
-from bondgraph.laws import Law, Parametrised, Polynomial
+from bondgraph.laws import Gravity, Law, Parametrised, Polynomial
 from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
 from identification.diagnosis.catalogue.places import coils, springs, storages
 from identification.diagnosis.catalogue.restoring.curves import (
@@ -17,6 +18,8 @@ from identification.diagnosis.catalogue.restoring.curves import (
     magnet_at,
     nearest_magnet,
     saturating_at,
+    turns,
+    weight_at,
 )
 from identification.diagnosis.catalogue.site import Site, Values
 from identification.diagnosis.catalogue.starts import law_units, tamed
@@ -45,8 +48,8 @@ class NonlinearStiffness(Effect):
         "slow loading to the largest stroke in both directions: a smooth curve bends everywhere, "
         "the look-alikes have corners at one or two places"
     )
-    richer = ("magnet", LOSSY)
-    source = "Duffing 1918; series of the stored energy"
+    richer = ("magnet", Gravity.name, LOSSY)
+    source = "Duffing 1918; series of the stored energy; pendulum: Huygens, 1673"
 
     def places(self, graph: BondGraph) -> tuple[Element, ...]:
         """All storages of displacement, and coils."""
@@ -79,24 +82,32 @@ class NonlinearStiffness(Effect):
         """Quadratic and cubic term about the centre of the record; iron of a coil."""
         if isinstance(element, I):
             return saturating_at(self, scene, element, hint)
-        return super().insert(scene, element, hint)
+        made = super().insert(scene, element, hint)
+        if hint is None or hint.weights[1] >= 0 or not turns(element):
+            return made
+        says = f"{self.sentence}, as the torque m g l sin(angle) of a weight does that swings wide"
+        return replace(made, sentence=says)
 
     def forms(
         self, scene: FittedModel, element: Element, ended: Mapping[str, Mapping[str, float]]
     ) -> tuple[Insertion, ...]:
-        """Return the magnet that bends nearly as the fitted series does; a coil without a knee."""
+        """Return a weight, or the magnet that bends as the fitted series does; a coil's iron."""
         if isinstance(element, I):
             return kneeless_at(self, scene, element, ended.get(self.name, {}))
         known = ended.get(self.name, {})
+        weight = (weight_at(self, scene, element, known),) if turns(element) else ()
         weights = {n: known.get(f"{n}_{element.name}", 0.0) for n in self.weights}
         if element not in springs(scene.graph) or not any(weights.values()):
-            return ()
+            return weight
         at = self.site(scene, element)
         found = nearest_magnet(at.past, at.added(self.made(at), weights))
-        return () if found is None else (magnet_at(self, scene, element, *found, known),)
+        if found is None:
+            return weight
+        return (*weight, magnet_at(self, scene, element, *found, known))
 
     def refinements(
         self, scene: FittedModel, element: Element, ended: Mapping[str, float]
     ) -> tuple[Insertion, ...]:
         """Return the fitted series with a loss of its own."""
-        return (lossy_at(self, scene, element, ended),) if isinstance(element, C) else ()
+        series = isinstance(getattr(element, "law", None), Parametrised)
+        return (lossy_at(self, scene, element, ended),) if isinstance(element, C) and series else ()

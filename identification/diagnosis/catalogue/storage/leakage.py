@@ -9,12 +9,18 @@ from typing import ClassVar
 import numpy as np
 from sympy import Expr
 
-from bondgraph.graph.elements import Element, R, Zero
+from bondgraph.graph.elements import Element, R, Sf, Zero
 from bondgraph.graph.parameter import Parameter, symbol
 from bondgraph.laws import Orifice
 from bondgraph.support.arrays import Array
 from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
-from identification.diagnosis.catalogue.places import CAPACITORS, HEAT_STORES, has_unit, vessels
+from identification.diagnosis.catalogue.places import (
+    CAPACITORS,
+    HEAT_STORES,
+    ends,
+    has_unit,
+    vessels,
+)
 from identification.diagnosis.catalogue.starts import at_least
 from identification.diagnosis.screening.port_history import FittedModel, moved_by
 
@@ -77,7 +83,16 @@ class Leakage(Effect):
                 tried = [at_least(hint.weights[0], 0.1 * typical)]
         g = g.with_branch(junction.name, [leak])
         made = self.inserted(element, g, tuple({rate.name: v} for v in tried), (rate.name,))
-        return replace(made, law=leak.law.name) if isinstance(leak.law, Orifice) else made
+        if isinstance(leak.law, Orifice):
+            made = replace(made, law=leak.law.name)
+        # what feeds it may lose the same inside: a pump slips, a current source has a resistance
+        node = scene.graph.neighbour(name)
+        beside = (scene.graph[m] for m in ends(scene.graph, node) if m != name)
+        feeds = next((e for e in beside if isinstance(e, Sf) and not e.measured), None)
+        if feeds is None or not isinstance(scene.graph[node], Zero):
+            return made
+        says = f"; a loss inside {feeds.name}, whose flow falls with the effort, is the same"
+        return replace(made, sentence=self.sentence + says)
 
 
 def through_hole(effort: Array) -> Array:

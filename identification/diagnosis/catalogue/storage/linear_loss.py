@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import ClassVar, final
 
-from bondgraph.graph.elements import C, Element, R
+from bondgraph.graph.elements import C, Element, R, Se
 from bondgraph.support.arrays import Array
+from identification.diagnosis.catalogue.effect import Hint, Insertion
 from identification.diagnosis.catalogue.lacking_element import LackingElement
-from identification.diagnosis.catalogue.places import undamped
-from identification.diagnosis.screening.port_history import PortHistory
+from identification.diagnosis.catalogue.places import sharing_flow, undamped
+from identification.diagnosis.localisation.recording.variables import variables_of
+from identification.diagnosis.screening.port_history import FittedModel, PortHistory
 
 
 @final
@@ -47,6 +50,18 @@ class LinearLoss(LackingElement):
     def variable(self, past: PortHistory, element: Element) -> Array:
         """Return the flow."""
         return past.rate if isinstance(element, C) else past.argument
+
+    def insert(self, scene: FittedModel, element: Element, hint: Hint | None = None) -> Insertion:
+        """Say where it may lie in the source."""
+        made = super().insert(scene, element, hint)
+        if variables_of(element).effort_unit != "V":
+            return made
+        beside = sharing_flow(scene.graph, element)
+        feeds = next((e for e in beside if isinstance(e, Se) and not e.measured), None)
+        if feeds is None:
+            return made
+        says = f"{self.sentence}; it may be the resistance inside {feeds.name}"
+        return replace(made, sentence=says)
 
     def held(self, name: str, coefficient: str, unit: str) -> R:
         """Return a resistor."""

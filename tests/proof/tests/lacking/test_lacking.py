@@ -58,6 +58,24 @@ def test_a_lacking_element_is_right_anywhere_on_its_flow(
     assert not effect.places & {"k_1", "k_3", "m_2"}
 
 
+@pytest.mark.parametrize(
+    ("plant", "element", "beside"),
+    [
+        ("oven", "C_1", "P"),
+        ("tanks", "C_2", "p_2"),
+        ("probe", "C_f", "v_f"),
+        ("stack", "C_a", "R_a"),
+    ],
+)
+def test_a_lacking_capacity_is_right_at_the_effort_that_it_holds(
+    plant: str, element: str, beside: str
+) -> None:
+    case = next(c.case for c in drawn(0, 9) if c.case.plant == plant)
+    (effect,) = truth_of(Lacking(case, element)).effects
+    assert effect.names == {"linear_capacity"}
+    assert beside in effect.places
+
+
 def test_a_mass_between_two_springs_has_no_name() -> None:
     assert truth_of(chain("m_2")).outside
 
