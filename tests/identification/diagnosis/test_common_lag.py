@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
 
 from bondgraph import BondGraph
 from bondgraph.graph.drives import Drive
+from bondgraph.graph.parameter import Parameter
 from bondgraph.signals.recording import Recording, Split
 from identification.diagnosis.diagnose import Diagnosis
 from identification.diagnosis.explanation.advice import advice
@@ -31,8 +33,9 @@ def fitted(late: float, beside: float = 0.0) -> Fit:
     """A lag `late` of the force, `beside` of the speed's sensor alone."""
     t = DT * np.arange(N)
     u = sum(a * np.sin(f * t + f) for a, f in ((8.0, 1.3), (6.0, 5.1), (5.0, 17.0), (4.0, 31.0)))
-    true = model().with_element("F", drive=Drive(delay="late")) if late else model()
-    run = simulate(true, t, {"F": u}, {"late": late} if late else None, x0=np.zeros(2))
+    true = model().with_parameters([Parameter("late", late, "s", positive=False)])
+    true = true.with_element("F", drive=Drive(delay="late"))
+    run = simulate(true, t, {"F": u}, x0=np.zeros(2))
     y = np.stack([run["x"], np.interp(t - beside, t, run["v"])], axis=1)
     floor = 2e-3 * y.std(axis=0)
     y = y + floor * np.random.default_rng(2).standard_normal(y.shape)
@@ -63,9 +66,8 @@ def test_delays_that_differ_are_those_of_the_sensors() -> None:
     other = replace(made[0], estimate=replace(made[0].estimate, value=5e-3, ci95=(4.9e-3, 5.1e-3)))
     assert common_lag((other, *made[1:]), ("x", "v"), ("F",), DT) is None
     assert common_lag(made, ("x", "v", "a"), ("F",), DT) is None
-    early = [
-        replace(n, estimate=replace(n.estimate, value=-2e-3, ci95=(-3e-3, -1e-3))) for n in made
-    ]
+    ends: dict[str, Any] = {"value": -2e-3, "ci95": (-3e-3, -1e-3)}
+    early = [replace(n, estimate=replace(n.estimate, **ends)) for n in made]
     found = common_lag(early, ("x", "v"), ("F",), DT)
     assert found is not None
     assert "come 2 ms before" in found.claim

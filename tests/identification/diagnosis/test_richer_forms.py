@@ -16,6 +16,7 @@ from bondgraph.laws import BoucWenMemory, LawSum, Polynomial, StopSum
 from bondgraph.signals.recording import Recording, Split
 from bondgraph.simulation.lure import exact_form
 from identification.diagnosis.catalogue import CATALOGUE, Insertion, by_name
+from identification.diagnosis.catalogue.places import law_of
 from identification.diagnosis.diagnose import diagnose
 from identification.diagnosis.evidence.answer import Decision
 from identification.diagnosis.evidence.block_score import BlockScore
@@ -208,7 +209,8 @@ def test_stops_of_a_drive_may_have_been_loaded_before_the_record() -> None:
     for form in by_name("hysteresis").forms(seen, seen.graph["F"], {"hysteresis": known}):
         if form.law == "prandtl_ishlinskii":
             made = fit(Problem(form.graph, data, starts=form.starts[0]), max_iterations=20)
-            costs[form.graph["F"].drive.law.inner.begun] = made.cost
+            law: Any = law_of(form.graph["F"])
+            costs[law.inner.begun] = made.cost
     assert list(costs) == ["relaxed", "virgin", "fallen"]  # from zero it is risen as well
     assert costs["virgin"] < 1.5
     assert min(costs["relaxed"], costs["fallen"]) > 4.0
