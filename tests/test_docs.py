@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import argparse
+import io
 import re
 import runpy
-import subprocess
 import sys
+import warnings
+from contextlib import redirect_stderr
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -117,13 +119,17 @@ def test_the_commands_of_the_pages_exist() -> None:
 
 
 def _built(builder: str, folder: Path) -> Path:
+    """Build in this process, where most of what is documented has been imported already."""
     pytest.importorskip("sphinx", reason="the extra 'docs' is not installed")
-    made = subprocess.run(
-        [sys.executable, "-m", "sphinx", "-q", "-W", "--keep-going", "-b", builder,
-         ROOT / "docs", folder / builder],
-        capture_output=True, text=True, check=False, cwd=folder,
-    )  # fmt: skip
-    assert made.returncode == 0, made.stderr[-3000:]
+    from sphinx.cmd.build import build_main
+
+    said = io.StringIO()
+    with warnings.catch_warnings(), redirect_stderr(said):
+        warnings.simplefilter("ignore")  # those of others
+        code = build_main(
+            ["-q", "-W", "--keep-going", "-b", builder, str(ROOT / "docs"), str(folder / builder)]
+        )
+    assert code == 0, said.getvalue()[-3000:]
     return folder / builder
 
 
