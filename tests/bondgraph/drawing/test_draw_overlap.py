@@ -254,6 +254,7 @@ def followed(v: list[Point], w: list[Point]) -> float:
     return total
 
 
+@pytest.mark.sampled(every=3)
 @pytest.mark.parametrize("name", NAMES)
 def test_no_wire_lies_on_another(name: str | int) -> None:
     plan = drawn(name)[1]
