@@ -66,7 +66,8 @@ def slots(problem: Problem) -> ThetaSlots:
 def _slots(n_free: int, y: int, n_delays: int, clocks: bool) -> ThetaSlots:
     sizes = (0, n_free, y, n_delays, y, y if clocks else 0)
     edges = tuple(accumulate(sizes))
-    return ThetaSlots(*(slice(a, b) for a, b in pairwise(edges)), edges[-1])
+    free, lags, delays, offsets, own = (slice(a, b) for a, b in pairwise(edges))
+    return ThetaSlots(free, lags, delays, offsets, own, edges[-1])
 
 
 @dataclass(frozen=True)
