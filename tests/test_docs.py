@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import argparse
+import io
 import re
 import runpy
-import subprocess
 import sys
+import warnings
+from contextlib import redirect_stderr
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -14,7 +16,9 @@ from typing import Any
 import pytest
 
 from bondsight.cli.main import _parser
+from identification.diagnosis import diagnose as whole
 from identification.diagnosis.catalogue import CATALOGUE, by_name
+from identification.diagnosis.search.forward_selection import SelectionStage
 
 ROOT = Path(__file__).resolve().parents[1]
 REFERENCE = runpy.run_path(str(ROOT / "docs/public_names.py"))
@@ -32,7 +36,13 @@ def _blocks(page: Path) -> list[str]:
 RUN = [p for p in WRITTEN if _blocks(p) and p.stem != "examples"]
 
 
-@pytest.mark.parametrize("page", RUN, ids=lambda p: p.stem)
+def _slow(page: Path) -> Any:
+    # what the first lesson diagnoses is what the README does, test_readme.py
+    marks = [pytest.mark.long] if page.stem == "first_diagnosis" else []
+    return pytest.param(page, marks=marks, id=page.stem)
+
+
+@pytest.mark.parametrize("page", [_slow(page) for page in RUN])
 def test_the_blocks_of_a_page_run(
     page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -81,6 +91,22 @@ def test_the_first_block_of_the_first_lesson_is_a_model_file() -> None:
     assert names["model"]().name == "positioner"
 
 
+def test_the_first_lesson_diagnoses_the_file_that_it_wrote(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """All of its blocks run, with the model as it is in place of what the search finds."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(
+        whole, "steps", lambda base, *_: SelectionStage((), base, None, (), (), True)
+    )
+    names: dict[str, Any] = {}
+    *before, last = _blocks(ROOT / "docs/tutorials/first_diagnosis.md")
+    for block in (*before, re.sub(r"^\(step,\) = .*\n^assert .*\n", "", last, flags=re.M)):
+        exec(block, names)
+    assert names["found"].recording.units == {"F": "N", "x": "m"}
+    assert {p.name for p in tmp_path.glob("**/*.*")} >= {"report.html", "before_and_after.png"}
+
+
 def test_the_commands_of_the_pages_exist() -> None:
     used = {
         verb
@@ -93,13 +119,17 @@ def test_the_commands_of_the_pages_exist() -> None:
 
 
 def _built(builder: str, folder: Path) -> Path:
+    """Build in this process, where most of what is documented has been imported already."""
     pytest.importorskip("sphinx", reason="the extra 'docs' is not installed")
-    made = subprocess.run(
-        [sys.executable, "-m", "sphinx", "-q", "-W", "--keep-going", "-b", builder,
-         ROOT / "docs", folder / builder],
-        capture_output=True, text=True, check=False, cwd=folder,
-    )  # fmt: skip
-    assert made.returncode == 0, made.stderr[-3000:]
+    from sphinx.cmd.build import build_main
+
+    said = io.StringIO()
+    with warnings.catch_warnings(), redirect_stderr(said):
+        warnings.simplefilter("ignore")  # those of others
+        code = build_main(
+            ["-q", "-W", "--keep-going", "-b", builder, str(ROOT / "docs"), str(folder / builder)]
+        )
+    assert code == 0, said.getvalue()[-3000:]
     return folder / builder
 
 

@@ -89,9 +89,27 @@ def text_of(source: str) -> str:
     return (ROOT / source).read_text(encoding="utf-8")
 
 
+def may_offend(text: str, source: str) -> bool:
+    """Return whether a source is worth parsing: it names a package that it may not import.
+
+    Most do not, outside the examples of their docstrings. Sealed folders are always parsed.
+    """
+    folder = rule_for(source)
+    if folder in SEALED:
+        return True
+    foreign = {*PACKAGES, "tests"} - ALLOWED[folder] - {source.split("/")[0]}
+    named = re.compile(rf"\b(?:{'|'.join(sorted(foreign))})\b")
+    return any(
+        named.search(line)
+        for line in text.splitlines()
+        if not line.lstrip().startswith((">>>", "..."))
+    )
+
+
 def test_imports_stay_in_their_layer() -> None:
     assert len(SOURCES) > 1000
-    assert [o for source in SOURCES for o in offences(text_of(source), source)] == []
+    asked = [source for source in SOURCES if may_offend(text_of(source), source)]
+    assert [o for source in asked for o in offences(text_of(source), source)] == []
 
 
 @pytest.mark.parametrize(
@@ -128,6 +146,7 @@ def test_imports_stay_in_their_layer() -> None:
 )
 def test_the_rules_catch_what_they_should(source: str, text: str, caught: bool) -> None:
     assert bool(offences(text, source)) is caught
+    assert may_offend(text, source) or not caught
 
 
 # inside identification: what a folder may not know
@@ -139,6 +158,8 @@ BELOW = {
 
 def uphill(text: str, source: str) -> list[str]:
     """Return what a folder at the bottom of identification, or judgement, may not import."""
+    if not source.startswith((*BELOW, "identification/validation/")):
+        return []
     found = []
     for line, module in imports(text, source):
         if not module.startswith("identification."):

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import ast
+import re
 import subprocess
 import sys
-from collections import defaultdict
+from collections import Counter, defaultdict
 from importlib import import_module
 from pathlib import Path
 
@@ -25,9 +26,16 @@ def public_classes(text: str) -> list[str]:
 
 
 def shared_names(texts: dict[str, str]) -> dict[str, list[str]]:
-    """Return the class names that several modules define, with the modules."""
+    """Return the class names that several modules define, with the modules.
+
+    Only modules with a line that looks as if it named a class of another one are parsed.
+    """
+    looks = {s: set(re.findall(r"^class (\w+)", text, re.M)) for s, text in texts.items()}
+    often = Counter(name for names in looks.values() for name in names)
     found: dict[str, list[str]] = defaultdict(list)
     for source, text in texts.items():
+        if all(often[name] == 1 for name in looks[source]):
+            continue
         for name in public_classes(text):
             found[name].append(source)
     return {name: sources for name, sources in found.items() if len(sources) > 1}

@@ -225,10 +225,13 @@ def _tokens(text: str) -> list[str]:
 
 
 class _Parser:
-    """Recursive descent over the tokens of one unit text."""
+    """Recursive descent over the tokens of one unit text.
 
-    def __init__(self, text: str, where: str) -> None:
-        self.text, self.where = text, where
+    Names that are like an unknown one are looked up for `hints` only: that takes a while.
+    """
+
+    def __init__(self, text: str, where: str, hints: bool) -> None:
+        self.text, self.where, self.hints = text, where, hints
         clean = text.strip()
         for old, new in _SPELLING:
             clean = clean.replace(old, new)
@@ -269,6 +272,8 @@ class _Parser:
         else:
             found = _atom(word)
             if found is None:
+                if not self.hints:
+                    raise self.fail(f"{word!r} is not a known unit")
                 full = _WORDS.get(word.lower().removesuffix("s"))
                 close = " or ".join(repr(k) for k in ([full] if full else nearest(word, _known())))
                 hint = f"did you mean {close}?" if close else "write for example 'um' or 'N*s/m'"
@@ -320,7 +325,11 @@ def parse_unit(text: str, where: str = "") -> Unit:
     >>> parse_unit("N s/m").si, parse_unit("cm_per_s").scale
     ('N*s/m', 0.01)
     """
-    parser = _Parser(text, where)
+    return _read(text, where, hints=True)
+
+
+def _read(text: str, where: str, hints: bool) -> Unit:
+    parser = _Parser(text, where, hints)
     if not text.strip() or len(text) > _MAX_LENGTH:
         raise parser.fail(f"expected 1 to {_MAX_LENGTH} characters, such as 'um' or 'N*s/m'")
     unit = parser.product()
@@ -333,6 +342,7 @@ def parse_unit(text: str, where: str = "") -> Unit:
     return Unit(scale, unit.dims, text.strip(), unit.factors, unit.note)
 
 
+@lru_cache(maxsize=1024)
 def read_unit(text: str) -> Unit | None:
     """Return the unit of a text; None if it is blank or no unit.
 
@@ -342,7 +352,7 @@ def read_unit(text: str) -> Unit | None:
     ('N', None)
     """
     try:
-        return parse_unit(text) if text.strip() else None
+        return _read(text, "", hints=False) if text.strip() else None
     except UnusableInput:
         return None
 
@@ -444,10 +454,8 @@ def same_dimension(a: str, b: str) -> bool:
     >>> same_dimension("rpm", "rad/s"), same_dimension("A", "V")
     (True, False)
     """
-    try:
-        return parse_unit(a).same_dimension(parse_unit(b))
-    except UnusableInput:
-        return a == b
+    one, other = read_unit(a), read_unit(b)
+    return a == b if one is None or other is None else one.same_dimension(other)
 
 
 def split_header(header: str) -> tuple[str, str | None]:
@@ -481,9 +489,8 @@ def split_header(header: str) -> tuple[str, str | None]:
         base, tail = "_".join(parts[:i]), "_".join(parts[i:])
         if not base or tail == "1":
             continue
-        try:
-            unit_read = parse_unit(tail)
-        except UnusableInput:
+        unit_read = read_unit(tail)
+        if unit_read is None:
             if all(_atom(word) for word in parts[i:]):
                 return base, tail  # 'torque_N_m': ambiguous, refused when the unit is parsed
             continue

@@ -258,6 +258,8 @@ def _native_runner(
     march_library, *code = libraries
     native = ctypes.CDLL(str(march_library)).run_record
     native.restype = None
+    addresses, numbers = ctypes.c_void_p, ctypes.c_longlong
+    native.argtypes = [addresses] * 3 + [numbers] * 9 + [addresses] * 17
     table = law_table(lay, laws, banks, code[0] if code else None)
     pointer = ctypes.POINTER(ctypes.c_double)
     width, each, blocks = 1 + lay.n_d, lanes_of(lay, banks), blocks_of(lay, banks)
@@ -277,8 +279,11 @@ def _native_runner(
         found[:, 1 : 1 + rest.shape[1]] = rest[:, : lanes - 1]
         return found
 
-    def at(v: Array) -> ctypes.c_void_p:
-        return ctypes.c_void_p(v.__array_interface__["data"][0])
+    def at(v: Array) -> int:
+        return int(v.__array_interface__["data"][0])
+
+    def further(within: Within, quiet: Array) -> list[ctypes.c_void_p]:
+        return [ctypes.c_void_p(at(v)) for v in (quiet, *within.arrays)]
 
     def run(
         moving: Packed, standing: Packed, q: Array, dq: Array, halves: Sequence[Packed] = ()
@@ -295,6 +300,8 @@ def _native_runner(
         steps = np.concatenate([m for m, _ in ladder]), standing[0], q
         along_steps = np.concatenate(slopes), still, by_q
         given = [np.ascontiguousarray(v, float) for v in (*steps, *along_steps)]
+        # these addresses keep their arrays alive
+        at_live, *at_given = (v.ctypes.data_as(addresses) for v in (live, *given))
         stride = ctypes.c_longlong(moving[0].size)
         filled = [b.bank.filled(q[b.parameters], dq[b.parameters], row) for b in banks]
 
@@ -314,12 +321,11 @@ def _native_runner(
             y, seen = np.empty((n, lay.n_y, width)), np.empty((n, 2 * lay.n_w))
             iw, work = (ctypes.c_longlong * sizes[0])(), np.empty(sizes[1])
             shape = (lay.n_x, lay.n_u, blocks, begin, n, n_sub, lay.n_y, width, lead)
-            counts = map(ctypes.c_longlong, shape)
             arg, res = (pointer * sizes[2])(), (pointer * sizes[3])()
             native(
-                ctypes.byref(table), at(u), at(before), *counts, at(live), at(carried),
-                *map(at, given), at(y), at(seen), iw, at(work), arg, res, *map(at, held),
-                *(() if within is None else (stride, at(quiet), *map(at, within.arrays))),
+                ctypes.byref(table), at(u), at(before), *shape, at_live, at(carried),
+                *at_given, at(y), at(seen), iw, at(work), arg, res, *map(at, held),
+                *(() if within is None else (stride, *further(within, quiet))),
             )  # fmt: skip
             plays = unloaded(banks, *held, width)
             return y, seen, np.concatenate([carried[:, :width], plays])

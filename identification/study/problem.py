@@ -7,6 +7,7 @@ from bisect import bisect_right
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 
@@ -509,6 +510,26 @@ class Problem:
         """
         least = max(self.n_sub, 4) if self.delays else self.n_sub
         return -(-least // self.data.parts) * self.data.parts
+
+    @cached_property
+    def windows(self) -> tuple[slice, ...]:
+        """Windows: one for each recording, or shorter ones that do not straddle the split.
+
+        A free state begins at `Data.begin`, one that is known at the first sample.
+        """
+        n, breaks, split = self.data.n, self.data.breaks, self.data.split
+        if self.window is None:
+            begin = self.data.begin if self.initial == "free" else 0
+            return tuple(slice(a, b) for a, b in pairwise((begin, *breaks, n)))
+        found = []
+        for part in (*stretches(split.train), *stretches(split.test)):
+            first, last = part.start or 0, part.stop if part.stop is not None else n
+            inner = [first, *(b for b in breaks if first < b < last), last]
+            for start, stop in pairwise(inner):
+                count = max(1, round((stop - start) / self.window))
+                edges = np.linspace(start, stop, count + 1).astype(int)
+                found += [slice(int(a), int(b)) for a, b in pairwise(edges) if b - a > 2]
+        return tuple(sorted(found, key=lambda s: s.start))
 
     @cached_property
     def inputs(self) -> Array:

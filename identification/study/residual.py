@@ -18,7 +18,6 @@ from typing import TypeVar
 import numpy as np
 
 from bondgraph.signals.fractional_delay import delayed, delayed_values, delayed_within, warped
-from bondgraph.signals.split import stretches
 from bondgraph.signals.varying_delay import warped_within
 from bondgraph.simulation.dynamics import Dynamics
 from bondgraph.simulation.exact_run import KernelRun
@@ -58,11 +57,17 @@ class ThetaSlots:
 
 def slots(problem: Problem) -> ThetaSlots:
     """Layout of ``theta`` for `problem`."""
-    y = len(problem.data.names)
-    sizes = (0, len(problem.free), y, len(problem.delays), y, y if problem.clock else 0)
+    return _slots(
+        len(problem.free), len(problem.data.names), len(problem.delays), bool(problem.clock)
+    )
+
+
+@lru_cache(maxsize=64)
+def _slots(n_free: int, y: int, n_delays: int, clocks: bool) -> ThetaSlots:
+    sizes = (0, n_free, y, n_delays, y, y if clocks else 0)
     edges = tuple(accumulate(sizes))
-    free, lags, delays, offsets, clocks = (slice(a, b) for a, b in pairwise(edges))
-    return ThetaSlots(free, lags, delays, offsets, clocks, edges[-1])
+    free, lags, delays, offsets, own = (slice(a, b) for a, b in pairwise(edges))
+    return ThetaSlots(free, lags, delays, offsets, own, edges[-1])
 
 
 @dataclass(frozen=True)
@@ -96,22 +101,7 @@ def windows(problem: Problem) -> list[slice]:
 
     A free state begins at `Data.begin`, one that is known at the first sample.
     """
-    n = problem.data.n
-    ends = [0, *problem.data.breaks, n]
-    if problem.window is None:
-        if problem.initial == "free":
-            ends[0] = problem.data.begin
-        return [slice(a, b) for a, b in pairwise(ends)]
-    found = []
-    split = problem.data.split
-    for part in (*stretches(split.train), *stretches(split.test)):
-        first, last = part.start or 0, part.stop if part.stop is not None else n
-        inner = [first, *(b for b in problem.data.breaks if first < b < last), last]
-        for start, stop in pairwise(inner):
-            count = max(1, round((stop - start) / problem.window))
-            edges = np.linspace(start, stop, count + 1).astype(int)
-            found += [slice(int(a), int(b)) for a, b in pairwise(edges) if b - a > 2]
-    return sorted(found, key=lambda s: s.start)
+    return list(problem.windows)
 
 
 def start_point(problem: Problem) -> Point:

@@ -17,6 +17,7 @@ from bondsight.cli.main import main
 from bondsight.cli.progress import Bar
 from identification.estimation import FitStatus
 from identification.estimation.archive import open_fit
+from identification.report import canvas
 from tests.settled import simulate
 
 TRUTH = {"m": 0.5, "d": 2.0, "k": 200.0}
@@ -42,6 +43,13 @@ def model(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("model") / "carriage.py"
     path.write_text(MODEL)
     return path
+
+
+@pytest.fixture(autouse=True)
+def undrawn(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Leave the figures of the pages undrawn but where the files are looked at."""
+    if request.node.name != test_values_files_and_reopening.__name__:
+        monkeypatch.setattr(canvas, "inline", lambda *_: "<svg></svg>")
 
 
 def force(n: int, seed: int) -> Array:

@@ -248,7 +248,7 @@ def sensed_relations(seed: int) -> tuple[BondGraph, Redundancy] | None:
     return None if g is None else (g, redundancy(g))
 
 
-@pytest.mark.parametrize("count", [30, pytest.param(60, marks=pytest.mark.long)])
+@pytest.mark.parametrize("count", [15, pytest.param(60, marks=pytest.mark.long)])
 def test_random_graphs_satisfy_their_relations(count: int) -> None:
     """Forced at random complex s, by a solve that knows neither causality nor this package's rows.
 

@@ -58,7 +58,7 @@ def assert_same(a: Recording, b: Recording) -> None:
 
 
 @settings(
-    max_examples=100, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
+    max_examples=40, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
 )
 @given(recordings())
 def test_reopened_identically(tmp_path: Path, recording: Recording) -> None:

@@ -372,7 +372,7 @@ def test_a_current_that_begins_at_zero_ends_where_it_crosses_it(tail: float) -> 
 value = st.floats(0.1, 10.0)
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=10, deadline=None)
 @given(value, value, value, value, st.booleans(), st.integers(0, 2**31), st.booleans())
 @example(1.0, 1.0, 1.0, 1.0, True, 100000, False)
 def test_a_diode_blocks_or_conducts_in_any_circuit(

@@ -156,7 +156,7 @@ def test_tiny_records_end_with_multiple_shooting_too(n: int) -> None:
 @pytest.mark.parametrize("noise", ["white", "coloured"])
 @pytest.mark.parametrize("method", METHODS)
 def test_exact_data_give_exact_values(noise: str, method: str) -> None:
-    found = estimate(study(record(600, noise=0.0), noise=noise), method)
+    found = estimate(study(record(300, noise=0.0), noise=noise), method)
     assert found.status in (FitStatus.CONVERGED, FitStatus.NO_PROGRESS)
     for n, t in TRUTH.items():
         assert found.values[n] == pytest.approx(t, rel=1e-6)

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -28,6 +30,7 @@ from identification.validation.figures.traces import worst_piece
 from .made import coloured, material, record
 
 N = 20000
+Drawn = Callable[[Callable[[Judgement], Picture]], Picture]
 
 
 @pytest.fixture(scope="module")
@@ -45,34 +48,44 @@ def judged() -> Judgement:
     return judge(replace(m, starts=(1.0, 1.0, 30.0, np.inf)))
 
 
+@pytest.fixture(scope="module")
+def drawn(judged: Judgement) -> Drawn:
+    """Draw each figure of `judged` once."""
+    return cache(lambda draw: draw(judged))
+
+
 FIGURES = (trace_figure, residual_figure, correlation_figure, parameter_figure, waterfall_figure)
 
 
 @pytest.mark.parametrize("draw", FIGURES)
-def test_each_figure_is_one_plain_svg(judged: Judgement, draw: object) -> None:
-    picture = draw(judged)  # type: ignore[operator]
+def test_each_figure_is_one_plain_svg(
+    judged: Judgement, drawn: Drawn, draw: Callable[[Judgement], Picture]
+) -> None:
+    picture = drawn(draw)
     root = ElementTree.fromstring(picture.svg)
     assert root.tag.endswith("svg")
     assert "<script" not in picture.svg
     assert "href" not in re.sub(r'href="#[^"]*"', "", picture.svg)
     assert picture.caption
     assert len(picture.svg) < 400_000
-    assert draw(judged).svg == picture.svg  # type: ignore[operator]
+    assert draw(judged).svg == picture.svg
 
 
-def test_the_floor_is_in_every_figure_where_it_has_a_meaning(judged: Judgement) -> None:
+def test_the_floor_is_in_every_figure_where_it_has_a_meaning(
+    judged: Judgement, drawn: Drawn
+) -> None:
     for draw in (trace_figure, residual_figure, waterfall_figure):
-        assert "noise floor" in draw(judged).svg
-    assert "white noise at the floor" in residual_figure(judged).svg
+        assert "noise floor" in drawn(draw).svg
+    assert "white noise at the floor" in drawn(residual_figure).svg
     assert "noise floor" in comparison_figure(compare({"a": judged, "b": judged})).svg
 
 
-def test_axes_carry_units(judged: Judgement) -> None:
-    assert "x (m)" in trace_figure(judged).svg
-    assert "time (s)" in trace_figure(judged).svg
-    assert "frequency (Hz)" in residual_figure(judged).svg
-    assert "√Hz" in residual_figure(judged).svg
-    assert "lag (samples)" in correlation_figure(judged).svg
+def test_axes_carry_units(drawn: Drawn) -> None:
+    assert "x (m)" in drawn(trace_figure).svg
+    assert "time (s)" in drawn(trace_figure).svg
+    assert "frequency (Hz)" in drawn(residual_figure).svg
+    assert "√Hz" in drawn(residual_figure).svg
+    assert "lag (samples)" in drawn(correlation_figure).svg
 
 
 def test_a_spike_survives_thinning_and_is_shown_near(judged: Judgement) -> None:
@@ -89,8 +102,8 @@ def test_density_of_white_noise_is_that_of_the_floor() -> None:
     assert f[-1] == pytest.approx(50, rel=0.02)
 
 
-def test_the_waterfall_counts_the_starts(judged: Judgement) -> None:
-    assert waterfall_figure(judged).caption == (
+def test_the_waterfall_counts_the_starts(judged: Judgement, drawn: Drawn) -> None:
+    assert drawn(waterfall_figure).caption == (
         "2 of 4 starts end in the best valley; 1 could not be simulated."
     )
     single = replace(judged, material=replace(judged.material, starts=(1.0,)))
@@ -117,8 +130,8 @@ def test_distortion_is_drawn_by_kind_of_line() -> None:
         assert word in svg
 
 
-def test_a_picture_is_saved_as_svg_only(judged: Judgement, tmp_path: Path) -> None:
-    picture = parameter_figure(judged)
+def test_a_picture_is_saved_as_svg_only(drawn: Drawn, tmp_path: Path) -> None:
+    picture = drawn(parameter_figure)
     file = picture.save(tmp_path / "p.svg")
     assert file.read_text(encoding="utf-8") == picture.svg
     assert picture._repr_svg_() == picture.svg

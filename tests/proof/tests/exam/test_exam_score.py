@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, cast
@@ -15,6 +16,8 @@ from bondgraph.signals.recording import Recording
 from hardware.simulators.judging.claims import exam_answer_of
 from hardware.simulators.judging.truths import truth_of
 from identification.diagnosis.diagnose import Diagnosis
+from identification.diagnosis.search.candidates import DiagnosisOptions
+from tests.proof.exam import answering
 from tests.proof.exam.__main__ import main
 from tests.proof.exam.answering import transplant
 from tests.proof.exam.counting import score_exam, stated
@@ -261,7 +264,12 @@ def test_a_transplant_is_the_model_with_its_residuals_drawn_anew() -> None:
     assert transplant(cast(Diagnosis, found), 0)["x"] == pytest.approx(made["x"])
 
 
-def test_the_three_steps(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_three_steps(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # what is answered does not matter here
+    narrow = partial(DiagnosisOptions, keep=1, more=0, effects=1)
+    monkeypatch.setattr(answering, "DiagnosisOptions", narrow)
     folder = ["--folder", str(tmp_path / "exam")]
     assert main(["generate", *folder, "--count", "2", "--seed", "5", "--jobs", "1"]) == 0
     assert main(["run", *folder, "--limit", "1", "--jobs", "1"]) == 0
