@@ -114,7 +114,6 @@ def test_wrong_parameters_are_not_missing_physics() -> None:
     assert values["k"] == pytest.approx(200.0, rel=0.02)
 
 
-@pytest.mark.long  # beside the forces from outside below
 def test_a_law_that_the_catalogue_does_not_have_gets_no_exact_name() -> None:
     t = DT * np.arange(1000)
     disturbance = 1.5 * np.sign(np.sin(2 * np.pi * 0.77 * t))  # a force of its own from outside
