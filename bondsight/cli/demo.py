@@ -17,7 +17,7 @@ def add_demo_command(verbs: Any) -> None:
         "--seed",
         type=nonnegative,
         default=None,
-        help="plant, and effect or none, that are drawn (default: an effect by chance)",
+        help="plant, and effect or none, that are drawn (default: one case that teaches)",
     )
     p.add_argument(
         "--seeds", type=int, default=None, help="run that many draws and print the score"

@@ -41,7 +41,8 @@ from identification.diagnosis.search.candidates import DiagnosisOptions
 from identification.diagnosis.studio import write_report
 from identification.diagnosis.verdict.folder import write_verdict
 
-AGAIN = f" --plant {PREPARED[1]} --effect {PREPARED[2]}"
+TAUGHT = (1, "stack", "hysteresis")
+"""Seed, plant and effect of the demo that nobody has asked anything of."""
 HOLD = "linear"
 """What the command does between the samples, which a laboratory knows of its converter."""
 
@@ -116,28 +117,33 @@ def _written(
 
 
 def begun(seed: int | None, wish: Wish, path: Path) -> Concealed:
-    """Conceal something; where nothing is asked for and nothing compiles, show what is there.
+    """Conceal something; what nobody has asked for is one case that teaches.
 
-    A draw that nobody asked for conceals an effect: finding none would teach little.
+    A draw without a seed conceals an effect: finding none would teach little. Where nothing is
+    asked for and nothing compiles, what was made beforehand is shown.
 
     Raises
     ------
     UnusableInput
         Something is asked for, and the plants cannot be compiled.
     """
-    drawn = seed
-    if drawn is None:
+    if seed is not None:
+        return conceal(seed, wish, path)
+    if wish != Wish():
         quiet = wish.effect == NOTHING
         tried = ((n, draw_shown(n, wish.plant, wish.effect)) for n in _by_chance())
-        drawn = next(n for n, case in tried if quiet or case.effects)
-    if seed is not None or wish != Wish():
-        return conceal(drawn, wish, path)
+        return conceal(next(n for n, case in tried if quiet or case.effects), wish, path)
+    number, plant, effect = TAUGHT
     try:
-        channels, truth = shown(drawn, None, None)
+        channels, truth = shown(number, plant, effect)
     except OSError as error:
         print(f"Made beforehand, since the virtual plants cannot be compiled here ({error}):")
-        return replace(_written(PREPARED[0], *prepared(), path), again=AGAIN)
-    return _written(drawn, channels, truth, path)
+        return replace(_written(PREPARED[0], *prepared(), path), again=_again(*PREPARED[1:]))
+    return replace(_written(number, channels, truth, path), again=_again(plant, effect))
+
+
+def _again(plant: str, effect: str) -> str:
+    return f" --plant {plant} --effect {effect}"
 
 
 def _by_chance() -> Iterator[int]:
@@ -187,6 +193,7 @@ def demo(seed: int | None, folder: Path, jobs: int, wish: Wish) -> int:
     print(f"verdict:        {written}\nreport:         {report}")
     again = f"bondsight diagnose {quote(str(made.path))} --model {made.plant} --hold {HOLD}"
     print(f"again by hand:  {again}")
+    print(f"another one:    bondsight demo --seed {secrets.randbelow(1000)}")
     return 0
 
 
