@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 from typing import Any
 
@@ -164,7 +165,8 @@ def test_a_finished_diagnosis_keeps_the_contract(
     arguments = ["diagnose", str(run), "--model", str(model), "--out", str(out), "--jobs", "1"]
     assert main([*arguments, "--seed", "7", "--map", "x=place", "--map", "F=force"]) == 0
     captured = capsys.readouterr()
-    assert captured.err == ""
+    # on a busy machine a line of progress every half minute
+    assert all(re.match(r"\d+ s: ", line) for line in captured.err.splitlines())
     assert "Coulomb friction is missing at the resistor d" in captured.out
     v = json.loads((out / "verdict.json").read_text(encoding="utf-8"))
     contract(v)
