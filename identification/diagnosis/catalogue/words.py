@@ -13,6 +13,7 @@ from bondgraph.support.errors import nearest, unknown_name
 from identification.diagnosis.catalogue import CATALOGUE, UNNAMED
 from identification.diagnosis.catalogue.effect import Effect
 from identification.diagnosis.catalogue.lacking_element import LackingElement
+from identification.diagnosis.catalogue.places import lump_at
 from identification.diagnosis.localisation.recording.variables import variables_of
 from identification.report.tables import markdown
 from identification.report.words import spaced
@@ -127,6 +128,8 @@ def called(name: str, graph: BondGraph, element: str) -> str:
     lacking = (e for e in CATALOGUE if e.name == name and isinstance(e, LackingElement))
     if (effect := next(lacking, None)) is not None:
         own = effect.thing(graph, held)
+    elif name == "linear_capacity":
+        own = lump_at(graph, held)
     elif name == "nonlinear_stiffness" and isinstance(held, C):
         own = BENT.get(variables_of(held).effort_unit, "")
     return f"{own} ({plain})" if own and own not in plain else plain

@@ -83,7 +83,7 @@ def recorded(graph: BondGraph, size: float) -> Recording:
 
 
 def found(model: Callable[[str], BondGraph], missing: str) -> Diagnosis:
-    options = DiagnosisOptions(jobs=1, effects=1, keep=3, more=2)
+    options = DiagnosisOptions(jobs=1, effects=1, keep=4, more=3)
     return diagnose(model(""), recorded(model(missing), 1.0), options=options, hold="hold")
 
 

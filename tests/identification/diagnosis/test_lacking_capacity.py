@@ -244,4 +244,8 @@ def test_an_oven_whose_heater_has_no_heat_capacity() -> None:
     assert step.chosen is not None
     assert (step.answer, step.chosen.label) == ("exact", "linear_capacity at P")
     assert abs(step.chosen.fit.values["capacity_P"] / C_H - 1) < 0.05
-    assert "a heat capacity of the temperature there, which the model lacks" in in_words(d)
+    said = in_words(d)
+    assert said.startswith("Heat capacity (linear capacity) is missing at the source P.\n")
+    assert (
+        "A heat capacity of the temperature there, which the model lacks, takes up a part" in said
+    )

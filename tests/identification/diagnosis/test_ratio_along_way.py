@@ -150,7 +150,7 @@ def test_the_plane_of_a_ratio_is_drawn_over_the_way(data: Data) -> None:
     found: Any = [SimpleNamespace(chosen=t, possible=(), same_place=())]
     d: Any = SimpleNamespace(
         repaired=None, scene=looked, findings=found, data=data, graph=looked.graph, steps=[],
-        trials=[],
+        trials=[], recording=SimpleNamespace(read_in={}),
     )  # fmt: skip
     plane = planes(d)["of"]["Bl"]
     assert (plane["xLabel"], plane["yLabel"]) == ("position of k (mm)", "ratio of Bl (N/A)")
@@ -190,7 +190,7 @@ def test_points_of_a_ratio_lie_over_what_it_changes_with(
     found: Any = [SimpleNamespace(chosen=t, possible=(), same_place=())]
     d: Any = SimpleNamespace(
         repaired=None, scene=looked, findings=found, data=data, graph=looked.graph, steps=[],
-        trials=[],
+        trials=[], recording=SimpleNamespace(read_in={}),
     )  # fmt: skip
     plane = planes(d)["of"]["Bl"]
     assert plane["xLabel"].startswith(over)

@@ -64,7 +64,20 @@ def _responses(scene: FittedModel, probe: Probes, element: str, here: Sequence[S
     flow = None
     if element in probe.flows:
         flow = np.stack([_flow(scene, s) for s in here], axis=1)
-    return probe.respond(element, latent, flow)
+    response = probe.respond(element, latent, flow)
+    for i, s in enumerate(here):
+        if s.effect.plain and (seen := _seen(scene, s)) is not None:
+            response[:, :, i] = seen
+    return response
+
+
+def _seen(scene: FittedModel, s: Screened) -> Array | None:
+    """Return what an element changes in the readings where it was found by a run with it."""
+    assert s.hint is not None
+    for signature in s.effect.signatures(scene, s.element):
+        if dict(signature.shape or {}) == dict(s.hint.shape) and signature.seen is not None:
+            return np.asarray(signature.seen @ s.hint.weights)
+    return None
 
 
 def _flow(scene: FittedModel, s: Screened) -> Array:
