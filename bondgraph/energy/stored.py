@@ -94,9 +94,8 @@ def _store(graph: BondGraph, e: C | I, run: SignalPath, memory: Memories) -> Hel
         return HeldEnergy(linear + law_energy_record(e.law, s, p), _zeros(run))
     loss = _loss(e.law, p)
     start = memory.get(e.name, e.law.initial_memory(float(s[0])))
-    if loss is not None and isinstance(
-        e.law, StopSum
-    ):  # what was lost before the first sample is not of this run
+    if loss is not None and isinstance(e.law, StopSum):
+        # what was lost before the first sample is not of this run
         start = e.law.advance(NUMPY, s[0], start, p)
     found = None if loss is None else _walk(loss, s, start, run.time)
     if found is None:

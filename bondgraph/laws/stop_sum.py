@@ -22,10 +22,10 @@ class StopSum(Law):
     """Prandtl-Ishlinskii law of stop type: ``sign * sum_i h_i (s - play_{r_i}[s])``.
 
     With ``h_i >= 0`` every stop is a spring with a slip: the law is passive (a Maxwell slip
-    element in a storage). Heights are parameters. `rated` stops slip later the faster `s` moves, at
-    ``r_i (1 + b |v| / speed)``; the rate `v` is that of the last accepted step, so that the widths
-    of a step are known before it is solved (Al Janaideh and Krejci, IEEE/ASME Trans. Mechatronics
-    18 (2013) 1498; `RateDependentPrandtlIshlinskii`).
+    element in a storage). Thresholds are fixed, heights are parameters. `rated` stops slip later
+    the faster `s` moves, at ``r_i (1 + b |v| / speed)``; the rate `v` is that of the last accepted
+    step, so that the widths of a step are known before it is solved (Al Janaideh and Krejci,
+    IEEE/ASME Trans. Mechatronics 18 (2013) 1498; `RateDependentPrandtlIshlinskii`).
 
     Parameters
     ----------

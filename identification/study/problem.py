@@ -7,7 +7,6 @@ from bisect import bisect_right
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
-from itertools import pairwise
 
 import numpy as np
 
@@ -29,6 +28,7 @@ from identification.study.factors import drives, with_gains
 from identification.study.origins import own_origins
 from identification.study.priors import Prior
 from identification.study.scaled import Free, free_parameter
+from identification.study.windows import windows_of
 
 SAME_CLOCK = 1e-6
 """Relative difference of sampling rates that is none."""
@@ -488,14 +488,11 @@ class Problem:
     @cached_property
     def timed(self) -> tuple[str, ...]:
         """Elements with a law that counts time."""
-        found = []
-        for e in self.graph.elements.values():
-            drive = getattr(e, "drive", None)
-            laws = (getattr(e, "law", None), None if drive is None else drive.law)
-            # the law of a field is a tuple of expressions
-            if any(getattr(law, "counts_time", False) for law in laws):
-                found.append(e.name)
-        return tuple(found)
+        # a source has it in its drive; the law of a field is a tuple of expressions
+        held = ((e, getattr(e, "drive", None)) for e in self.graph.elements.values())
+        laws = ((e.name, getattr(own, "law", None)) for e, drive in held for own in (e, drive))
+        found = (name for name, law in laws if getattr(law, "counts_time", False))
+        return tuple(dict.fromkeys(found))
 
     @property
     def fits_lags(self) -> bool:
@@ -513,23 +510,9 @@ class Problem:
 
     @cached_property
     def windows(self) -> tuple[slice, ...]:
-        """Windows: one for each recording, or shorter ones that do not straddle the split.
-
-        A free state begins at `Data.begin`, one that is known at the first sample.
-        """
-        n, breaks, split = self.data.n, self.data.breaks, self.data.split
-        if self.window is None:
-            begin = self.data.begin if self.initial == "free" else 0
-            return tuple(slice(a, b) for a, b in pairwise((begin, *breaks, n)))
-        found = []
-        for part in (*stretches(split.train), *stretches(split.test)):
-            first, last = part.start or 0, part.stop if part.stop is not None else n
-            inner = [first, *(b for b in breaks if first < b < last), last]
-            for start, stop in pairwise(inner):
-                count = max(1, round((stop - start) / self.window))
-                edges = np.linspace(start, stop, count + 1).astype(int)
-                found += [slice(int(a), int(b)) for a, b in pairwise(edges) if b - a > 2]
-        return tuple(sorted(found, key=lambda s: s.start))
+        """Where a state begins anew: if it is free at `Data.begin`, else at the first sample."""
+        data, free = self.data, self.initial == "free"
+        return windows_of(data.n, free * data.begin, data.breaks, data.split, self.window)
 
     @cached_property
     def inputs(self) -> Array:

@@ -273,7 +273,7 @@ class Effect:
         """
         return ()
 
-    def without_idle(
+    def without_zeros(
         self, scene: FittedModel, made: Insertion, values: Mapping[str, float]
     ) -> Insertion | None:
         """Return a form without those of its many numbers that a fit put to zero, if it has any."""

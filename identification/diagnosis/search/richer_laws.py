@@ -96,7 +96,7 @@ def _fitted_forms(
         found.seen, template, made, options, say, 0.95, 0.98, best.trial.train
     )
     tried = [t for t in tried if t.train < AS_GOOD * best.trial.train]
-    borne = [(t, less) for t in tried if (less := _without_idle(t, found)) is not None]
+    borne = [(t, less) for t in tried if (less := _without_zeros(t, found)) is not None]
     if borne:
         whole = [t for t in tried if not any(t is old for old, _ in borne)]
         again = [(less, old.home) for old, less in borne]
@@ -104,9 +104,9 @@ def _fitted_forms(
     return scored(finished(tried, options), options.jobs)
 
 
-def _without_idle(trial: Candidate, found: Searched) -> Insertion | None:
+def _without_zeros(trial: Candidate, found: Searched) -> Insertion | None:
     effects = (e for e in found.options.catalogue if e.name == trial.effect)
-    made = (e.without_idle(found.seen, trial.insertion, trial.fit.values) for e in effects)
+    made = (e.without_zeros(found.seen, trial.insertion, trial.fit.values) for e in effects)
     return next(made, None)
 
 

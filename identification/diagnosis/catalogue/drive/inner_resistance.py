@@ -13,13 +13,13 @@ from bondgraph.graph.elements import C, Element, I, One, R, Se, Sf, Zero
 from bondgraph.graph.parameter import Parameter, symbol
 from bondgraph.graph.sensors import Sensor
 from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
-from identification.diagnosis.catalogue.lacking_element import LEAST, free_name
-from identification.diagnosis.catalogue.places import commands, ends, on_effort, on_flow
-from identification.diagnosis.catalogue.storage.linear_capacity import (
-    changed_by,
+from identification.diagnosis.catalogue.lacking_branch import (
     nearest_resistance,
+    signature_of_run,
     unit_of,
 )
+from identification.diagnosis.catalogue.lacking_element import LEAST, free_name
+from identification.diagnosis.catalogue.places import commands, ends, on_effort, on_flow
 from identification.diagnosis.localisation.recording.variables import (
     GENERIC,
     MOVES,
@@ -63,11 +63,7 @@ class InnerResistance(Effect):
 
     def signatures(self, scene: FittedModel, element: Element) -> tuple[Signature, ...]:
         """Return what a small resistance inside changes."""
-        seen = changed_by(scene, self.insert(scene, element))
-        if seen is None:
-            return ()
-        at = int(np.argmax(np.abs(seen / scene.data.floor).max(axis=0)))
-        return (Signature(seen[:, at : at + 1], seen=seen[:, :, None]),)
+        return signature_of_run(scene, self.insert(scene, element))
 
     def insert(self, scene: FittedModel, element: Element, hint: Hint | None = None) -> Insertion:
         """Put a resistor between the source and the rest, or across it."""

@@ -107,7 +107,7 @@ class Hysteresis(Effect):
 
         return hysteresis_forms(scene, element, ended)
 
-    def without_idle(
+    def without_zeros(
         self, scene: FittedModel, made: Insertion, values: Mapping[str, float]
     ) -> Insertion | None:
         """Return the stops of a bank that bear anything, numbered anew."""

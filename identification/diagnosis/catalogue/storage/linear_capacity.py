@@ -12,9 +12,12 @@ from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.graph.elements import C, Element, One, R, Se, Sf, Zero
 from bondgraph.graph.parameter import Parameter, symbol
 from bondgraph.graph.sensors import De, Sensor
-from bondgraph.support.arrays import Array
-from bondgraph.support.errors import BondsightError
 from identification.diagnosis.catalogue.effect import Effect, Hint, Insertion, Signature
+from identification.diagnosis.catalogue.lacking_branch import (
+    nearest_resistance,
+    signature_of_run,
+    unit_of,
+)
 from identification.diagnosis.catalogue.lacking_element import LEAST, free_name
 from identification.diagnosis.catalogue.memory.creep import lagged
 from identification.diagnosis.catalogue.places import (
@@ -29,7 +32,6 @@ from identification.diagnosis.catalogue.places import (
 from identification.diagnosis.localisation.recording.variables import (
     GENERIC,
     MOVES,
-    Variables,
     variables_beside,
 )
 from identification.diagnosis.screening.port_history import FittedModel, PortHistory
@@ -40,8 +42,6 @@ SHARES = (0.003, 0.012, 0.05, 0.2)
 """Time constants of a further store, over the duration of the record."""
 FEWEST = 3.0
 """Samples that the shortest of them takes."""
-SMALL = 1e-4
-"""Part of the typical capacity that is next to none."""
 
 
 @final
@@ -82,12 +82,7 @@ class LinearCapacity(Effect):
                 Signature.of((-past.slope * lagged(past.argument, tau, past.dt),), tau=tau)
                 for tau in _times(past)
             )
-        changed = changed_by(scene, self.insert(scene, element))
-        if changed is None:
-            return ()
-        # where it is seen most is what stands for it at a glance
-        at = int(np.argmax(np.abs(changed / scene.data.floor).max(axis=0)))
-        return (Signature(changed[:, at : at + 1], seen=changed[:, :, None]),)
+        return signature_of_run(scene, self.insert(scene, element))
 
     def insert(self, scene: FittedModel, element: Element, hint: Hint | None = None) -> Insertion:
         """Hang a capacity at the effort, or a resistance and a capacity beside the store."""
@@ -253,52 +248,7 @@ def stores_of_mass(graph: BondGraph) -> tuple[Element, ...]:
     return tuple(e for e in vessels(graph) if not has_unit(e, CAPACITORS))
 
 
-def unit_of(v: Variables, what: str) -> str:
-    """Return the unit of a ``capacity``, a ``resistance`` or a ``conductance`` by the effort's."""
-    units = {
-        "V": ("F", "ohm", "S"), "K": ("J/K", "K/W", "W/K"),
-        "Pa": ("m3/Pa", "Pa*s/m3", "m3/(Pa*s)"), "m": ("m2", "s/m2", "m2/s"),
-    }  # fmt: skip
-    e, f = v.effort_unit, v.flow_unit
-    usual = (f"{v.displacement_unit}/({e})", f"{e}/({f})", f"{f}/({e})")
-    at = ("capacity", "resistance", "conductance").index(what)
-    return units.get(v.effort_unit, usual)[at]
-
-
-def nearest_resistance(scene: FittedModel, node: str) -> float:
-    """Return the resistance nearest to a junction, SI; 1 where there is none."""
-    import networkx as nx  # the catalogue is listed without it
-
-    away = nx.single_source_shortest_path_length(
-        scene.graph.network.to_undirected(as_view=True), node
-    )
-    near = sorted((away[e.name], e.name) for e in scene.graph.of_type(R) if e.name in away)
-    sizes = (abs(scene.past[n].slope) for _, n in near if n in scene.past)
-    return next((s for s in sizes if s > 0 and np.isfinite(s)), 1.0)
-
-
 def _times(past: PortHistory) -> tuple[float, ...]:
     shortest = FEWEST * past.dt
     found = tuple(s * past.duration for s in SHARES if s * past.duration > shortest)
     return found or (max(0.2 * past.duration, shortest),)
-
-
-def changed_by(scene: FittedModel, made: Insertion) -> Array | None:
-    """Return what a small capacity changes in the readings over its size, shape (N, n_y)."""
-    # the catalogue is listed without loading what fits
-    from identification.estimation.single_record import fit
-
-    problem = replace(scene.nominal.problem, graph=made.graph, built=None, correction=None)
-    (name,), typical = made.strengths, made.graph.parameters[made.strengths[0]].value
-    sizes = (SMALL * typical, 2.0 * SMALL * typical)
-    try:
-        less, more = (
-            fit(
-                replace(problem, starts={**scene.nominal.values, name: c}), max_iterations=0
-            ).simulated
-            for c in sizes
-        )
-    except (BondsightError, np.linalg.LinAlgError, ValueError):
-        return None
-    change = (more - less) / (sizes[1] - sizes[0])
-    return np.asarray(change) if np.isfinite(change).all() and change.any() else None
