@@ -184,6 +184,10 @@ def _rest(v: Data) -> float:
     return max((r["over_noise"] or 0.0 for r in v.get("remaining", {}).values()), default=0.0)
 
 
+TRIED = "what the best of all that was tried explains of the misfit"
+"""What a share is one of where more than noise is left."""
+
+
 def _certainty(f: Data, rest: float = 0.0) -> str:
     if f.get("answer") == "kind" and f.get("kind"):
         fit = f.get("law_fit")
@@ -199,7 +203,8 @@ def _certainty(f: Data, rest: float = 0.0) -> str:
         )
     share = f["share_of_misfit_explained"]
     part = much(share, 1, f.get("answer") == "exact") if share > ALMOST else _percent(share)
-    explained = f"it accounts for {part} of the misfit above the noise floor"
+    # the share is one of what the best of all that was tried explains
+    explained = f"it accounts for {part} of {TRIED if rest else 'the misfit above the noise floor'}"
     if f["effect"] == "unknown":
         close = [p for p in f["also_possible"] if not p.get("kind")]
         if f.get("answer") == "family":
@@ -213,7 +218,7 @@ def _certainty(f: Data, rest: float = 0.0) -> str:
             return "Nothing in the catalogue comes near; no name is given."
         return (
             f"No name is given. The best description, {_trial(close[0])}, accounts for "
-            f"{_percent(share)} of the misfit above the noise floor."
+            f"{_percent(share)} of {TRIED}."
         )
     fit = f.get("law_fit")
     law = "" if fit is None else f"; its law explains {_percent(fit)} of what its kind could there"

@@ -144,7 +144,7 @@ def test_kinds_of_an_unknown_that_look_alike() -> None:
     ]
     f = unknown(also_possible=alike, share_of_misfit_explained=0.23, answer="unknown")
     text = said(verdict("unknown_physics", f))
-    assert "The best description, creep at k, accounts for 23 %" in text
+    assert "The best description, creep at k, accounts for 23 % of what the best of all" in text
     assert (
         "these remain: a loss that depends on the flow at b; a ratio that is not constant at K."
         in text
