@@ -18,7 +18,8 @@ from identification.diagnosis.catalogue.words import formula, parameters
 from identification.diagnosis.screening.observation import scene
 from identification.diagnosis.screening.port_history import FittedModel
 from identification.estimation.single_record import fit
-from identification.study.problem import Data, Problem
+from identification.study.data import Data
+from identification.study.problem import Problem
 from tests.identification.diagnosis.effect_plants import coil, electrical, hydraulic
 
 IN_TIME = frozenset({

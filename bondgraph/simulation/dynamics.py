@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from itertools import pairwise
 from typing import Any
@@ -19,7 +19,7 @@ from bondgraph.simulation.first_order_hold import Blocks, blocks, continuous
 from bondgraph.simulation.law_rest import law_rest
 from bondgraph.simulation.located import DifferenceSteps, followed
 from bondgraph.simulation.lure import Compiled, exact_form
-from bondgraph.simulation.radau.native import prepare_general, run_general
+from bondgraph.simulation.radau.native import PreparedGeneral, prepare_general, run_general
 from bondgraph.simulation.radau.start import evaluated, relaxed_rest
 from bondgraph.simulation.radau.start import inputs_of as general_inputs
 from bondgraph.simulation.small_signal import SmallSignal, of_program, slopes_of_program
@@ -128,13 +128,19 @@ class Dynamics(ABC):
         *,
         every_substep: bool = False,
         memory: Memories | None = None,
+        after: bool = False,
     ) -> KernelRun:
-        """Run over inputs `u` (N, n_u) with their sub-step values `fine`, from `memory`."""
-        return self._run(ready, u, x0, fine=fine, every_substep=every_substep, memory=memory)
+        """Run over inputs `u` (N, n_u) with their sub-step values `fine`, from `memory`.
 
-    @staticmethod
+        Outputs are taken before inputs jump at a sample, or `after`; in a general model what jumps
+        with them is then that of small motions about the rest.
+        """
+        return self._run(
+            ready, u, x0, fine=fine, every_substep=every_substep, memory=memory, after=after
+        )
+
     @abstractmethod
-    def _run(ready: Any, u: Array, x0: Array, **options: Any) -> KernelRun: ...
+    def _run(self, ready: Any, u: Array, x0: Array, **options: Any) -> KernelRun: ...
 
     def followed(
         self,
@@ -147,6 +153,8 @@ class Dynamics(ABC):
         seen: KernelRun,
         reach: DifferenceSteps | None = None,
         accuracy: float = 1e-6,
+        *,
+        after: bool = False,
     ) -> tuple[Array, Array] | None:
         """Return readings followed to where laws jump, (N, n_y), and derivatives within `reach`.
 
@@ -155,7 +163,7 @@ class Dynamics(ABC):
         """
         if self.lure is None or not self.jumps or not np.isfinite(seen.s).all():
             return None
-        return followed(self.lure, p, u, step, x0, hold, memory, seen, reach, accuracy)
+        return followed(self.lure, p, u, step, x0, hold, memory, seen, reach, accuracy, after=after)
 
     @abstractmethod
     def spreads(self, p: Array, u: Array, step: float, x0: Array, n_sub: int, hold: str) -> Array:
@@ -252,8 +260,7 @@ class ExactDynamics(Dynamics):
     def _prepare(self) -> Callable[..., Any]:
         return partial(prepare, self.compiled)
 
-    @staticmethod
-    def _run(ready: Any, u: Array, x0: Array, **options: Any) -> KernelRun:
+    def _run(self, ready: Any, u: Array, x0: Array, **options: Any) -> KernelRun:
         return run_prepared(ready, u, x0, **options)
 
     def small_signal(self, p: Array, u: Array) -> SmallSignal:
@@ -329,9 +336,24 @@ class GeneralDynamics(Dynamics):
     def _prepare(self) -> Callable[..., Any]:
         return partial(prepare_general, self.program)
 
-    @staticmethod
-    def _run(ready: Any, u: Array, x0: Array, **options: Any) -> KernelRun:
-        return run_general(ready, u, x0, relaxed=options["memory"] is None, **options)
+    def _run(
+        self, ready: Any, u: Array, x0: Array, *, after: bool = False, **options: Any
+    ) -> KernelRun:
+        made = run_general(ready, u, x0, relaxed=options["memory"] is None, **options)
+        return self._jumped(ready, u, options["fine"], made) if after else made
+
+    def _jumped(self, ready: PreparedGeneral, u: Array, fine: Array, made: KernelRun) -> KernelRun:
+        """Add what the jumps of inputs make of outputs about the rest."""
+        n = u.shape[0] - 1
+        n_sub, rows = fine.shape[0] // max(n, 1), (made.y.shape[0] - 1) // max(n, 1)
+        jumps = np.concatenate([fine[n_sub::n_sub, 0], u[-1:]])[:n] - fine[n_sub - 1 :: n_sub, 1]
+        if not jumps.any():
+            return made
+        y, dy = made.y.copy(), made.dy.copy()
+        y[rows::rows] += jumps @ self.small_signal(ready.p, u[0]).d.T
+        for k, slope in enumerate(self.small_signal_slopes(ready.p, u[0], ready.directions)):
+            dy[rows::rows, :, k] += jumps @ slope.d.T
+        return replace(made, y=y, dy=dy)
 
     def small_signal(self, p: Array, u: Array) -> SmallSignal:
         """Linearise about the rest, laws and all; about the start where nothing rests."""

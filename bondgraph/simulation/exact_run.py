@@ -145,14 +145,16 @@ def run_prepared(
     *,
     every_substep: bool = False,
     memory: Memories | None = None,
+    after: bool = False,
 ) -> KernelRun:
     """Simulate inputs `u` (shape (N, n_u)) from state `x0`; `fine` are their sub-step values.
 
     With `every_substep` the result has ``(N - 1) * n_sub + 1`` rows instead of N. `memory` replaces
-    the virgin memory of the laws it names.
+    the virgin memory of the laws it names. Outputs are taken before inputs jump, or `after`.
     """
     u, fine, z = begun(ready, u, x0, hold, fine, memory)
-    return as_run(ready, *ready.march(fine, z, 1 if every_substep else ready.n_sub, u[0], True))
+    n_sub, last = 1 if every_substep else ready.n_sub, u[-1] if after else None
+    return as_run(ready, *ready.march(fine, z, n_sub, u[0], True, last))
 
 
 def begun(

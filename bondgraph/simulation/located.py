@@ -91,6 +91,8 @@ def followed(
     seen: KernelRun,
     reach: DifferenceSteps | None = None,
     accuracy: float = 1e-6,
+    *,
+    after: bool = False,
 ) -> tuple[Array, Array] | None:
     """Return the outputs of `located`, and their derivatives by central differences.
 
@@ -104,7 +106,7 @@ def followed(
     if not _can(compiled, hold):
         return None
     ladder = _Ladder(compiled, p, step, () if reach is None else tuple(reach.directions))
-    own, quiet = ladder.march(u, hold, memory), _quiet(compiled, seen)
+    own, quiet = ladder.march(u, hold, memory, after=after), _quiet(compiled, seen)
     found = _halved(compiled, own, x0, u.shape[0], quiet, accuracy, FOLLOWED)
     if found is None:
         return None
@@ -120,7 +122,9 @@ def followed(
 
     columns = []
     for k, h in enumerate(reach.by_p):
-        ends = [moved(ladder.march(u, hold, memory, (k, s * h)), x0) for s in (1.0, -1.0)]
+        ends = [
+            moved(ladder.march(u, hold, memory, (k, s * h), after=after), x0) for s in (1.0, -1.0)
+        ]
         columns.append((ends[0] - ends[1]) / (2.0 * h))
     for x, h in zip(np.diag(reach.by_x), reach.by_x, strict=True):
         columns.append((moved(own, x0 + x) - moved(own, x0 - x)) / (2.0 * h))
@@ -147,7 +151,13 @@ class _Ladder:
         self.halves = [(d.packed, d.derivative) for d in halves]
 
     def march(
-        self, u: Array, hold: str, memory: Memories | None, along: tuple[int, float] | None = None
+        self,
+        u: Array,
+        hold: str,
+        memory: Memories | None,
+        along: tuple[int, float] | None = None,
+        *,
+        after: bool = False,
     ) -> March:
         """Return what runs the record, one parameter moved `along` its direction if given."""
         runner = located_runner(self.compiled)
@@ -164,7 +174,10 @@ class _Ladder:
             inputs, fine, start = begun(plain, u, x0, hold, None, memory)
             if not within.ends.any():
                 within.ends[:] = start[:, 0]
-            return as_run(plain, *run(fine, start, 1, inputs[0], True, within, quiet))
+            return as_run(
+                plain,
+                *run(fine, start, 1, inputs[0], True, inputs[-1] if after else None, within, quiet),
+            )
 
         return marched
 

@@ -116,18 +116,19 @@ def _remembered(closed: ClosedLaws, response: list[ca.SX], n_m: int, change: ca.
 
 # -- running over a record -------------------------------------------------------------------
 
-March = Callable[[Array, Array, int, Array, bool], tuple[Array, Array, Array]]
+March = Callable[..., tuple[Array, Array, Array]]
 Packed = tuple[Array, Array]
 Runner = Callable[[Packed, Packed, Array, Array], March]
 
 
 def runner(compiled: Compiled, n_d: int) -> Runner:
-    """Return ``run(moving, standing, q, dq)(u, z, n_sub, before, begin) -> (y, laws, z)``.
+    """Return ``run(moving, standing, q, dq)(u, z, n_sub, before, begin, last) -> (y, laws, z)``.
 
     It has `n_d` directions. `moving` and `standing` are the matrices (n_M,) of a sub-step and of
     one of no length, which an input that jumps at a sample takes first, and their derivatives
     (n_M, n_d). With `begin` the first row is the state as it is given, laws solved. Shapes: u
-    (n_samples * n_sub, 2, n_u), before (n_u,): the inputs as they ended before; z (n_z, 1 + n_d),
+    (n_samples * n_sub, 2, n_u), before (n_u,): the inputs as they ended before; last (n_u,) or
+    None: those after the last sample, with which readings are taken after jumps; z (n_z, 1 + n_d),
     q (n_q,), dq (n_q, n_d); y (n_samples, n_y, 1 + n_d), laws (n_samples, 2 n_w): arguments and
     deviations. Threads may share a march.
     """
@@ -177,10 +178,18 @@ def _blocked_runner(lay: KernelLayout) -> Runner:
         late = np.hstack([np.zeros_like(dy), dy])
 
         def march(
-            u: Array, z: Array, n_sub: int, before: Array, begin: bool
+            u: Array,
+            z: Array,
+            n_sub: int,
+            before: Array,
+            begin: bool,
+            last: Array | None = None,
         ) -> tuple[Array, Array, Array]:
             v = u.reshape(u.shape[0], 2 * lay.n_u)
             y, x = blocked_record(phi, np.hstack([g0, g1]), cy, late, v, z[:, 0], n_sub)
+            if last is not None:
+                begun = np.concatenate([u[n_sub::n_sub, 0], last[None]])
+                y += (begun - u[n_sub - 1 :: n_sub, 1]) @ dy.T
             if begin:
                 y = np.concatenate([(cy @ z[:, 0] + dy @ before)[None], y])
             return y[:, :, None], np.empty((y.shape[0], 0)), x[:, None]
@@ -210,11 +219,11 @@ def _reordered(run: Runner, lay: KernelLayout, inner: KernelLayout, taken: Taken
         march = run(moving, standing, q, dq)
 
         def reordered(
-            u: Array, z: Array, n_sub: int, before: Array, begin: bool
+            u: Array, z: Array, n_sub: int, before: Array, begin: bool, last: Array | None = None
         ) -> tuple[Array, Array, Array]:
             carried = np.zeros((inner.n_z + len(plays), z.shape[1]))
             carried[inside] = z[outside]
-            y, seen, carried = march(u, carried, n_sub, before, begin)
+            y, seen, carried = march(u, carried, n_sub, before, begin, last)
             after = np.empty_like(z)
             after[outside] = carried[inside]
             return y, seen, after
@@ -240,7 +249,7 @@ def _located_runner(key: _Key) -> LocatedRunner | None:
 
 
 def located_runner(compiled: Compiled) -> LocatedRunner | None:
-    """Return ``run(moving, standing, q, dq, halves)(u, z, n_sub, before, begin, within)``.
+    """Return ``run(moving, standing, q, dq, halves)(u, z, n_sub, before, begin, last, within)``.
 
     It is that of `runner` without directions, its steps halved where they and their halves differ;
     `halves` are the matrices of steps of a half, a quarter and so on, `DEPTH` of them. None where
@@ -259,7 +268,7 @@ def _native_runner(
     native = ctypes.CDLL(str(march_library)).run_record
     native.restype = None
     addresses, numbers = ctypes.c_void_p, ctypes.c_longlong
-    native.argtypes = [addresses] * 3 + [numbers] * 9 + [addresses] * 17
+    native.argtypes = [addresses] * 4 + [numbers] * 9 + [addresses] * 17
     table = law_table(lay, laws, banks, code[0] if code else None)
     pointer = ctypes.POINTER(ctypes.c_double)
     width, each, blocks = 1 + lay.n_d, lanes_of(lay, banks), blocks_of(lay, banks)
@@ -311,19 +320,22 @@ def _native_runner(
             n_sub: int,
             before: Array,
             begin: bool,
+            last: Array | None = None,
             within: Within | None = None,
             quiet: Array = NONE,
         ) -> tuple[Array, Array, Array]:
             u, before = (np.ascontiguousarray(v, float) for v in (u, before))
             n = u.shape[0] // n_sub + begin
+            last = None if last is None else np.ascontiguousarray(last, float)
             carried = wide(z[: lay.n_z, 0], z[: lay.n_z, 1:], row)
             held = loaded(banks, filled, z[lay.n_z :], row)
             y, seen = np.empty((n, lay.n_y, width)), np.empty((n, 2 * lay.n_w))
             iw, work = (ctypes.c_longlong * sizes[0])(), np.empty(sizes[1])
             shape = (lay.n_x, lay.n_u, blocks, begin, n, n_sub, lay.n_y, width, lead)
             arg, res = (pointer * sizes[2])(), (pointer * sizes[3])()
+            inputs = at(u), at(before), None if last is None else at(last)
             native(
-                ctypes.byref(table), at(u), at(before), *shape, at_live, at(carried),
+                ctypes.byref(table), *inputs, *shape, at_live, at(carried),
                 *at_given, at(y), at(seen), iw, at(work), arg, res, *map(at, held),
                 *(() if within is None else (stride, *further(within, quiet))),
             )  # fmt: skip
@@ -369,14 +381,21 @@ def _machine_runner(step: ca.Function, lay: KernelLayout) -> Runner:
             return np.asarray(z_[:, -width:].full()), made
 
         def march(
-            u: Array, z: Array, n_sub: int, before: Array, begin: bool
+            u: Array,
+            z: Array,
+            n_sub: int,
+            before: Array,
+            begin: bool,
+            last: Array | None = None,
         ) -> tuple[Array, Array, Array]:
-            ended = np.concatenate([before[None], u[n_sub - 1 :: n_sub, 1]])[:-1]
-            jumps = n_sub * np.flatnonzero((u[::n_sub, 0] != ended)[:, acting].any(axis=1))
+            ended = np.concatenate([before[None], u[n_sub - 1 :: n_sub, 1]])
+            begun = np.concatenate([u[::n_sub, 0], ended[-1:] if last is None else last[None]])
+            seen = acting if last is None else np.ones_like(acting)
+            jumps = n_sub * np.flatnonzero((begun != ended)[:, seen].any(axis=1))
             jumps = np.repeat(jumps, 2)  # from far Newton's method gets twice the steps
             onward = np.ones(u.shape[0] + jumps.size, bool)
             onward[jumps + np.arange(jumps.size)] = False
-            u = np.insert(u, jumps, u[jumps][:, [0, 0]], axis=0)
+            u = np.insert(u, jumps, begun[jumps // n_sub][:, None, :].repeat(2, axis=1), axis=0)
             if begin:
                 start = np.broadcast_to(before, (2, 2, before.size))
                 u, onward = np.concatenate([start, u]), np.concatenate([[False, False], onward])
@@ -385,7 +404,11 @@ def _machine_runner(step: ca.Function, lay: KernelLayout) -> Runner:
                 part = slice(k, k + (chunk if onward.size - k >= chunk else 1))
                 z, out[part] = taken(~onward[part], z, u[part, 0], u[part, 1])
                 k = part.stop
-            kept = out[onward][n_sub - 1 :: n_sub]
+            ends = np.flatnonzero(onward)[n_sub - 1 :: n_sub]
+            if last is not None:  # two steps of no length follow where inputs jump
+                follow = np.append(~onward, False)[ends + 1]
+                ends = ends + 2 * follow
+            kept = out[ends]
             out = np.concatenate([out[1:2], kept]) if begin else kept
             return out[:, : lay.n_y], out[:, lay.n_y :, 0], z
 

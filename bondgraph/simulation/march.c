@@ -165,9 +165,51 @@ static int gone_on(place_t* p, row_block* z, row_block* kept, casadi_int n, casa
 }
 #endif
 
+/* whether any input is another one */
+static int differ(const double* one, const double* other, casadi_int n) {
+  casadi_int k;
+  for (k = 0; k < n; ++k)
+    if (one[k] != other[k]) return 1;
+  return 0;
+}
+
+/* what readings are made of: matrices behind CY of a step, their slopes, which of these are live */
+typedef struct {
+  const double *m, *u, *x, *w;
+  const row_block *d, *z, *w1;
+  const casadi_int* live;
+  casadi_int NX, NU, NW, NB, n_y, lead, width;
+} readings_t;
+
+/* readings of a sample under inputs u, with their slopes */
+static void readings(readings_t r, double* y) {
+  const casadi_int NX = r.NX, NU = r.NU, NB = r.NB, n_y = r.n_y, DY = n_y * NX;
+  const row_block* d = r.d;
+  const casadi_int lead = r.lead;
+  row_block out[NB];
+  casadi_int b, i, j, k;
+  for (i = 0; i < n_y; ++i) {
+    for (b = 0; b < NB; ++b) {
+      row_block a = {0};
+      for (j = 0; j < NX; ++j) a += r.m[i + n_y * j] * r.z[j * NB + b];
+      for (k = 0; k < r.NW; ++k) a += r.m[DY + i + n_y * (NU + k)] * r.w1[k * NB + b];
+      if (b < lead) {
+        for (k = 0; k < NU; ++k) a += D(DY + i + n_y * k) * r.u[k];
+        if (r.live[6]) for (j = 0; j < NX; ++j) a += D(i + n_y * j) * r.x[j];
+        if (r.live[7]) for (k = 0; k < r.NW; ++k) a += D(DY + i + n_y * (NU + k)) * r.w[k];
+      }
+      out[b] = a;
+    }
+    memcpy(y, out, r.width * sizeof(double));
+    y += r.width;
+  }
+}
+
 /* NX states, NU inputs, rows of NB blocks; `standing` are the matrices of a step of no length; with
-   `begin` the first sample is such a step under the inputs `before` */
-void run_record(const laws_t* laws, const double* u, const double* before, casadi_int NX,
+   `begin` the first sample is such a step under the inputs `before`; with inputs `last`, those
+   after all samples, readings are taken after what jumps at their samples */
+void run_record(const laws_t* laws, const double* u, const double* before, const double* last,
+                casadi_int NX,
                 casadi_int NU, casadi_int NB, casadi_int begin, casadi_int n_samples,
                 casadi_int n_sub, casadi_int n_y, casadi_int width, casadi_int lead,
                 const casadi_int* live, double* carried, const double* moving,
@@ -187,7 +229,7 @@ void run_record(const laws_t* laws, const double* u, const double* before, casad
   row_block* z = (row_block*)carried;
   const double* m = moving;
   const row_block* d = (const row_block*)slopes_of_moving;
-  row_block x1[(NX + 1) * NB], s[(NW + 1) * NB], w1[(NW + 1) * NB], m1[(NM + 1) * NB], out[NB];
+  row_block x1[(NX + 1) * NB], s[(NW + 1) * NB], w1[(NW + 1) * NB], m1[(NM + 1) * NB];
   double x[NX + 1], free_[NW + 1], w[NW + 1], w_new[NW + 1], memory[NM + 1], memory_new[NM + 1];
   bank_t banks[NBANKS + 1];
 #if SLOPES
@@ -197,6 +239,11 @@ void run_record(const laws_t* laws, const double* u, const double* before, casad
   row_block alone[NW + 1];
 #endif
   casadi_int sample, sub, b, i, j, k;
+#define READ(inputs, to) do { \
+    for (i = 0; i < NX; ++i) x[i] = VALUE(z, i); \
+    readings((readings_t){m + CY, inputs, x, w_new, d + CY * lead, z, w1, live, NX, NU, NW, NB, \
+                          n_y, lead, width}, to); \
+  } while (0)
 #if LOCATED
   const casadi_int NZ = NX + NW + NM;
   row_block kept[2 * NZ * NB];
@@ -205,11 +252,18 @@ void run_record(const laws_t* laws, const double* u, const double* before, casad
 #endif
   for (i = 0; i < NBANKS; ++i)
     opened(banks + i, laws->bank_stops[i], plays + 2 * i, NB, &numbers, &rows);
-  for (sample = 0; sample < n_samples; ++sample) {
+  for (sample = 0; sample < n_samples + (last != NULL); ++sample) {
     /* a jump is a step of its own, of no length: laws begin the next one with what it makes */
-    const int first = begin && !sample;
+    const int first = begin && !sample, over = sample == n_samples;
+    if (over) u = last;
+    int late = last && sample && differ(u, before, NU);
+    const double* begun = u;
     const int jump = first || (NW && jumped(u, before, moving + DS, NU, NW));
-    for (sub = -jump; sub < (first ? 0 : n_sub); ++sub) {
+    for (sub = -jump; sub < (first || over ? 0 : n_sub); ++sub) {
+      if (late && !sub) {
+        READ(begun, y - n_y * width);
+        late = 0;
+      }
       const double *u0 = first ? before : u, *u1 = sub < 0 ? u0 : u + NU;
       m = sub < 0 ? standing : moving;
       d = (const row_block*)(sub < 0 ? slopes_of_standing : slopes_of_moving);
@@ -354,24 +408,13 @@ void run_record(const laws_t* laws, const double* u, const double* before, casad
 #endif
       if (sub >= 0) u += 2 * NU;
     }
-    if (!first) before = u - NU;
-    const double* u1 = before;
-    for (i = 0; i < NX; ++i) x[i] = VALUE(z, i);
-    for (i = 0; i < n_y; ++i) {
-      for (b = 0; b < NB; ++b) {
-        row_block a = {0};
-        for (j = 0; j < NX; ++j) a += m[CY + i + n_y * j] * z[j * NB + b];
-        for (k = 0; k < NW; ++k) a += m[DY + i + n_y * (NU + k)] * w1[k * NB + b];
-        if (b < lead) {
-          for (k = 0; k < NU; ++k) a += D(DY + i + n_y * k) * u1[k];
-          if (live[6]) for (j = 0; j < NX; ++j) a += D(CY + i + n_y * j) * x[j];
-          if (live[7]) for (k = 0; k < NW; ++k) a += D(DY + i + n_y * (NU + k)) * w_new[k];
-        }
-        out[b] = a;
-      }
-      memcpy(y, out, width * sizeof(double));
-      y += width;
+    if (over) {
+      if (late) READ(begun, y - n_y * width);
+      break;
     }
+    if (!first) before = u - NU;
+    READ(before, y);
+    y += n_y * width;
     for (j = 0; j < NW; ++j) seen[j] = VALUE(s, j);
     for (j = 0; j < NW; ++j) seen[NW + j] = w_new[j];
     seen += 2 * NW;

@@ -73,9 +73,11 @@ def add_diagnosis_options(
         "--effects", type=positive, default=None, metavar="N",
         help="look for at most N effects, one after the other",
     )  # fmt: skip
-    read.add_argument("--hold", choices=("hold", "linear", "band-limited"), default=None,
-                      help="commands between samples: hold as of a converter, linear, band-limited "
-                      "(default: what fits best)")  # fmt: skip
+    read.add_argument(
+        "--hold", choices=("hold", "hold-after", "linear", "band-limited"), default=None,
+        help="commands between samples: hold as of a converter (-after: readings come after its "
+        "step), linear, band-limited (default: what fits best)",
+    )  # fmt: skip
     read.add_argument(
         "--noise", action="append", default=[], metavar="SENSOR=VALUE",
         help="standard deviation of a sensor's noise where it is known, SI or with a unit, such as "

@@ -32,10 +32,12 @@ def add_study_options(p: argparse.ArgumentParser) -> None:
     p.add_argument("recordings", nargs="+", metavar="RECORDING", help="files or known recordings")
     read.add_argument("--model", required=True, help=MODEL)
     add_reading(read)
-    read.add_argument("--hold", choices=("hold", "linear", "band-limited", "estimate"),
-                      default=None,
-                      help="commands between samples: hold as of a converter, linear, "
-                      "band-limited, or what fits best (the default)")  # fmt: skip
+    read.add_argument(
+        "--hold", choices=("hold", "hold-after", "linear", "band-limited", "estimate"),
+        default=None,
+        help="commands between samples: hold as of a converter (-after: readings come after its "
+        "step), linear, band-limited, or what fits best (the default)",
+    )  # fmt: skip
     read.add_argument("--noise", choices=("white", "coloured"), default="white",
                       help="of the readings (default: %(default)s)")  # fmt: skip
     add_several(read, "--validate", "RECORDING", [], "recordings only judged")

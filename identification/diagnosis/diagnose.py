@@ -76,7 +76,7 @@ from identification.estimation.leaning import Leaning, leanings
 from identification.estimation.levenberg_marquardt import FitStatus
 from identification.estimation.single_record import Fit
 from identification.estimation.threads import calm
-from identification.study.problem import Data
+from identification.study.data import Data
 from identification.study.study import Study
 from identification.uncertainty.tied import Tied
 

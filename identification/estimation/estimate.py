@@ -36,6 +36,7 @@ from identification.estimation.settling import carried_setting, same_setting, se
 from identification.estimation.threads import calm
 from identification.study.factors import drives
 from identification.study.joint import JointPoint, JointProblem, held_out_states
+from identification.study.read_after import BEHAVIOURS, READ_AFTER
 from identification.study.residual import ResidualEvaluation, evaluate
 from identification.study.study import ESTIMATED, SettledSetting, Study
 
@@ -97,7 +98,7 @@ def estimate(
     begin = time.perf_counter()
     chosen = _method(method, optimiser, linear_solver)
     optimiser = optimiser or chosen.optimisers[0]
-    chosen.check(study)
+    _check(study, chosen)
     say = progress or (lambda text, fraction: None)
 
     def report(iteration: int, cost: float) -> None:
@@ -154,27 +155,42 @@ def _going(solution: MethodSolution) -> bool:
     return solution.status in (FitStatus.CONVERGED, FitStatus.NO_PROGRESS)
 
 
+def _check(study: Study, method: Method) -> None:
+    if study.hold == READ_AFTER and not method.reads_after:
+        able = " or ".join(f"{n!r}" for n, m in METHODS.items() if m.reads_after)
+        raise UnusableInput(
+            f"{method.name} takes readings before the step of a held command, but hold = "
+            f"{READ_AFTER!r}; use method={able}"
+        )
+    method.check(study)
+
+
 Made = tuple[SettledSetting, JointProblem, MethodSolution]
 Settled = tuple[SettledSetting, JointProblem, MethodSolution, tuple[str, ...]]
 
 
 def _with_best_hold(
-    study: Study, method: Method, options: FitOptions, start: Estimation | JointPoint | None
+    study: Study,
+    method: Method,
+    options: FitOptions,
+    start: Estimation | JointPoint | None,
+    holds: Sequence[str] = BEHAVIOURS,
 ) -> Settled:
-    """Fit with the usual behaviour between samples; anew where another is clearly better."""
+    """Fit with the usual behaviour between samples; anew where another of `holds` is better."""
+    holds = holds if method.reads_after else HOLDS
     if study.hold != ESTIMATED:
         return (*_settled(study, method, options, start), ())
     if method.hears_noise and start is None:
         # a filter explains a wrong command by noise: free runs choose
         free_run = METHODS["single_shooting"]
-        heard = _with_best_hold(study, free_run, replace(options, report=None), None)
+        heard = _with_best_hold(study, free_run, replace(options, report=None), None, holds)
         return (*_settled(study, method, options, None, heard[0].hold), heard[3])
     first = None if isinstance(start, Estimation) else _usual(study)
     made = _settled(study, method, options, start, first)
     costs: dict[str, float] = {}
     with suppress(KeyboardInterrupt):
         known = isinstance(start, Estimation)
-        costs = {} if known else _costs_of_holds(study, method, options, *made)
+        costs = {} if known else _costs_of_holds(study, method, options, holds, *made)
     own = made[0].hold
     if costs and (hold := chosen(costs, own)) != own:
         again = _settled(study, method, options, start, hold)
@@ -190,8 +206,7 @@ def _usual(study: Study) -> str | None:
     """Return how the commands of a study usually behave, if they are not linear."""
     names = [s.name for s in drives(study.graph)]
     hold = usual(r[n] for r in study.recordings for n in names if n in r.channels)
-    rates = study.problem(0, study.first_setting).dynamics.input_rates
-    return hold if hold in possible(("hold",), rates) else None
+    return hold if hold in possible(("hold",), study.problem(0, study.first_setting)) else None
 
 
 def _least_late(
@@ -236,13 +251,17 @@ def _late(made: Made) -> float:
     return lateness(stack, solution.evaluations or stack.evaluate(solution.point), solution.point)
 
 
-_HOLD_WORDS = {"linear": "linear", "hold": "held constant", "band-limited": "band-limited"}
+_HOLD_WORDS = {
+    "linear": "linear", "hold": "held constant", "band-limited": "band-limited",
+    READ_AFTER: "held constant, with readings taken after their steps,",
+}  # fmt: skip
 
 
 def _costs_of_holds(
     study: Study,
     method: Method,
     options: FitOptions,
+    holds: Sequence[str],
     setting: SettledSetting,
     stack: JointProblem,
     solution: MethodSolution,
@@ -255,8 +274,7 @@ def _costs_of_holds(
     if not (_going(solution) or ended):
         return {}  # a wrong behaviour may be why it did not converge
     costs: dict[str, float] = {}
-    rates = [n for p in stack.problems for n in p.dynamics.input_rates]
-    for hold in possible(HOLDS, rates):
+    for hold in possible(holds, *stack.problems):
         steps = _at_least(setting.n_fine, hold)
         if solution.readings is not None:  # no free run: the method itself has to say
             trial = replace(

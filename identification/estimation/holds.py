@@ -12,6 +12,8 @@ from identification.estimation.estimates import Estimate
 from identification.report.numbers import quantity
 from identification.report.words import listed
 from identification.study.joint import JointPoint, JointProblem
+from identification.study.problem import Problem
+from identification.study.read_after import READ_AFTER
 from identification.study.residual import ResidualEvaluation, slots
 
 CLEARLY = 0.97
@@ -21,21 +23,22 @@ UNSURE = 4.0
 """Squared standard errors by which delays of one behaviour have to be less than of another."""
 
 
-def possible(holds: Iterable[str], input_rates: Iterable[str]) -> tuple[str, ...]:
+def possible(holds: Iterable[str], *problems: Problem) -> tuple[str, ...]:
     """Return behaviours that a model allows: an input that jumps has no rate.
+
+    Before or after a step is the same to a reading that does not jump with it.
 
     Parameters
     ----------
-    input_rates : iterable of str
-        Rates of inputs that the equations need.
-
-    Examples
-    --------
-    >>> possible(("linear", "hold"), ("d_F",))
-    ('linear',)
+    holds : iterable of str
+        Of `identification.study.read_after.BEHAVIOURS`.
     """
-    jumps = not tuple(input_rates)
-    return tuple(h for h in holds if jumps or h != "hold")
+    holds, none = tuple(holds), set[str]()
+    if any(p.dynamics.input_rates for p in problems):
+        none = {"hold", READ_AFTER}
+    elif READ_AFTER in holds and not any(p.passing.any() for p in problems):
+        none = {READ_AFTER}
+    return tuple(h for h in holds if h not in none)
 
 
 def tied(costs: Mapping[str, float]) -> tuple[str, ...]:

@@ -341,6 +341,9 @@ def _bounds(problem: Problem) -> tuple[Array, Array]:
         lower[i], upper[i] = f.bounds()
     lag = NUISANCE_LAG if problem.fits_lags else 0.0
     lower[at.lags], upper[at.lags] = -lag, lag
+    if problem.data.reads_after:  # what has jumped at its sample is not late by a part of one
+        jumping = at.lags.start + np.flatnonzero(problem.passing)
+        lower[jumping] = upper[jumping] = 0.0
     for name, outputs in problem.delays.items():
         if name not in problem.skews:
             for c in outputs:  # a declared dead time takes the place of the nuisance

@@ -187,6 +187,7 @@ def evaluate(
             problem.fine_inputs(w),
             every_substep=bool(problem.delays),
             memory=time_memories(problem, w.start),
+            after=data.reads_after,
         )
         own = slopes if derivatives else None
         run = _followed(problem, p, w, x0, run, own if by_parameters else slopes[:0])
@@ -250,7 +251,8 @@ def _followed(
         reach = DifferenceSteps(problem.directions[: by_p.size], by_p, SMALL * problem.state_scale)
     accuracy = float(np.clip(FINE * np.min(data.floor / offset_scale(problem)), *ACCURACY))
     found = dynamics.followed(
-        p, problem.inputs[w], data.step(w), x0, data.hold, memory, run, reach, accuracy
+        p, problem.inputs[w], data.step(w), x0, data.between, memory, run, reach, accuracy,
+        after=data.reads_after,
     )  # fmt: skip
     if found is None:
         return run

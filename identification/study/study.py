@@ -17,7 +17,6 @@ from bondgraph.graph.sensors import Sensor
 from bondgraph.signals.files.checks import map_argument
 from bondgraph.signals.recording import Recording, Split
 from bondgraph.simulation.dynamics import Dynamics
-from bondgraph.simulation.start import HOLDS
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import UnusableInput, real_number, require_known, unknown_name
 from bondgraph.support.html import html_table
@@ -34,12 +33,14 @@ from identification.study.admission import (
 )
 from identification.study.calibration import gain_prior, gains_of
 from identification.study.channel_names import renamed, unread
+from identification.study.data import Data, data_for
 from identification.study.factors import drives, with_gains
 from identification.study.free_parameters import varied
 from identification.study.joint import JointProblem, stack_of
 from identification.study.noise_floor import noise_floor
-from identification.study.problem import Data, Problem, data_for
+from identification.study.problem import Problem
 from identification.study.process_noise import ProcessNoise, admit_process_noise, diffusion_at
+from identification.study.read_after import BEHAVIOURS
 from identification.study.scaled import free_parameter
 from identification.study.specification import Nuisances, Vary
 from identification.study.turns import Turn, in_turn, straight_graph, straight_recording, turns_of
@@ -222,7 +223,7 @@ class Study:
             raise UnusableInput(
                 f"{self.graph.name} has no sensor: add De, Df or Dq where the recording measures"
             )
-        require_known("inter-sample behaviour", "Study", (*HOLDS, ESTIMATED), self.hold)
+        require_known("inter-sample behaviour", "Study", (*BEHAVIOURS, ESTIMATED), self.hold)
         if isinstance(self.noise, str) and self.noise not in NOISES:
             raise unknown_name("noise", self.noise, "Study", NOISES)
         if isinstance(self.initial, str) and self.initial not in INITIALS:

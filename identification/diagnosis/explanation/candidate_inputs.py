@@ -15,7 +15,7 @@ from identification.experiments.design.loops import through
 from identification.experiments.design.signal import Signal
 from identification.experiments.design.steps import staircase
 from identification.experiments.design.sweep import sweep
-from identification.study.problem import Data
+from identification.study.data import Data
 
 LOOPS = 3
 SINES = 4

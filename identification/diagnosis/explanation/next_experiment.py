@@ -90,7 +90,7 @@ class _Rival:
         """Return readings (N, n) and their derivatives by scaled parameters and lags (N, n, k)."""
         problem = self.fit.problem
         u = self.dynamics.inputs(commands, problem.data.time)
-        fine = self.dynamics.fine_inputs(u, problem.steps, problem.data.hold)
+        fine = self.dynamics.fine_inputs(u, problem.steps, problem.data.between)
         x0 = self.dynamics.rest(_vector(self.fit, self.dynamics), u[0])
         made = self.dynamics.run(self.ready, u, x0, fine, every_substep=bool(problem.delays))
         seen = read_out(problem, made, self.fit.point.theta, derivatives=True)

@@ -18,7 +18,7 @@ from identification.diagnosis.search.material import Material
 from identification.estimation.cautions import rough_rates
 from identification.estimation.single_record import Fit, alone
 from identification.report.words import listed, spaced
-from identification.study.problem import Data
+from identification.study.data import Data
 from identification.uncertainty.fitted import fitted
 from identification.uncertainty.postflight import practical_of
 from identification.uncertainty.practical import Practical

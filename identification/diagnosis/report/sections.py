@@ -43,7 +43,7 @@ from identification.report import html
 from identification.report.numbers import interval, percent, quantity
 from identification.report.style import BAD, GOOD, SOFT
 from identification.report.words import gathered, spaced, stopped
-from identification.study.problem import Data
+from identification.study.data import Data
 from identification.uncertainty.tied import remark_on
 
 BADGES = {

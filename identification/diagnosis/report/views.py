@@ -12,7 +12,7 @@ from identification.diagnosis.report.found import after_of
 from identification.estimation.single_record import Fit
 from identification.report.numbers import unit_of_level
 from identification.report.traces import span
-from identification.study.problem import Data
+from identification.study.data import Data
 
 
 @dataclass(frozen=True)

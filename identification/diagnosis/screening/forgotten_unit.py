@@ -18,7 +18,7 @@ from bondgraph.support.arrays import Array
 from identification.estimation.single_record import Fit
 from identification.estimation.threads import calm
 from identification.report.words import listed
-from identification.study.problem import Data
+from identification.study.data import Data
 from identification.study.residual import evaluate, slots
 
 STEP = 1e-5

@@ -169,7 +169,7 @@ def _observe_exact(nominal: Fit, wanted: list[str]) -> dict[str, Array]:
     dynamics, states = problem.dynamics, nominal.point.states
 
     def fine(u: Array) -> Array:
-        return dynamics.fine_inputs(u, problem.steps, problem.data.hold)
+        return dynamics.fine_inputs(u, problem.steps, problem.data.between)
 
     return observed(problem, dynamics, p, problem.inputs, states, wanted, fine)
 
@@ -248,7 +248,7 @@ def _observe_with_sensors(nominal: Fit, watched: dict[str, tuple[str, str]]) -> 
     trace = np.full((problem.data.n, len(sensors)), np.nan)
     u = dynamics.inputs(problem.data.commands, problem.data.time, problem.data.starts)
     for w, start in zip(windows(problem), x0, strict=True):
-        fine = dynamics.fine_inputs(u[w], problem.n_sub, problem.data.hold)
+        fine = dynamics.fine_inputs(u[w], problem.n_sub, problem.data.between)
         memory = time_memories(problem, w.start)
         run = dynamics.run(ready(problem.data.step(w)), u[w], start, fine, memory=memory)
         trace[w] = run.y[:, : len(sensors)]

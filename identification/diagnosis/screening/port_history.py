@@ -14,7 +14,7 @@ from bondgraph.support.arrays import Array
 
 if TYPE_CHECKING:  # the catalogue is listed without loading what fits
     from identification.estimation.single_record import Fit
-    from identification.study.problem import Data
+    from identification.study.data import Data
 
 
 @dataclass(frozen=True, eq=False)

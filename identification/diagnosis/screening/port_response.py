@@ -137,7 +137,7 @@ class Probes:
             step = problem.data.step(w)
             run: KernelRun = self.dynamics.run(
                 self._ready(step), u[w], x0, self.fine(u[w]), every_substep=bool(problem.delays),
-                memory=time_memories(problem, w.start),
+                memory=time_memories(problem, w.start), after=problem.data.reads_after,
             )  # fmt: skip
             theta, stretch = self.fit.point.theta, problem.data.dt / step
             y[w] = read_out(problem, run, theta, derivatives=False, stretch=stretch).y
@@ -145,7 +145,7 @@ class Probes:
 
     def fine(self, u: Array) -> Array:
         """Return inputs at both ends of each sub-step; additions run straight in any case."""
-        steps, hold = self.problem.steps, self.problem.data.hold
+        steps, hold = self.problem.steps, self.problem.data.between
         made = self.dynamics.fine_inputs(u, steps, hold)
         if hold == "linear":
             return made
@@ -266,7 +266,9 @@ class Probes:
             fine = (
                 self.dynamics.fine_inputs(u, problem.steps, "linear") if straight else self.fine(u)
             )
-            run = self.dynamics.run(self._ready(h), u, np.zeros(self.dynamics.n_x), fine)
+            run = self.dynamics.run(
+                self._ready(h), u, np.zeros(self.dynamics.n_x), fine, after=problem.data.reads_after
+            )
             y = run.y[:, :n_y].copy()
             lags = output_delays(problem, self.fit.point.theta) * (problem.data.dt / h)
             for c in np.flatnonzero(lags):

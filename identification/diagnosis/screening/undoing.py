@@ -22,8 +22,8 @@ from identification.diagnosis.screening.forgotten_unit import plainly
 from identification.diagnosis.screening.usual_units import named
 from identification.report.numbers import times_noise
 from identification.report.words import listed
+from identification.study.data import Data
 from identification.study.noise_floor import noise_floor
-from identification.study.problem import Data
 
 Commands = Mapping[str, Array]
 

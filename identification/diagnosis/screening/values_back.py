@@ -33,7 +33,7 @@ from identification.diagnosis.screening.usual_units import conversions
 from identification.estimation.levenberg_marquardt import FitStatus
 from identification.estimation.single_record import Fit
 from identification.estimation.threads import calm
-from identification.study.problem import Data
+from identification.study.data import Data
 
 SEVERAL = 2
 """Values that are far off at least: a single one may be declared wrongly."""

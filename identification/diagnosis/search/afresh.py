@@ -54,7 +54,7 @@ def _afresh(trial: Candidate, options: DiagnosisOptions) -> Candidate:
     plainly = resting(plainly) if old.dynamics.jumps else plainly
     fitted = {n: trial.fit.values[n] for n in trial.insertion.strengths}
     short: list[Fit] = []
-    for hold in possible(options.holds, old.dynamics.input_rates):
+    for hold in possible(options.holds, old):
         posed = replace(
             plainly, data=replace(old.data, hold=hold), n_sub=4 if hold == "band-limited" else 1
         )

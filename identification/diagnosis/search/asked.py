@@ -22,10 +22,11 @@ from identification.estimation.cautions import miscalibrated
 from identification.estimation.methods import METHODS
 from identification.estimation.single_record import Fit
 from identification.study.admission import distinct_names
+from identification.study.data import Data, require_channels
 from identification.study.factors import drives
 from identification.study.free_parameters import idle
 from identification.study.joined import between_samples, picked
-from identification.study.problem import Data, Problem, require_channels
+from identification.study.problem import Problem
 from identification.study.residual import windows
 from identification.study.scaled import Free
 from identification.study.specification import Vary

@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 from joblib import Parallel, delayed
 
-from bondgraph.simulation.start import HOLDS
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import BondsightError
 from bondgraph.support.parallel import results
@@ -46,8 +45,10 @@ from identification.estimation.sub_steps import (
 from identification.estimation.threads import calm
 from identification.report.numbers import times_noise
 from identification.statistics.blocks import block_means
+from identification.study.data import Data
 from identification.study.factors import stated_gains
-from identification.study.problem import Data, Problem
+from identification.study.problem import Problem
+from identification.study.read_after import BEHAVIOURS
 from identification.study.residual import Point, start_point
 
 BLOCKS = 40
@@ -158,7 +159,7 @@ class DiagnosisOptions:
     effects: int = 3
     without: tuple[str, ...] = ()
     extra: tuple[Effect, ...] = ()
-    holds: tuple[str, ...] = tuple(HOLDS)
+    holds: tuple[str, ...] = BEHAVIOURS
 
     @property
     def catalogue(self) -> tuple[Effect, ...]:
@@ -454,7 +455,7 @@ def finished(trials: Sequence[Candidate], options: DiagnosisOptions) -> list[Can
     return list(Parallel(n_jobs=options.jobs)(work))
 
 
-def finish(trial: Candidate, iterations: int, holds: Sequence[str] = tuple(HOLDS)) -> Candidate:
+def finish(trial: Candidate, iterations: int, holds: Sequence[str] = BEHAVIOURS) -> Candidate:
     """Go on from where the search stopped."""
     try:
         # a new start may still lead on from where a descent crept, but not where it was stuck

@@ -17,7 +17,8 @@ from identification.estimation.sub_steps import finest_of, settled_fit, tried_fr
 from identification.estimation.threads import calm
 from identification.report.numbers import quantity
 from identification.study.problem import Problem
-from identification.study.residual import evaluate
+from identification.study.read_after import READ_AFTER
+from identification.study.residual import Point, evaluate, slots
 
 
 def with_best_hold(result: Fit, iterations: int, holds: Sequence[str]) -> Fit:
@@ -29,16 +30,17 @@ def with_best_hold(result: Fit, iterations: int, holds: Sequence[str]) -> Fit:
     best = result
     if not _moves(result):
         return result  # the ends of the record alone would choose
-    for hold in possible(holds, result.problem.dynamics.input_rates):
+    for hold in possible(holds, result.problem):
         if hold == result.problem.data.hold:
             continue
         problem = _otherwise_held(result, hold, best.problem.n_sub)
-        cost = evaluate(problem, best.point, derivatives=False, scored=True).cost
+        begun = point_under(best, hold)
+        cost = evaluate(problem, begun, derivatives=False, scored=True).cost
         if not np.isfinite(cost) or abs(cost - best.cost) < 0.02 * best.cost:
             continue
         try:
             # half a sample more or less is made up for in a few steps, or the behaviour is wrong
-            other = tried_from(problem, best.point, FIRST)
+            other = tried_from(problem, begun, FIRST)
             if other.status is FitStatus.BROKEN or not rather(other, best):
                 continue
             other = settled_fit(problem, iterations, other.point)
@@ -47,6 +49,19 @@ def with_best_hold(result: Fit, iterations: int, holds: Sequence[str]) -> Fit:
         if other.status is not FitStatus.BROKEN and rather(other, best):
             best = other
     return best
+
+
+def point_under(result: Fit, hold: str) -> Point:
+    """Return where a fit under another behaviour begins.
+
+    Delays that have made up for readings before or after a step are none there: a reading that
+    jumps has a wrong minimum at some part of a sample.
+    """
+    if READ_AFTER not in (hold, result.problem.data.hold):
+        return result.point
+    theta = result.point.theta.copy()
+    theta[slots(result.problem).lags] = 0.0
+    return replace(result.point, theta=theta)
 
 
 def _moves(result: Fit) -> bool:
@@ -85,7 +100,7 @@ def hold_margin(result: Fit, holds: Collection[str]) -> str:
     holds : collection of str
         Behaviours that were possible.
     """
-    own, holds = result.problem.data.hold, possible(holds, result.problem.dynamics.input_rates)
+    own, holds = result.problem.data.hold, possible(holds, result.problem)
     others = [h for h in holds if h != own]
     if not others:
         return "as given"

@@ -15,10 +15,10 @@ from bondgraph.signals.wrapping import wrap_period
 from bondgraph.support.errors import UnusableInput, unknown_name
 from identification.diagnosis.screening.mixups import stuck
 from identification.diagnosis.search.asked import Asked
+from identification.study.data import Data, data_for
 from identification.study.factors import drives
 from identification.study.joined import joined, split_of
 from identification.study.noise_floor import declared_noise, read_noise
-from identification.study.problem import Data, data_for
 from identification.study.turns import in_turn
 
 

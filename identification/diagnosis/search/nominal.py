@@ -11,17 +11,18 @@ from scipy.linalg import eig
 from bondgraph.graph.bond_graph import BondGraph
 from bondgraph.signals.recording import Split
 from bondgraph.signals.split import interleaved, stretches
-from bondgraph.simulation.start import HOLDS
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import BondsightError
 from identification.diagnosis.localisation.structural_classes import linear_part
-from identification.diagnosis.search.hold_choice import A_LITTLE, likeliest
+from identification.diagnosis.search.hold_choice import A_LITTLE, likeliest, point_under
 from identification.diagnosis.search.windowed import through_windows
 from identification.estimation.holds import possible
 from identification.estimation.levenberg_marquardt import FitStatus
 from identification.estimation.single_record import Fit, best, fit
 from identification.estimation.sub_steps import FINEST, fit_from, settled_fit
-from identification.study.problem import Data, Problem
+from identification.study.data import Data
+from identification.study.problem import Problem
+from identification.study.read_after import BEHAVIOURS
 from identification.study.residual import evaluate
 
 
@@ -68,7 +69,7 @@ def nominal_fit(
         result = revived(result)
         return result.problem, result
     fits = {data.hold: result}
-    for h in possible(HOLDS, base.dynamics.input_rates):
+    for h in possible(BEHAVIOURS, base):
         if h not in fits and _shows(result, h, base.n_sub):
             fits[h] = _held(result, h, base.n_sub)
     # a converter holds; every law that is fitted later chooses again
@@ -207,7 +208,8 @@ def _with_hold(result: Fit, hold: str, n_sub: int) -> Problem:
 
 
 def _held(result: Fit, hold: str, n_sub: int) -> Fit:
-    return _fine(fit(_with_hold(result, hold, n_sub), start=result.point, max_iterations=25))
+    problem, begun = _with_hold(result, hold, n_sub), point_under(result, hold)
+    return _fine(fit(problem, start=begun, max_iterations=25))
 
 
 def _fine(result: Fit) -> Fit:
@@ -220,7 +222,7 @@ def _fine(result: Fit) -> Fit:
 def _shows(result: Fit, hold: str, n_sub: int) -> bool:
     """Whether another behaviour between samples changes the misfit at all."""
     problem = _with_hold(result, hold, n_sub)
-    cost = evaluate(problem, result.point, derivatives=False, scored=True).cost
+    cost = evaluate(problem, point_under(result, hold), derivatives=False, scored=True).cost
     # what a refit can gain is bounded by how much the misfit moves
     return np.isfinite(cost) and abs(cost - result.cost) > A_LITTLE * result.cost
 

@@ -9,7 +9,7 @@ from identification.diagnosis.catalogue.measurement.grid_step import quantisatio
 from identification.diagnosis.evidence.answer import Decision
 from identification.diagnosis.evidence.remaining import Remaining
 from identification.report.numbers import quantity
-from identification.study.problem import Data
+from identification.study.data import Data
 
 BARELY = 1.1
 """Times the noise that rounding makes up to which a noise is of nothing else."""

@@ -25,7 +25,7 @@ from identification.diagnosis.verdict.document import parts_of
 from identification.report.numbers import axis_scale
 from identification.report.traces import thin_log
 from identification.statistics.correlation import autocorrelation, pieces_of
-from identification.study.problem import Data
+from identification.study.data import Data
 
 SAMPLES = 50_000
 """Samples of a reading in the page at most; of longer records smallest and largest are kept."""

@@ -38,7 +38,7 @@ from identification.diagnosis.studio.turns_plane import repeating, turned_plane
 from identification.estimation.single_record import Fit
 from identification.report.numbers import axis_scale, unit_of_level
 from identification.report.words import spaced
-from identification.study.problem import Data
+from identification.study.data import Data
 
 POINTS = 4000
 """Points of a plane at most."""

@@ -84,9 +84,9 @@ def _responses(problem: Problem, local: Array, m: Measured) -> ComplexArray:
     turn = 1j * m.omega * problem.data.dt
     lags = output_delays(problem, np.zeros(slots(problem).size) + local[0])
     response = response * np.exp(-turn[:, None] * lags)[None, :, :, None]
-    if problem.data.hold == "hold":
+    if problem.data.between == "hold":
         response = response * ((1.0 - np.exp(-turn)) / turn)[None, :, None, None]
-    elif problem.data.hold == "linear":
+    elif problem.data.between == "linear":
         response = response * (np.sinc(turn.imag / (2 * np.pi)) ** 2)[None, :, None, None]
     return np.asarray(response)
 

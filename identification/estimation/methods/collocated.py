@@ -83,7 +83,7 @@ class CollocatedRecord:
 
 def _staged(made: Program, problem: Problem, n_sub: int, last: int) -> tuple[Array, Array]:
     u = inputs_of(made, problem.data.commands, problem.data.time)
-    staged, nodes = stage_inputs(made, u, problem.data.dt, n_sub, problem.data.hold)
+    staged, nodes = stage_inputs(made, u, problem.data.dt, n_sub, problem.data.between)
     steps = (last - 1) * n_sub
     return staged[:, :steps], nodes[:, : steps + 1]
 

@@ -232,7 +232,7 @@ def _shown(
     x[record.order] = stages[-record.size :, -1][: record.step.n_x] * record.scales.x
     ready = dynamics.prepare(parameters_at(p, local), p.data.dt, FINE_RUNS[-1], (), False)
     rest = slice(record.last - 1, p.data.n)
-    fine = dynamics.fine_inputs(p.inputs, FINE_RUNS[-1], p.data.hold)
+    fine = dynamics.fine_inputs(p.inputs, FINE_RUNS[-1], p.data.between)
     run = dynamics.run(ready, p.inputs[rest], x, fine[rest.start * FINE_RUNS[-1] :])
     later = run.y[1:, : y.shape[1]] + local[slots(p).offsets] * offset_scale(p)
     return np.concatenate([y, later])

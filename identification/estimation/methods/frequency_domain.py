@@ -41,6 +41,7 @@ class FrequencyDomain(Method):
     """
 
     name: ClassVar[str] = "frequency_domain"
+    reads_after: ClassVar[bool] = True
 
     def check(self, study: Study) -> None:
         """Refuse laws, windows, clocks of their own and records that do not repeat."""

@@ -125,8 +125,9 @@ def _systems(
         none, c, d = np.zeros_like(part.dy[:n_y]), part.cy[:n_y], part.dy[:n_y]
         if problem.data.hold == "linear":
             made = (phi, np.hstack([early, late]), c, np.hstack([d, none]))
-        elif problem.data.hold == "hold":
-            made = (phi, np.hstack([early + late, 0.0 * late]), c, np.hstack([none, d]))
+        elif problem.data.between == "hold":
+            through = [d, none] if problem.data.reads_after else [none, d]
+            made = (phi, np.hstack([early + late, 0.0 * late]), c, np.hstack(through))
         else:
             made = (part.a, np.hstack([part.b, 0.0 * part.b]), c, np.hstack([d, none]))
         systems.append(SmallSignal(*made))
@@ -142,7 +143,7 @@ def _cut(compiled: Compiled, packed: Array) -> tuple[Array, Array, Array]:
 
 def _drive(problem: Problem, lines: Lines, z: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
     """Return s and the spectra of the inputs twice (F, 2 n_u, 1), see `_systems`."""
-    hold, u = problem.data.hold, lines.u
+    hold, u = problem.data.between, lines.u
     # a held command still has its old value when the next sample is read
     turned = u / z[:, None] if hold == "hold" else u * z[:, None]
     s = 1j * lines.omega / problem.data.dt if hold == "band-limited" else z

@@ -106,6 +106,8 @@ class Method(ABC):
     optimisers: ClassVar[tuple[str, ...]] = ("gauss_newton",)
     hears_noise: ClassVar[bool] = False
     """Whether the method estimates the noise itself, so that one pass is enough."""
+    reads_after: ClassVar[bool] = False
+    """Whether it can take readings after the steps of held commands."""
 
     @abstractmethod
     def check(self, study: Study) -> None:

@@ -15,6 +15,7 @@ class SingleShooting(Method):
     """Output error of the free run; initial states are eliminated, memory has exact derivatives."""
 
     name: ClassVar[str] = "single_shooting"
+    reads_after: ClassVar[bool] = True
     optimisers: ClassVar[tuple[str, ...]] = ("gauss_newton", "ipopt")
 
     def check(self, study: Study) -> None:

@@ -59,7 +59,7 @@ def settled_course(problem: Problem, lines: Lines, point: Point) -> Course:
 
 def _course(problem: Problem, lines: Lines, repeats: int) -> Course:
     u = np.concatenate([np.tile(lines.drive, (repeats, 1)), lines.drive[:1]])
-    return Course(u, problem.dynamics.fine_inputs(u, problem.n_sub, problem.data.hold))
+    return Course(u, problem.dynamics.fine_inputs(u, problem.n_sub, problem.data.between))
 
 
 def _run(
@@ -70,7 +70,9 @@ def _run(
     wanted = problem.directions if derivatives else []
     p = parameters_at(problem, point.theta)
     ready = dynamics.prepare(p, problem.data.dt, problem.n_sub, wanted, False)
-    run = dynamics.run(ready, course.u, dynamics.rest(p, course.u[0]), course.fine)
+    run = dynamics.run(
+        ready, course.u, dynamics.rest(p, course.u[0]), course.fine, after=problem.data.reads_after
+    )
     # the sample that closes a period is where the next one begins
     return run.y[1:, :n_y], run.dy[1:, :n_y]
 

@@ -116,7 +116,7 @@ class KalmanFilter:
         """Inputs at both ends of each sub-step, the first sample held before it."""
         found = []
         for p, plant in zip(self.problems, self.plants, strict=True):
-            between = plant.fine(p.inputs, self.n_sub, p.data.dt, p.data.hold)
+            between = plant.fine(p.inputs, self.n_sub, p.data.dt, p.data.between)
             before = np.broadcast_to(between[0, 0], (self.n_sub, 2, between.shape[2]))
             found.append(np.concatenate([before, between]))
         return tuple(found)

@@ -31,7 +31,7 @@ def state_scale(problem: Problem, reading: Array) -> Array:
         y = dynamics.run(ready, problem.inputs, problem.rest_state, fine).y[:, : reading.size]
         if not np.isfinite(y).all() or (np.ptp(y, axis=0) > ESCAPED * reading).any():
             return balanced
-        spread = dynamics.spreads(p, problem.inputs, data.dt, problem.rest_state, 1, data.hold)
+        spread = dynamics.spreads(p, problem.inputs, data.dt, problem.rest_state, 1, data.between)
     return np.where(spread > 1e-8 * balanced, spread, balanced)
 
 

@@ -11,7 +11,8 @@ from hypothesis import strategies as st
 from bondgraph import BondGraph, C, De, R, Sf, Zero
 from bondgraph.laws import Law, Orifice, QuadraticDrag
 from bondgraph.signals.recording import Recording, Split
-from identification.study.problem import Problem, data_for
+from identification.study.data import data_for
+from identification.study.problem import Problem
 from identification.study.residual import Point, evaluate, start_point
 
 CAPACITY, DRAG = 6.3e-6, 6.15e10

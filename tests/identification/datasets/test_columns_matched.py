@@ -12,7 +12,7 @@ from bondgraph.signals.recording import Recording, Split
 from bondgraph.support.errors import BondsightError, UnknownName, UnusableInput
 from bondsight.cli.spoken import as_options
 from identification.datasets.opening import open_recording
-from identification.study.problem import data_for
+from identification.study.data import data_for
 from identification.study.study import Study
 
 

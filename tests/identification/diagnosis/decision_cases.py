@@ -24,7 +24,7 @@ from identification.diagnosis.evidence.kind_score import KindScore
 from identification.diagnosis.evidence.leave_out import LeftOut, Rows
 from identification.diagnosis.evidence.remaining import Remaining, remaining
 from identification.diagnosis.search.candidates import Candidate
-from identification.study.problem import Data
+from identification.study.data import Data
 
 N, BLOCKS = 4000, 40
 ROWS = Rows(np.arange(N), np.zeros(N, int), np.arange(N) * BLOCKS // N)

@@ -15,7 +15,7 @@ from bondgraph.graph.sensors import Sensor
 from bondgraph.signals.recording import Split
 from bondgraph.simulation.lure import exact_form
 from identification.diagnosis.screening.port_history import FittedModel, PortHistory
-from identification.study.problem import Data
+from identification.study.data import Data
 from tests.settled import simulate
 
 N = 800

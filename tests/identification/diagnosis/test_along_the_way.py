@@ -28,9 +28,10 @@ from identification.diagnosis.search.candidates import DiagnosisOptions
 from identification.diagnosis.search.nominal import nominal_fit
 from identification.estimation.single_record import fit
 from identification.report.numbers import quantity
+from identification.study.data import data_for
 from identification.study.origins import own_origins
 from identification.study.priors import Normal
-from identification.study.problem import Problem, data_for
+from identification.study.problem import Problem
 from tests.settled import simulate
 
 N, DT = 3000, 2e-3

@@ -19,7 +19,8 @@ from identification.diagnosis.search.candidates import attempt, go_on
 from identification.diagnosis.search.nominal import nominal_fit
 from identification.estimation import brief
 from identification.estimation.single_record import Fit, fit
-from identification.study.problem import Data, Problem
+from identification.study.data import Data
+from identification.study.problem import Problem
 from tests.settled import simulate
 from tests.spring import spring
 

@@ -19,7 +19,8 @@ from identification.diagnosis.diagnose import Diagnosis, diagnose
 from identification.diagnosis.screening.observation import scene
 from identification.diagnosis.search.candidates import DiagnosisOptions
 from identification.estimation.single_record import fit
-from identification.study.problem import Data, Problem
+from identification.study.data import Data
+from identification.study.problem import Problem
 
 N, DT, NOISE = 1500, 0.02, 2e-3
 

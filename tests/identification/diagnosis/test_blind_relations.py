@@ -34,7 +34,8 @@ from identification.diagnosis.search import looks
 from identification.diagnosis.search.nominal import nominal_fit
 from identification.estimation import brief
 from identification.estimation.single_record import fit
-from identification.study.problem import Data, Problem
+from identification.study.data import Data
+from identification.study.problem import Problem
 from identification.study.residual import offset_scale, slots
 from tests.identification.diagnosis.three_masses import (
     DAMPING,

@@ -22,8 +22,9 @@ from identification.diagnosis.localisation.recording.variables import losing_wor
 from identification.diagnosis.screening.observation import scene
 from identification.diagnosis.screening.port_history import FittedModel, PortHistory
 from identification.estimation.single_record import fit
+from identification.study.data import Data
 from identification.study.factors import drives
-from identification.study.problem import Data, Problem
+from identification.study.problem import Problem
 from tests.settled import simulate
 
 VOCABULARY = {

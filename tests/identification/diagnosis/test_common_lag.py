@@ -18,7 +18,8 @@ from identification.diagnosis.explanation.common_lag import common_lag, lag_of_a
 from identification.diagnosis.verdict.text import sentence
 from identification.estimation.leaning import leanings
 from identification.estimation.single_record import Fit, fit
-from identification.study.problem import Data, Problem
+from identification.study.data import Data
+from identification.study.problem import Problem
 from tests.settled import simulate
 from tests.spring import spring
 

@@ -17,7 +17,8 @@ from identification.diagnosis.explanation.constant_load import constant_load
 from identification.diagnosis.verdict.text import sentence
 from identification.estimation.leaning import leanings
 from identification.estimation.single_record import Fit, fit
-from identification.study.problem import Data, Problem
+from identification.study.data import Data
+from identification.study.problem import Problem
 from tests.settled import simulate
 
 N, DT = 1500, 2e-3

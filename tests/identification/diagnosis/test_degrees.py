@@ -19,7 +19,8 @@ from identification.diagnosis.screening.observation import scene
 from identification.diagnosis.studio.content import content
 from identification.diagnosis.verdict.folder import NEXT, write_verdict
 from identification.estimation.single_record import fit
-from identification.study.problem import Problem, data_for
+from identification.study.data import data_for
+from identification.study.problem import Problem
 from tests.settled import simulate
 
 TIME = np.asarray(2.0 * np.arange(400), np.float64)

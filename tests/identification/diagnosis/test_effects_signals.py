@@ -36,7 +36,8 @@ from identification.diagnosis.catalogue.time.clock_skew import ClockSkewEffect
 from identification.diagnosis.catalogue.time.delay import Delay
 from identification.diagnosis.screening.port_history import FittedModel, PortHistory
 from identification.estimation.single_record import Fit, fit
-from identification.study.problem import Data, Problem
+from identification.study.data import Data
+from identification.study.problem import Problem
 from identification.study.residual import evaluate, start_point
 from tests.settled import simulate
 

@@ -8,7 +8,8 @@ import pytest
 from bondgraph.signals.recording import Split
 from identification.diagnosis.screening.tangent_space import freedom
 from identification.estimation.single_record import fit
-from identification.study.problem import Data, Problem
+from identification.study.data import Data
+from identification.study.problem import Problem
 from identification.study.residual import Point, evaluate
 from tests.settled import simulate
 from tests.spring import spring

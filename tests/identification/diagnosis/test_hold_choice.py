@@ -24,7 +24,8 @@ from identification.diagnosis.search.hold_choice import hold_margin, with_best_h
 from identification.diagnosis.search.material import material_of
 from identification.diagnosis.search.nominal import nominal_fit
 from identification.estimation.single_record import Fit
-from identification.study.problem import Data, Problem
+from identification.study.data import Data
+from identification.study.problem import Problem
 from tests.identification.diagnosis.test_nominal import DT, cart
 from tests.settled import simulate
 

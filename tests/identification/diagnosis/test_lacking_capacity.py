@@ -20,7 +20,8 @@ from identification.diagnosis.screening.port_response import probes
 from identification.diagnosis.screening.score_test import screen
 from identification.diagnosis.verdict import in_words
 from identification.estimation.single_record import Fit, fit
-from identification.study.problem import Data, Problem
+from identification.study.data import Data
+from identification.study.problem import Problem
 
 DT, N, FINE = 5.0, 400, 5
 LIKE_IT = ("low_pass", "sensor_lag", "sensor_gain", "delay", "creep", "linear_capacity")

@@ -33,7 +33,8 @@ from identification.diagnosis.studio.law_plane import planes
 from identification.diagnosis.verdict import in_words
 from identification.diagnosis.verdict.document import sort_of
 from identification.estimation.single_record import fit
-from identification.study.problem import Data, Problem
+from identification.study.data import Data
+from identification.study.problem import Problem
 from tests.settled import simulate
 
 T = np.asarray(4e-3 * np.arange(1000), np.float64)

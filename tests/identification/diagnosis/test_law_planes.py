@@ -21,7 +21,8 @@ from identification.diagnosis.screening.observation import scene
 from identification.diagnosis.studio import law_plane
 from identification.diagnosis.studio.law_plane import planes
 from identification.estimation.single_record import Fit, fit
-from identification.study.problem import Data, Problem
+from identification.study.data import Data
+from identification.study.problem import Problem
 from tests.settled import simulate
 
 T = np.asarray(0.01 * np.arange(400), np.float64)

@@ -16,7 +16,7 @@ from identification.diagnosis.search.beginnings import promising
 from identification.diagnosis.search.candidates import attempt, go_on
 from identification.diagnosis.search.nominal import nominal_fit
 from identification.estimation.single_record import start_cost
-from identification.study.problem import Data
+from identification.study.data import Data
 from tests.settled import simulate
 from tests.spring import spring
 

@@ -21,7 +21,8 @@ from identification.diagnosis.evidence.leave_out import (
     stretched,
 )
 from identification.estimation.single_record import Fit, fit
-from identification.study.problem import Data, Problem
+from identification.study.data import Data
+from identification.study.problem import Problem
 from identification.study.residual import evaluate
 from tests.identification.diagnosis.effect_plants import PLANTS, scene
 

@@ -10,7 +10,8 @@ from bondgraph.signals.recording import Split
 from identification.diagnosis.catalogue import by_name
 from identification.diagnosis.screening.observation import scene
 from identification.estimation.single_record import fit
-from identification.study.problem import Data, Problem
+from identification.study.data import Data
+from identification.study.problem import Problem
 
 M, D, K = 0.8, 3.0, 400.0
 STOP, HIGH, LOSS = 6e3, 0.02, 1.5

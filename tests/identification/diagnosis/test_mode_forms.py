@@ -15,7 +15,7 @@ from identification.diagnosis.screening.mode_forms import DAMPINGS, MODES, mode_
 from identification.diagnosis.screening.observation import scene
 from identification.diagnosis.search.nominal import nominal_fit
 from identification.estimation.single_record import Fit
-from identification.study.problem import Data
+from identification.study.data import Data
 
 N, DT, NOISE = 4000, 1e-3, 1e-3
 OTHER = 2 * np.pi * 83.0

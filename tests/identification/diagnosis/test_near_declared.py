@@ -18,7 +18,8 @@ from identification.diagnosis.search.beginnings import freed, resting
 from identification.diagnosis.search.near_declared import TENFOLD, near_declared
 from identification.diagnosis.search.nominal import nominal_fit
 from identification.estimation.single_record import Fit, fit
-from identification.study.problem import Data, Problem
+from identification.study.data import Data
+from identification.study.problem import Problem
 from tests.settled import simulate
 
 DT, STEP = 1e-3, 2e-5

@@ -16,8 +16,9 @@ from identification.diagnosis.explanation.candidate_inputs import candidate_inpu
 from identification.diagnosis.explanation.next_experiment import next_experiments
 from identification.estimation.levenberg_marquardt import minimise
 from identification.estimation.single_record import Fit, fit
+from identification.study.data import Data
 from identification.study.joint import stack_of
-from identification.study.problem import Data, Problem
+from identification.study.problem import Problem
 from tests.settled import simulate
 from tests.spring import spring
 

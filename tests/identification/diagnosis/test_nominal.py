@@ -21,7 +21,7 @@ from identification.diagnosis.search.material import material_of
 from identification.diagnosis.search.nominal import integrates, nominal_fit
 from identification.estimation.levenberg_marquardt import FitStatus
 from identification.estimation.single_record import Fit, fit
-from identification.study.problem import Data
+from identification.study.data import Data
 from tests.settled import simulate
 
 N, DT, NOISE = 1500, 0.02, 1e-4

@@ -26,7 +26,8 @@ from identification.diagnosis.search.one_step import BEHIND, _finished
 from identification.diagnosis.search.scored_laws import _idle
 from identification.estimation.single_record import fit
 from identification.estimation.sub_steps import settled_fit
-from identification.study.problem import Data, Problem
+from identification.study.data import Data
+from identification.study.problem import Problem
 from tests.settled import simulate
 from tests.spring import spring
 

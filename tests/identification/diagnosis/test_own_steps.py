@@ -9,7 +9,7 @@ from bondgraph.signals.split import interleaved
 from identification.diagnosis.evidence.answer import Decision
 from identification.diagnosis.evidence.remaining import Remaining
 from identification.diagnosis.search.own_steps import without_own_steps
-from identification.study.problem import Data
+from identification.study.data import Data
 
 STEP = 5e-6
 FLOOR = STEP / np.sqrt(12.0)

@@ -14,7 +14,8 @@ from identification.diagnosis.catalogue.effect import Hint
 from identification.diagnosis.screening.observation import scene
 from identification.diagnosis.screening.port_history import FittedModel
 from identification.estimation.single_record import fit
-from identification.study.problem import Data, Problem
+from identification.study.data import Data
+from identification.study.problem import Problem
 
 J, B, MGL = 0.08, 0.012, 1.962
 DT, N, FINE = 0.02, 700, 8

@@ -25,7 +25,8 @@ from identification.diagnosis.screening.port_history import FittedModel, PortHis
 from identification.diagnosis.screening.port_response import Probes, probes
 from identification.diagnosis.search.base import Base, base_of
 from identification.estimation.single_record import fit
-from identification.study.problem import Data, Problem
+from identification.study.data import Data
+from identification.study.problem import Problem
 from identification.study.residual import evaluate, start_point
 from tests.settled import simulate
 

@@ -26,7 +26,8 @@ from identification.diagnosis.search.candidates import Candidate
 from identification.diagnosis.studio.law_plane import planes
 from identification.diagnosis.verdict.document import law_constants
 from identification.estimation.single_record import fit
-from identification.study.problem import Data, Problem
+from identification.study.data import Data
+from identification.study.problem import Problem
 from tests.settled import simulate
 
 N, DT = 600, 2e-3

@@ -15,7 +15,8 @@ from identification.diagnosis.search.candidates import DiagnosisOptions
 from identification.estimation.estimate import estimate
 from identification.estimation.levenberg_marquardt import FitStatus
 from identification.estimation.single_record import Fit
-from identification.study.problem import Data, Problem
+from identification.study.data import Data
+from identification.study.problem import Problem
 from identification.study.residual import start_point
 from identification.study.study import Study
 from tests.identification.study.general_plants import general

@@ -10,8 +10,8 @@ import pytest
 
 from bondgraph.signals.recording import Split
 from identification.diagnosis.evidence.remaining import Remaining, remaining
+from identification.study.data import Data
 from identification.study.noise_floor import COLOURED
-from identification.study.problem import Data
 
 N = 4000
 T = np.linspace(0.0, 1.0, N)

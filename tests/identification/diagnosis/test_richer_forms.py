@@ -37,7 +37,8 @@ from identification.diagnosis.search.richer_laws import best_form, of_told_kind
 from identification.diagnosis.search.scored_laws import scored
 from identification.diagnosis.search.task import SearchTask
 from identification.estimation.single_record import fit
-from identification.study.problem import Data, Problem
+from identification.study.data import Data
+from identification.study.problem import Problem
 from tests.settled import simulate
 from tests.spring import spring
 

@@ -46,7 +46,8 @@ from identification.diagnosis.verdict.document import law_constants
 from identification.diagnosis.verdict.reading import parse_verdict
 from identification.diagnosis.verdict.said_again import retold
 from identification.estimation.single_record import fit
-from identification.study.problem import Data, Problem
+from identification.study.data import Data
+from identification.study.problem import Problem
 from tests.identification.diagnosis.effect_plants import scene
 from tests.identification.diagnosis.test_explain import finding, verdict
 from tests.settled import simulate

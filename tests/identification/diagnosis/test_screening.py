@@ -20,7 +20,8 @@ from identification.diagnosis.screening.observation import scene
 from identification.diagnosis.screening.port_response import probes
 from identification.diagnosis.screening.score_test import Screened, _best, projection, screen
 from identification.estimation.single_record import Fit, fit
-from identification.study.problem import Data, Problem
+from identification.study.data import Data
+from identification.study.problem import Problem
 from identification.study.residual import evaluate
 
 Array = Any

@@ -18,7 +18,8 @@ from identification.diagnosis.search.candidates import DiagnosisOptions
 from identification.diagnosis.search.nominal import split_that_shows
 from identification.estimation.levenberg_marquardt import FitStatus
 from identification.estimation.single_record import Fit
-from identification.study.problem import Data, Problem
+from identification.study.data import Data
+from identification.study.problem import Problem
 from identification.study.residual import Point
 from tests.settled import simulate
 from tests.spring import spring

@@ -12,7 +12,7 @@ from identification.diagnosis.screening.observation import scene
 from identification.diagnosis.search.candidates import trial_of
 from identification.diagnosis.search.nominal import nominal_fit
 from identification.estimation.single_record import fit
-from identification.study.problem import Data
+from identification.study.data import Data
 from tests.settled import simulate
 
 

@@ -24,7 +24,8 @@ from identification.diagnosis.localisation.regions import Region, regions, summa
 from identification.diagnosis.screening.port_history import FittedModel, PortHistory
 from identification.estimation.levenberg_marquardt import FitStatus
 from identification.estimation.single_record import Fit
-from identification.study.problem import Data, Problem
+from identification.study.data import Data
+from identification.study.problem import Problem
 from identification.study.residual import Point
 from tests.spring import spring
 

@@ -14,7 +14,8 @@ from identification.diagnosis.localisation.blind_relations import BlindRelation,
 from identification.diagnosis.localisation.structural_classes import structure
 from identification.estimation.single_record import Fit, fit
 from identification.estimation.threads import single_threaded
-from identification.study.problem import Data, Problem
+from identification.study.data import Data
+from identification.study.problem import Problem
 
 N, DT, NOISE = 1200, 0.01, 1e-4
 MASS, STIFFNESS, DAMPING = 1.0, 400.0, 1.5

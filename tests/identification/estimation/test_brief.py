@@ -10,7 +10,8 @@ import pytest
 from bondgraph.signals.split import interleaved
 from identification.estimation.brief import BRIEF, brief, carried
 from identification.estimation.single_record import fit
-from identification.study.problem import Data, Problem
+from identification.study.data import Data
+from identification.study.problem import Problem
 from identification.study.residual import Point, evaluate, offset_scale, start_point
 from tests.settled import simulate
 from tests.spring import spring

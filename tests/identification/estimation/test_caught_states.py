@@ -12,7 +12,8 @@ from bondgraph.laws import Backlash
 from bondgraph.signals.split import interleaved
 from identification.estimation.levenberg_marquardt import FitStatus
 from identification.estimation.single_record import Fit, fit
-from identification.study.problem import Data, Problem
+from identification.study.data import Data
+from identification.study.problem import Problem
 from identification.study.residual import Point, start_point
 from tests.settled import simulate
 

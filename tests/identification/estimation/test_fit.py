@@ -15,8 +15,9 @@ from bondgraph.signals.recording import Split
 from identification.estimation import single_record
 from identification.estimation.levenberg_marquardt import FitStatus
 from identification.estimation.single_record import best, fit
+from identification.study.data import Data
 from identification.study.joint import NUISANCE_LAG
-from identification.study.problem import Data, Problem
+from identification.study.problem import Problem
 from identification.study.residual import Point, evaluate, slots, start_point
 from tests.settled import simulate
 from tests.spring import spring

@@ -30,7 +30,8 @@ from identification.estimation.sub_steps import (
     tried_from,
     with_few,
 )
-from identification.study.problem import Data, Problem
+from identification.study.data import Data
+from identification.study.problem import Problem
 from identification.study.residual import LOCATED, Point, evaluate, slots, start_point
 from tests.settled import simulate
 from tests.spring import spring

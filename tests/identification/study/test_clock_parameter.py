@@ -25,8 +25,9 @@ from identification.diagnosis.screening.port_history import FittedModel
 from identification.estimation import Nuisances, Study, estimate
 from identification.estimation.methods import METHODS
 from identification.estimation.single_record import fit
+from identification.study.data import Data
 from identification.study.joint import stack_of
-from identification.study.problem import Data, Problem
+from identification.study.problem import Problem
 from identification.study.residual import Point, evaluate, slots, start_point, windows
 from identification.uncertainty.fitted import unknowns
 from identification.uncertainty.structural import identifiability

@@ -23,9 +23,10 @@ from identification.diagnosis.verdict.document import verdict
 from identification.diagnosis.verdict.reading import parse_verdict
 from identification.diagnosis.verdict.said_again import retold
 from identification.estimation.single_record import fit
+from identification.study.data import Data, data_for
 from identification.study.joined import joined, picked, split_of
 from identification.study.noise_floor import noise_floor
-from identification.study.problem import Data, Problem, data_for
+from identification.study.problem import Problem
 from identification.study.residual import evaluate, start_point
 from identification.validation import judge
 from tests.identification.estimation.plants import force, moved, spring

@@ -18,6 +18,7 @@ from bondgraph.support.arrays import FloatArray as Array
 from identification.estimation import Nuisances, SettledSetting, Study, Vary
 from identification.estimation.levenberg_marquardt import FitStatus, minimise
 from identification.estimation.single_record import fit, judge
+from identification.study.data import data_for
 from identification.study.joint import (
     STATE_WEIGHT,
     JointPoint,
@@ -25,7 +26,7 @@ from identification.study.joint import (
     refine_states,
     stack_of,
 )
-from identification.study.problem import Problem, data_for
+from identification.study.problem import Problem
 from identification.study.residual import evaluate, windows
 from tests.identification.estimation.plants import record, spring
 

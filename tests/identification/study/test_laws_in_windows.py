@@ -19,7 +19,8 @@ from bondgraph.support.ops import Ops
 from identification.diagnosis.report import law
 from identification.diagnosis.screening.port_response import probes
 from identification.estimation.single_record import fit
-from identification.study.problem import Data, Problem
+from identification.study.data import Data
+from identification.study.problem import Problem
 from identification.study.residual import (
     evaluate,
     offset_scale,

@@ -12,7 +12,7 @@ from bondgraph.graph.parameter import Parameter
 from bondgraph.signals.recording import Recording, Split
 from bondgraph.support.errors import UnknownName, UnusableInput
 from identification.estimation import LogNormal, Nuisances, Study, Vary, estimate
-from identification.study.problem import data_for
+from identification.study.data import data_for
 from tests.identification.estimation.plants import record, spring, study
 
 

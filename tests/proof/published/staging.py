@@ -15,8 +15,9 @@ from bondgraph.signals.recording import Recording, Split
 from bondgraph.support.arrays import Array
 from identification.estimation import NO_NUISANCES, Estimation, Study, Vary, estimate
 from identification.estimation.result import free_run
+from identification.study.data import data_for
 from identification.study.joined import provenance
-from identification.study.problem import Problem, data_for
+from identification.study.problem import Problem
 
 Progress = Callable[[str, float], None]
 

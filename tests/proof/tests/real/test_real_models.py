@@ -19,9 +19,9 @@ from bondgraph.signals.split import whole
 from bondgraph.simulation.lure import compile_model
 from bondgraph.support.errors import UnknownName, UnusableInput
 from identification.datasets import FOLDER_VARIABLE, SETS, set_available
+from identification.study.data import data_for
 from identification.study.factors import drives
 from identification.study.noise_floor import noise_floor
-from identification.study.problem import data_for
 from tests.proof.real.case import KINDS
 from tests.proof.real.judging import OUTCOMES, judge
 from tests.proof.real.outcome import Outcome, counts, read_outcome, table

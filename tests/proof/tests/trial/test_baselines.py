@@ -16,7 +16,8 @@ from identification.diagnosis.screening.observation import scene
 from identification.diagnosis.screening.port_response import probes
 from identification.diagnosis.screening.score_test import Screened, projection, screen
 from identification.estimation.single_record import Fit, fit
-from identification.study.problem import Data, Problem
+from identification.study.data import Data
+from identification.study.problem import Problem
 from tests.proof.trial.alongside import alongside
 from tests.proof.trial.black_box import black_box
 from tests.proof.trial.columns import Columns, columns_of
