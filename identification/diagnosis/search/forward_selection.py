@@ -25,13 +25,20 @@ from identification.diagnosis.search.candidates import (
     trial_of,
 )
 from identification.diagnosis.search.looks import Looks
-from identification.diagnosis.search.nominal import deeper, held_to_residual, misread, weighed_by
+from identification.diagnosis.search.nominal import (
+    deeper,
+    held_otherwise,
+    held_to_residual,
+    misread,
+    weighed_by,
+)
 from identification.diagnosis.search.one_step import decided, searched
 from identification.diagnosis.search.task import Progress, Searched, SearchTask
 from identification.diagnosis.search.within_reason import within_reason
 from identification.estimation.levenberg_marquardt import FitStatus
 from identification.estimation.single_record import Fit
 from identification.estimation.sub_steps import fit_from
+from identification.study.read_after import READ_AFTER
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,16 +108,26 @@ def _first(base: Base, task: SearchTask) -> tuple[Base, Searched]:
     """Search once, and again where it shows a better fit of the model as it is, or less noise.
 
     Nothing may be called missing that better values of the same model explain. A noise that was
-    read off something else, such as a command with steps, hides how laws differ.
+    read off something else, such as a command with steps, hides how laws differ; readings taken at
+    the other side of a step hide all places but the one that makes up for it.
     """
     found = searched(base, task, 0)
-    for begun in (_deeper, _weighed):
+    for begun in (_read_otherwise, _deeper, _weighed):
         best = min(found.trials, key=lambda t: t.train, default=None)
         other = None if best is None else begun(base.fit, best.fit, task)
         if other is not None:
             base = base_of(other)
             found = searched(base, task, 0)
     return base, found
+
+
+def _read_otherwise(base: Fit, best: Fit, task: SearchTask) -> Fit | None:
+    """Return the model as it is, read at the side of a step where the best law has readings."""
+    hold = best.problem.data.hold
+    if READ_AFTER not in {hold, base.problem.data.hold} or hold == base.problem.data.hold:
+        return None
+    other = held_otherwise(base, hold, base.problem.n_sub)
+    return None if other.status is FitStatus.BROKEN else other
 
 
 def _deeper(base: Fit, best: Fit, task: SearchTask) -> Fit | None:

@@ -65,13 +65,13 @@ def nominal_fit(
     base = replace(base, built=base.dynamics)
     result = _fine(_integrating(base) if runs_away else _first_fit(base))
     if hold:
-        result = to_its_end(result if hold == data.hold else _held(result, hold, base.n_sub))
+        result = to_its_end(result if hold == data.hold else held_otherwise(result, hold, base.n_sub))
         result = revived(result)
         return result.problem, result
     fits = {data.hold: result}
     for h in possible(BEHAVIOURS, base):
         if h not in fits and _shows(result, h, base.n_sub):
-            fits[h] = _held(result, h, base.n_sub)
+            fits[h] = held_otherwise(result, h, base.n_sub)
     # a converter holds; every law that is fitted later chooses again
     result = likeliest(fits)
     if result.problem.data.hold == "band-limited":
@@ -207,7 +207,8 @@ def _with_hold(result: Fit, hold: str, n_sub: int) -> Problem:
     return replace(result.problem, data=data, n_sub=steps)
 
 
-def _held(result: Fit, hold: str, n_sub: int) -> Fit:
+def held_otherwise(result: Fit, hold: str, n_sub: int) -> Fit:
+    """Fit again under another behaviour of the commands."""
     problem, begun = _with_hold(result, hold, n_sub), point_under(result, hold)
     return _fine(fit(problem, start=begun, max_iterations=25))
 
@@ -365,6 +366,9 @@ def as_searched(nominal: Fit, base: Fit) -> Fit:
     """Return the model as it is on all samples, as a search came to see it: fit and noise."""
     if base.problem.data.n == nominal.problem.data.n:
         return base
+    hold = base.problem.data.hold
+    if hold != nominal.problem.data.hold:
+        nominal = held_otherwise(nominal, hold, nominal.problem.n_sub)
     found, floor = deeper(nominal, base.values) or nominal, base.problem.data.floor
     if np.array_equal(floor, found.problem.data.floor):
         return found

@@ -17,7 +17,7 @@ from bondgraph.simulation import lure_kernel
 from bondgraph.simulation.dynamics import Dynamics, ExactDynamics, GeneralDynamics, dynamics_of
 from bondgraph.simulation.located import followed
 from bondgraph.support.errors import UnusableInput
-from identification import diagnose
+from identification import DiagnosisOptions, diagnose
 from identification.estimation.estimate import estimate
 from identification.study.study import Study
 
@@ -190,3 +190,12 @@ def test_a_diagnosis_takes_no_side_of_a_step_for_missing_physics() -> None:
     found = diagnose(slide(), recorded(after=True))
     assert found.kind == "parameters_only"
     assert any("commands between samples: hold-after" in note for note in found.notes)
+
+
+def test_a_wrong_gain_beside_it_is_found_where_it_may_sit() -> None:
+    """The model as it is cannot tell the side of the step; the right law can, and looks again."""
+    found = diagnose(slide(), recorded(after=True, gain=1.12), options=DiagnosisOptions(effects=1))
+    assert found.findings[0].chosen is not None
+    assert found.findings[0].chosen.effect == "sensor_gain"
+    labels = {t.label for t in found.trials if t.test < 1.5}
+    assert {"sensor_gain at x", "sensor_gain at a"} <= labels
