@@ -112,7 +112,8 @@ def remaining(fit: Fit) -> Remaining:
     r = fit.residuals("test") / data.floor
     grows, sure = {}, data.sure
     for c, n in enumerate(data.names):
-        if not LEVEL < level[c] < (np.inf if sure[c] else WHITE):
+        # of several recordings those that were fitted may be quieter than those held out
+        if not LEVEL < level[c] < (np.inf if sure[c] or data.starts else WHITE):
             continue
         found = growing(fit, n)
         if found is not None:

@@ -65,7 +65,9 @@ def nominal_fit(
     base = replace(base, built=base.dynamics)
     result = _fine(_integrating(base) if runs_away else _first_fit(base))
     if hold:
-        result = to_its_end(result if hold == data.hold else held_otherwise(result, hold, base.n_sub))
+        if hold != data.hold:
+            result = held_otherwise(result, hold, base.n_sub)
+        result = to_its_end(result)
         result = revived(result)
         return result.problem, result
     fits = {data.hold: result}
