@@ -50,6 +50,7 @@ from identification.diagnosis.localisation.structural_classes import (
     excited_frequencies,
     structure,
 )
+from identification.diagnosis.screening.clipped import clipped
 from identification.diagnosis.screening.mixups import NOISE, mixups
 from identification.diagnosis.screening.observation import scene
 from identification.diagnosis.screening.port_history import FittedModel
@@ -378,7 +379,7 @@ def _diagnosed(
         back = () if known else told_by_values(result.graph, nominal)
         if back and min(m.after for m in back) <= NOISE < nominal.chi2("test"):
             return _mistaken(result, back)
-        mistakes = () if back else mixups(result.graph, nominal, jobs=options.jobs)
+        mistakes = clipped(nominal) or (() if back else mixups(result.graph, nominal, options.jobs))
         if any(m.kind != "dead" for m in mistakes):
             return _mistaken(result, mistakes)
         result = replace(result, doubted=back)

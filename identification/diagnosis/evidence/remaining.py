@@ -118,20 +118,31 @@ def remaining(fit: Fit) -> Remaining:
         found = growing(fit, n)
         if found is not None:
             grows[n] = found
-            size = found.at(fit.simulated[data.mask("test"), c]) / data.floor[c]
-            level[c] = lasting(r[:, [c]] / size[:, None])[0]
+            level[c] = lasting(fit.residuals("test")[:, [c]] / _sizes(fit, grows, "test")[:, [c]])[
+                0
+            ]
     over = dict(zip(data.names, map(float, level), strict=True))
-    louder = 1.0 if sure.all() or not r.size else _louder(fit, level, ~sure)
+    louder = 1.0 if sure.all() or not r.size else _louder(fit, level, grows, ~sure)
     follows = activity(fit, sure if sure.all() else ~sure)
     known = frozenset() if sure.all() else data.floor_known
     return Remaining(over, bool(sure.all()), follows, grows, louder, known)
 
 
-def _louder(fit: Fit, level: Array, among: Array) -> float:
+def _sizes(fit: Fit, grows: Mapping[str, GrowingNoise], part: str) -> Array:
+    """Return the noise of every reading at the samples of a part, shape (N, n_y)."""
     data = fit.problem.data
-    trained = fit.residuals("train") / data.floor
+    inside = data.mask(part)
+    found = np.tile(data.floor, (int(inside.sum()), 1))
+    for name, noise in grows.items():
+        c = data.names.index(name)
+        found[:, c] = noise.at(fit.simulated[inside, c])
+    return found
+
+
+def _louder(fit: Fit, level: Array, grows: Mapping[str, GrowingNoise], among: Array) -> float:
+    trained, tested = (fit.residuals(p) / _sizes(fit, grows, p) for p in ("train", "test"))
     before = np.maximum(lasting(trained), 1.0) if trained.size else np.ones(level.size)
-    both = _cut(np.vstack([trained, fit.residuals("test") / data.floor]))
+    both = _cut(np.vstack([trained, tested]))
     pushes = [loudness(both[:, c]) for c in np.flatnonzero(among & (level > LEVEL))]
     return max(float(np.max((level / before)[among])), *pushes, 1.0)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 
 from bondgraph.support.errors import UnusableInput
-from identification.diagnosis.evidence.remaining import level_of
+from identification.diagnosis.evidence.remaining import level_of, remaining
 from identification.estimation.single_record import Fit
 from identification.report.words import listed
 from identification.statistics.whiteness import EITHER, whiteness
@@ -78,7 +78,7 @@ def colour_notes(last: Fit, given: Collection[str] = ()) -> tuple[str, ...]:
 
 def too_narrow(last: Fit) -> tuple[str, ...]:
     """Say that intervals are too narrow where a law leaves more than noise with a memory."""
-    level = dict(zip(last.problem.data.names, level_of(last), strict=True))
+    level = remaining(last).over_noise
     loud = [f"{v:.3g} times the noise of {n}" for n, v in level.items() if v >= NOISE]
     if not loud:
         return ()

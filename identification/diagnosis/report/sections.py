@@ -56,7 +56,7 @@ BADGES = {
 DOUBTED = {
     "exchange": "columns look exchanged", "sign": "a sign looks wrong",
     "scale": "a unit looks wrong", "quantity": "another quantity was read",
-    "dead": "a sensor looks dead",
+    "dead": "a sensor looks dead", "clipped": "a reading is clipped",
 }  # fmt: skip
 """What stands instead where the file is mixed up: of the physics nothing is known."""
 MANY = 8

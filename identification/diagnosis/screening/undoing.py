@@ -20,7 +20,7 @@ from bondgraph.support.arrays import Array
 from identification.diagnosis.localisation.recording.region import multiple
 from identification.diagnosis.screening.forgotten_unit import plainly
 from identification.diagnosis.screening.usual_units import named
-from identification.report.numbers import times_noise
+from identification.report.numbers import percent, quantity, times_noise
 from identification.report.words import listed
 from identification.study.data import Data
 from identification.study.noise_floor import noise_floor
@@ -43,7 +43,7 @@ class Mixup:
 
     Attributes
     ----------
-    kind : {"sign", "exchange", "scale", "quantity", "dead"}
+    kind : {"sign", "exchange", "scale", "quantity", "dead", "clipped"}
     channels : tuple of str
         One channel, or ``time``; two for an exchange; several that share a unit for a scale.
     factor : float
@@ -59,6 +59,10 @@ class Mixup:
         Unit that the numbers look like, and in which they were read; empty where none is usual.
     values : str
         Which fitted values return to what is declared, where they tell it, not the misfit.
+    share : float
+        Part of the samples at an end of the range, of what is clipped.
+    ends : tuple of float
+        These ends, SI; `said` is the unit.
     """
 
     kind: str
@@ -71,6 +75,8 @@ class Mixup:
     unit: str = ""
     said: str = ""
     values: str = ""
+    share: float = 0.0
+    ends: tuple[float, ...] = ()
 
     def drives_otherwise(self, data: Data) -> bool:
         """Whether another signal drives the model where this is undone."""
@@ -97,6 +103,9 @@ class Mixup:
             return f"{first} looks recorded with the wrong sign"
         if self.kind == "dead":
             return f"{first} does not follow the model at all: a dead or a foreign sensor"
+        if self.kind == "clipped":
+            ends = " and at ".join(quantity(v, self.said) for v in self.ends)
+            return f"{first} is clipped: {percent(self.share)} of its samples sit exactly at {ends}"
         if self.kind == "quantity":
             return f"{first} looks like {QUANTITIES[self.sensor]} (read by {self.sensor})"
         many, size = max(self.factor, 1 / self.factor), "large" if self.factor > 1 else "small"
@@ -117,6 +126,8 @@ class Mixup:
     @property
     def undoing(self) -> str:
         """What is gained where it is undone."""
+        if self.kind == "clipped":
+            return "noise does not stand still: the peaks were cut after it came in"
         if self.values:
             return f"with that undone {self.values}"
         how = "without it" if self.kind == "dead" else "with that undone"
@@ -140,6 +151,8 @@ class Mixup:
             )
         if self.kind == "sign":
             return f"multiply {first} by -1 in the file"
+        if self.kind == "clipped":
+            return f"record {first} over a wider range, or give a stretch in which it stays inside"
         if self.kind in ("dead", "quantity"):
             return f"name the right column by {map_argument(first)}"
         unit = self.unit or "UNIT"
