@@ -81,8 +81,12 @@ def parameters(e: Effect) -> Iterator[tuple[str, str]]:
         said = {**law.meanings, **said}
         units |= usual_units(law)
     for name, meaning in said.items():
-        unit = units.get(name, "")
+        unit = "" if name.endswith(OWN) else units.get(name, "")
         yield f"  {name}", f"{meaning} (in {unit}, say)" if unit not in ("", "1") else meaning
+
+
+OWN = "_own"
+"""How a parameter ends that is the element's slope: its unit is that of the place."""
 
 
 def usual_units(law: type[Law]) -> dict[str, str]:

@@ -11,6 +11,7 @@ from bondgraph.graph.parameter import Parameter
 from bondgraph.support.errors import BondsightError
 from identification.diagnosis.catalogue import by_name
 from identification.diagnosis.diagnose import Diagnosis
+from identification.diagnosis.evidence.conclusion import QUIET
 from identification.diagnosis.explanation.doubts import file_first
 from identification.diagnosis.explanation.law_formula import (
     LONGEST,
@@ -87,7 +88,7 @@ def answer(d: Diagnosis) -> str:
 
 def _doubted(d: Diagnosis) -> tuple[str, str] | None:
     """Return the badge of a file that looks mixed up."""
-    kinds = {m.kind for m in d.mistakes}
+    kinds = {m.kind for m in d.mistakes or (d.doubted if d.kind in QUIET else ())}
     if not kinds:
         return None
     return (DOUBTED[kinds.pop()] if len(kinds) == 1 else "the file looks mixed up", "#b45309")

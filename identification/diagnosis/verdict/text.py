@@ -13,6 +13,7 @@ from identification.diagnosis.catalogue import by_name
 from identification.diagnosis.catalogue.words import briefly, called, spoken
 from identification.diagnosis.diagnose import STOPPED_AT_ONCE, Diagnosis
 from identification.diagnosis.evidence.answer import Decision
+from identification.diagnosis.evidence.conclusion import QUIET
 from identification.diagnosis.evidence.kinds_told import EXACT, open_kinds
 from identification.diagnosis.explanation.common_lag import lag_of_all
 from identification.diagnosis.explanation.doubts import doubts, forgotten_units
@@ -73,6 +74,10 @@ def answered(d: Diagnosis) -> tuple[str, ...]:
     if d.kind == "missing_physics" and any(forgotten_units(d)):
         # a header that is to be mended comes before the name that stands in for it
         first, doubted = f"First check a unit: {'; or '.join(doubted)}.", ()
+        said = (first, *_as_it_is(said))
+    elif d.doubted and d.kind in QUIET:
+        # values that only a mistake in the file explains are no answer yet
+        first = f"First check the recording: {' or '.join(m.claim for m in d.doubted)}."
         said = (first, *_as_it_is(said))
     still = [n for n in d.notes if n.endswith(STANDS)]
     if d.kind == "unknown_physics" and still and len(still) == len(drives(d.graph)):
@@ -149,7 +154,7 @@ def _named(d: Diagnosis) -> tuple[str, ...]:
         names.append(f"{'so is ' if names and not sure else ''}{sure}{effect} {is_missing}")
         whose = f"{own} at {t.element}: " if len(d.findings) > 1 else ""
         says = f"{whose}{t.insertion.sentence}{_gain(t, d)} ({_fits(step, d)})"
-        more += [f"the best of them: {_fits(step, d)}" if several else says, *others]
+        more += [f"the best of them, {own}: {_fits(step, d)}" if several else says, *others]
     before, after = normalised_error(d.nominal), normalised_error(d.repaired)  # type: ignore[arg-type]
     n = max(before, key=lambda k: before[k] / max(after[k], 1e-300))
     gain = (
