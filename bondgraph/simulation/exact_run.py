@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from bondgraph.laws.law import Law
     from bondgraph.simulation.first_order_hold import Continuous, Discrete
     from bondgraph.simulation.lure import Compiled
-    from bondgraph.simulation.lure_kernel import March
+    from bondgraph.simulation.lure_kernel import ManyRuns, March
     from bondgraph.simulation.lure_layout import KernelLayout
 
 # discrete and kernel need CasADi; they are imported when something is simulated
@@ -94,6 +94,16 @@ class Prepared:
         from bondgraph.simulation.lure_kernel import runner
 
         return runner(self.compiled, self.n_d)(self.moving, self.still, self.q, self.dq)
+
+    @cached_property
+    def many(self) -> ManyRuns | None:
+        """Runs many short records in one call; None where nothing does."""
+        from bondgraph.simulation.lure_kernel import many_runs
+
+        if self.compiled.model.recorded:
+            return None
+        made = many_runs(self.compiled, self.n_d)
+        return None if made is None else made(self.moving, self.still, self.q, self.dq)
 
     @property
     def step(self) -> float:
@@ -179,6 +189,34 @@ def begun(
     relax_memories(compiled, lay, *ready.still, u[0], z)
     _given_memory(compiled, lay, memory or {}, z)
     return u, fine, z
+
+
+def run_many(
+    ready: Prepared, u: Sequence[Array], x0: Array, fine: Sequence[Array]
+) -> tuple[Array, Array]:
+    """Simulate many short records, each from a state of its own; see `run_prepared`.
+
+    Only where `Prepared.many` is there.
+
+    Parameters
+    ----------
+    u : sequence of ndarray, shape (N_r, n_u) each
+    x0 : ndarray, shape (n_records, n_x)
+    fine : sequence of ndarray, shape ((N_r - 1) * n_sub, 2, n_u) each
+
+    Returns
+    -------
+    tuple of ndarray, shapes (sum of N_r, n_y) and (sum of N_r, n_y, n_d)
+    """
+    n_x, n_p = ready.compiled.n_x, ready.n_p
+    z = np.zeros((len(u), ready.layout.n_z, 1 + ready.n_d))
+    z[:, :n_x, 0] = x0
+    if ready.n_d > n_p:
+        z[:, :n_x, 1 + n_p :] = np.eye(n_x)
+    first, samples = np.stack([v[0] for v in u]), np.array([v.shape[0] for v in u])
+    assert ready.many is not None
+    y, _ = ready.many(np.concatenate(fine), z, ready.n_sub, first, samples)
+    return y[:, :, 0], y[:, :, 1:]
 
 
 def as_run(ready: Prepared, y: Array, seen: Array, z: Array) -> KernelRun:

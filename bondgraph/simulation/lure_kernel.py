@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import ctypes
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import pairwise
 from pathlib import Path
@@ -117,6 +117,8 @@ def _remembered(closed: ClosedLaws, response: list[ca.SX], n_m: int, change: ca.
 # -- running over a record -------------------------------------------------------------------
 
 March = Callable[..., tuple[Array, Array, Array]]
+ManyRuns = Callable[[Array, Array, int, Array, Array], tuple[Array, Array]]
+"""Runs records one after the other, see `many_runs`."""
 Packed = tuple[Array, Array]
 Runner = Callable[[Packed, Packed, Array, Array], March]
 
@@ -133,6 +135,16 @@ def runner(compiled: Compiled, n_d: int) -> Runner:
     deviations. Threads may share a march.
     """
     return _runner(_Key(compiled, n_d))
+
+
+def many_runs(compiled: Compiled, n_d: int) -> Callable[..., ManyRuns] | None:
+    """Return what runs many short records in one call, each from a state of its own.
+
+    ``run(moving, standing, q, dq)(u, z, n_sub, before, samples)``: u of all records one after the
+    other, z (n_records, n_z, 1 + n_d), before (n_records, n_u), samples (n_records,) with those at
+    which they begin. None where nothing is compiled, and of sums of plays.
+    """
+    return _many_runs(_Key(compiled, n_d))
 
 
 class _Key:
@@ -162,7 +174,7 @@ def _runner(key: _Key) -> Runner:
         laws = closed_laws(left, slopes)
         libraries = compiled_march(inner, laws, slopes)
         if libraries:
-            run = _native_runner(libraries, laws, inner, taken.banks)
+            run = _native_runner(libraries, laws, inner, taken.banks).one
             return _reordered(run, lay, inner, taken) if taken.banks else run
     return _machine_runner(step_function(key.compiled, key.n_d), lay)
 
@@ -245,7 +257,17 @@ def _located_runner(key: _Key) -> LocatedRunner | None:
     slopes = has_slopes(lay)
     laws = closed_laws(key.compiled, slopes)
     libraries = compiled_march(lay, laws, slopes, located=True)
-    return _native_runner(libraries, laws, lay, ()) if libraries else None
+    return _native_runner(libraries, laws, lay, ()).one if libraries else None
+
+
+@lru_cache(maxsize=256)
+def _many_runs(key: _Key) -> Callable[..., ManyRuns] | None:
+    lay = layout(key.compiled, key.n_d)
+    if compiler() is None or lay.n_m:
+        return None
+    laws = closed_laws(key.compiled, has_slopes(lay))
+    libraries = compiled_march(lay, laws, has_slopes(lay))
+    return _native_runner(libraries, laws, lay, ()).many if libraries else None
 
 
 def located_runner(compiled: Compiled) -> LocatedRunner | None:
@@ -258,17 +280,31 @@ def located_runner(compiled: Compiled) -> LocatedRunner | None:
     return _located_runner(_Key(compiled, 0))
 
 
+@dataclass(frozen=True)
+class _Native:
+    """What runs one record, and what runs many short ones."""
+
+    one: Any
+    many: Callable[..., ManyRuns]
+
+
 def _native_runner(
     libraries: tuple[Path, ...],
     laws: ClosedLaws,
     lay: KernelLayout,
     banks: tuple[PlacedBank, ...],
-) -> Any:
+) -> _Native:
     march_library, *code = libraries
-    native = ctypes.CDLL(str(march_library)).run_record
+    library = ctypes.CDLL(str(march_library))
+    native, several = library.run_record, getattr(library, "run_records", None)
     native.restype = None
     addresses, numbers = ctypes.c_void_p, ctypes.c_longlong
     native.argtypes = [addresses] * 4 + [numbers] * 9 + [addresses] * 17
+    if several is not None:
+        several.restype = None
+        several.argtypes = [
+            *[addresses] * 3, numbers, addresses, *[numbers] * 7, *[addresses] * 14
+        ]  # fmt: skip
     table = law_table(lay, laws, banks, code[0] if code else None)
     pointer = ctypes.POINTER(ctypes.c_double)
     width, each, blocks = 1 + lay.n_d, lanes_of(lay, banks), blocks_of(lay, banks)
@@ -294,9 +330,10 @@ def _native_runner(
     def further(within: Within, quiet: Array) -> list[ctypes.c_void_p]:
         return [ctypes.c_void_p(at(v)) for v in (quiet, *within.arrays)]
 
-    def run(
+    def posed(
         moving: Packed, standing: Packed, q: Array, dq: Array, halves: Sequence[Packed] = ()
-    ) -> March:
+    ) -> tuple[int, Any, list[Any]]:
+        """Return how many blocks of slopes there are, and the addresses of what a run takes."""
         ladder = (moving, *halves)
         both = (*ladder, standing)
         along = np.flatnonzero(np.any([dm.any(axis=0) for _, dm in both], axis=0))
@@ -311,6 +348,36 @@ def _native_runner(
         given = [np.ascontiguousarray(v, float) for v in (*steps, *along_steps)]
         # these addresses keep their arrays alive
         at_live, *at_given = (v.ctypes.data_as(addresses) for v in (live, *given))
+        return lead, at_live, at_given
+
+    def many(moving: Packed, standing: Packed, q: Array, dq: Array) -> ManyRuns:
+        lead, at_live, at_given = posed(moving, standing, q, dq)
+
+        def march(
+            u: Array, z: Array, n_sub: int, before: Array, samples: Array
+        ) -> tuple[Array, Array]:
+            u, before = (np.ascontiguousarray(v, float) for v in (u, before))
+            assert several is not None
+            counts, n = np.ascontiguousarray(samples, np.int64), int(np.sum(samples))
+            carried = np.zeros((counts.size, lay.n_z, row))
+            shown = min(z.shape[2], row)
+            carried[:, :, :shown] = z[:, :, :shown]
+            y, seen = np.empty((n, lay.n_y, width)), np.empty((n, 2 * lay.n_w))
+            iw, work = (ctypes.c_longlong * sizes[0])(), np.empty(sizes[1])
+            shape = (lay.n_x, lay.n_u, blocks, n_sub, lay.n_y, width, lead)
+            arg, res = (pointer * sizes[2])(), (pointer * sizes[3])()
+            several(
+                ctypes.byref(table), at(u), at(before), counts.size, at(counts), *shape, at_live,
+                at(carried), *at_given, at(y), at(seen), iw, at(work), arg, res,
+            )  # fmt: skip
+            return y, seen
+
+        return march
+
+    def run(
+        moving: Packed, standing: Packed, q: Array, dq: Array, halves: Sequence[Packed] = ()
+    ) -> March:
+        lead, at_live, at_given = posed(moving, standing, q, dq, halves)
         stride = ctypes.c_longlong(moving[0].size)
         filled = [b.bank.filled(q[b.parameters], dq[b.parameters], row) for b in banks]
 
@@ -344,7 +411,7 @@ def _native_runner(
 
         return march
 
-    return run
+    return _Native(run, many)
 
 
 def _entries(lay: KernelLayout) -> tuple[Array, Array]:

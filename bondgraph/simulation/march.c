@@ -421,3 +421,27 @@ void run_record(const laws_t* laws, const double* u, const double* before, const
   }
   for (k = 0; k < NBANKS; ++k) closed(banks + k);
 }
+
+#if !LOCATED
+/* many short records one after the other, each from inputs and carried numbers of its own */
+void run_records(const laws_t* laws, const double* u, const double* before, casadi_int n_records,
+                 const casadi_int* samples, casadi_int NX, casadi_int NU, casadi_int NB,
+                 casadi_int n_sub, casadi_int n_y, casadi_int width, casadi_int lead,
+                 const casadi_int* live, double* carried, const double* moving,
+                 const double* standing, const double* q, const double* slopes_of_moving,
+                 const double* slopes_of_standing, const double* by_parameters, double* y,
+                 double* seen, casadi_int* iw, double* work, const double** arg, double** res) {
+  const casadi_int NZ = NX + laws->n_w + laws->n_m;
+  casadi_int r;
+  for (r = 0; r < n_records; ++r) {
+    run_record(laws, u, before, NULL, NX, NU, NB, 1, samples[r], n_sub, n_y, width, lead, live,
+               carried, moving, standing, q, slopes_of_moving, slopes_of_standing, by_parameters,
+               y, seen, iw, work, arg, res, NULL, NULL, NULL);
+    u += 2 * NU * n_sub * (samples[r] - 1);
+    before += NU;
+    carried += NZ * NB * LANES;
+    y += samples[r] * n_y * width;
+    seen += samples[r] * 2 * laws->n_w;
+  }
+}
+#endif

@@ -19,17 +19,18 @@ def triangle(a: Array) -> Array:
 
     Parameters
     ----------
-    a : ndarray, shape (M, n)
+    a : ndarray, shape (..., M, n)
 
     Returns
     -------
-    r : ndarray, shape (min(M, n), n)
+    r : ndarray, shape (..., min(M, n), n)
     """
-    height, n = a.shape
+    *stack, height, n = a.shape
     rows = max(ROWS, 4 * n)
     count = height // rows
     if count < 2 or not n:
         return np.asarray(np.linalg.qr(a, mode="r"))
     split = count * rows
-    done = np.asarray(np.linalg.qr(a[:split].reshape(count, rows, n), mode="r"))
-    return np.asarray(np.linalg.qr(np.vstack([done.reshape(-1, n), a[split:]]), mode="r"))
+    done = np.asarray(np.linalg.qr(a[..., :split, :].reshape(*stack, count, rows, n), mode="r"))
+    both = np.concatenate([done.reshape(*stack, -1, n), a[..., split:, :]], axis=-2)
+    return np.asarray(np.linalg.qr(both, mode="r"))

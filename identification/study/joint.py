@@ -417,17 +417,25 @@ def _eliminated(
     k, n = free.size, e.jacobian.shape[1]
     scale = problem.state_scale[free]
     pull = 0.0 if problem.window is not None else -STATE_WEIGHT
-    pieces, followed = [], []
-    for (rows, local), i in zip(e.local, _scored(problem), strict=True):
-        whole = np.zeros((local.shape[0] + k, k + n + 1))
-        whole[:-k, :k], whole[:-k, k:-1] = local * scale, e.jacobian[rows]
-        whole[:-k, -1] = e.residual[rows]
-        whole[-k:, :k] = STATE_WEIGHT * np.eye(k)
-        whole[-k:, -1] = pull * (states[i, free] - problem.rest_state[free]) / scale
+    away = pull * (states[:, free] - problem.rest_state[free]) / scale
+    pieces: list[Array] = [np.zeros((0, n + 1))] * len(e.local)
+    followed = [(np.zeros((k, n)), np.zeros(k))] * len(e.local)
+    alike: dict[int, list[int]] = {}
+    for number, (_, local) in enumerate(e.local):
+        alike.setdefault(local.shape[0], []).append(number)
+    scored = np.array(_scored(problem), int)
+    for size, numbers in alike.items():  # windows of one length in one call
+        whole = np.zeros((len(numbers), size + k, k + n + 1))
+        whole[:, -k:, :k] = STATE_WEIGHT * np.eye(k)
+        whole[:, -k:, -1] = away[scored[numbers]]
+        for stacked, number in zip(whole, numbers, strict=True):
+            rows, local = e.local[number]
+            stacked[:-k, :k], stacked[:-k, k:-1] = local * scale, e.jacobian[rows]
+            stacked[:-k, -1] = e.residual[rows]
         r = triangle(whole)
-        follow = np.linalg.solve(r[:k, :k], r[:k, k:])
-        followed.append((follow[:, :n], follow[:, n]))
-        pieces.append(r[k:, k:])
+        follow = np.linalg.solve(r[:, :k, :k], r[:, :k, k:])
+        for number, own, tail in zip(numbers, follow, r[:, k:, k:], strict=True):
+            pieces[number], followed[number] = tail, (own[:, :n], own[:, n])
     return np.concatenate(pieces), followed
 
 

@@ -26,6 +26,8 @@ from identification.study.windows import windows_of
 
 SAME_CLOCK = 1e-6
 """Relative difference of sampling rates that is none."""
+FEW = 4
+"""Windows from which they are run in one call."""
 READABLE = 2000
 """Samples within which an initial state shows in the readings."""
 
@@ -253,6 +255,20 @@ class Problem:
     def passing(self) -> Array:
         """Which readings jump with a command that moves, shape (n_y,)."""
         return passing(self)
+
+    @cached_property
+    def apart(self) -> bool:
+        """Whether there are many short windows that only a state of their own sets apart.
+
+        Nothing reaches over their edges, and all are run by the same step.
+        """
+        data, lure = self.data, self.dynamics.lure
+        if self.window is None or self.initial == "rest" or lure is None or len(self.windows) < FEW:
+            return False
+        late = bool(self.delays or self.clock or self.timed or data.reads_after or data.finer)
+        coloured = any(w.size > 1 for w in self.whitening)
+        one = len({data.step(w) for w in self.windows}) == 1
+        return one and not (late or coloured or self.fits_lags or self.dynamics.jumps)
 
     @property
     def fits_lags(self) -> bool:

@@ -20,12 +20,12 @@ import numpy as np
 from bondgraph.signals.fractional_delay import delayed, delayed_values, delayed_within, warped
 from bondgraph.signals.varying_delay import warped_within
 from bondgraph.simulation.dynamics import Dynamics
-from bondgraph.simulation.exact_run import KernelRun
+from bondgraph.simulation.exact_run import KernelRun, Prepared, run_many
 from bondgraph.simulation.located import DifferenceSteps
 from bondgraph.support.arrays import Array
 from identification.study.problem import Problem
 
-Prepared = TypeVar("Prepared")
+Ready = TypeVar("Ready")
 
 
 @dataclass(frozen=True)
@@ -160,6 +160,12 @@ def evaluate(
     n_y = len(data.names)
     p = parameters_at(problem, point.theta)
     directions = problem.directions if derivatives and by_parameters else []
+    if problem.apart and not point.theta[at.lags].any():
+        step = data.step(problem.windows[0])
+        alike = dynamics.prepare(p, step, problem.steps, directions, derivatives)
+        if alike.many is not None:
+            wanted = [k for k in range(len(problem.windows)) if among is None or k in among]
+            return _apart(problem, point, alike, wanted, scored=scored, limit=limit)
     n_free = len(directions)
     slopes = problem.slopes(point.theta)
     offsets = offset_scale(problem)
@@ -233,6 +239,62 @@ def evaluate(
     return ResidualEvaluation(y, residual, jacobian, local)
 
 
+def _apart(
+    problem: Problem,
+    point: Point,
+    ready: Prepared,
+    chosen: Sequence[int],
+    *,
+    scored: bool,
+    limit: float,
+) -> ResidualEvaluation:
+    """Evaluate short windows that have nothing to do with each other, all of them in one call."""
+    data, at, n_y = problem.data, slots(problem), len(problem.data.names)
+    train, all_windows, n_d = data.mask("train"), windows(problem), ready.n_d
+    own = [k for k in chosen if not scored or train[all_windows[k]].any()]
+    y = np.full((data.n, n_y), np.nan)
+    tangent = np.zeros((data.n, n_y, n_d))
+    if own:
+        inputs = [problem.inputs[all_windows[k]] for k in own]
+        fine = [problem.fine_inputs(all_windows[k]) for k in own]
+        made, slopes = run_many(ready, inputs, point.states[own], fine)
+        rows = np.concatenate([np.arange(all_windows[k].start, all_windows[k].stop) for k in own])
+        y[rows], tangent[rows] = made[:, :n_y], slopes[:, :n_y]
+    y += point.theta[at.offsets] * offset_scale(problem)
+    if problem.correction is not None:
+        y += problem.correction
+    left = (data.readings - y) / data.floor
+    tangent /= data.floor[:, None]
+    n_free = ready.n_p
+    tangent[:, :, :n_free] *= problem.slopes(point.theta)[:n_free]
+    offsets = np.diag(offset_scale(problem) / data.floor)
+    residuals, jacobians, local = [], [], []
+    filled = 0
+    for k in own:
+        w = all_windows[k]
+        shown = w.start + np.flatnonzero(train[w])
+        if not shown.size:
+            continue
+        residuals.append(left[shown].T.ravel())
+        size = residuals[-1].size
+        if n_d:
+            by = tangent[shown].transpose(1, 0, 2).reshape(size, n_d)
+            block = np.zeros((n_y, shown.size, at.size))
+            block[:, :, at.free.start : at.free.start + n_free] = by[:, :n_free].reshape(
+                n_y, shown.size, n_free
+            )
+            block[:, :, at.offsets] = offsets[:, None]
+            jacobians.append(block.reshape(size, -1))
+            local.append((slice(filled, filled + size), by[:, n_free:][:, problem.free_states]))
+        filled += size
+    residual = np.concatenate(residuals) if residuals else np.zeros(0)
+    with np.errstate(over="ignore"):  # what runs away is beyond any limit
+        if float(residual @ residual) > limit:
+            return ResidualEvaluation(y, np.full(1, np.inf), np.zeros((1, at.size)), [])
+    jacobian = np.concatenate(jacobians) if jacobians else np.zeros((residual.size, 0))
+    return ResidualEvaluation(y, residual, jacobian, local)
+
+
 def _followed(
     problem: Problem, p: Array, w: slice, x0: Array, run: KernelRun, slopes: Array | None
 ) -> KernelRun:
@@ -270,7 +332,7 @@ LOCATED = 4
 """Sub-steps a sample from which a law that jumps is followed to where it does, at any moment."""
 
 
-def by_step(prepare: Callable[[float], Prepared]) -> Callable[[float], Prepared]:
+def by_step(prepare: Callable[[float], Ready]) -> Callable[[float], Ready]:
     """Return what is prepared for each time between samples, once."""
     return lru_cache(maxsize=None)(prepare)
 

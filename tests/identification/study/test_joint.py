@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Iterator
 from dataclasses import replace
 from functools import cache
 from typing import Any
@@ -322,6 +323,14 @@ def test_what_is_scored_is_the_same_without_the_windows_that_judge() -> None:
     assert np.isfinite(whole.y).all()
 
 
+@pytest.fixture
+def one_by_one() -> Iterator[None]:
+    """Windows run one after the other, where their runs can be counted."""
+    with patch.object(Problem, "apart", False):
+        yield
+
+
+@pytest.mark.usefixtures("one_by_one")
 def test_no_window_runs_without_need() -> None:
     stack = judged(made("windows"))
     p, point = stack.problems[0], stack.start()
@@ -342,6 +351,7 @@ def test_no_window_runs_without_need() -> None:
     assert np.isfinite(found.y).all()
 
 
+@pytest.mark.usefixtures("one_by_one")
 def test_windows_with_nothing_to_gain_run_once() -> None:
     stack = judged(made("windows"))
     p = stack.problems[0]
@@ -354,6 +364,7 @@ def test_windows_with_nothing_to_gain_run_once() -> None:
     assert np.array_equal(again.states, settled.states)
 
 
+@pytest.mark.usefixtures("one_by_one")
 def test_beyond_a_limit_nothing_is_simulated() -> None:
     stack = judged(made("windows"))
     p, local = stack.problems[0], stack.local(stack.start(), 0)
