@@ -32,6 +32,10 @@ _DEGC_NOTE = (
 )
 
 
+GRAM, GRAVITY = "g", "g0"
+"""Gram, and standard gravity, which loggers of acceleration write like it."""
+
+
 def product(a: Dimension, b: Dimension, power: int = 1) -> Dimension:
     """Return the dimension of ``a b^power``.
 

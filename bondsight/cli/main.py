@@ -151,6 +151,8 @@ class _OneLine(argparse.ArgumentParser):
 
     def _check_value(self, action: argparse.Action, value: Any) -> None:
         """Say the nearest word before all words are listed."""
+        if (how := ELSEWHERE.get(str(value))) and value not in (action.choices or ()):
+            raise argparse.ArgumentError(action, f"no {value!r}: {how}")
         near = nearest(str(value), map(str, action.choices or ()))
         if near and value not in (action.choices or ()):
             meant = " or ".join(map(repr, near))
@@ -178,6 +180,15 @@ class _OneLine(argparse.ArgumentParser):
             if near and option not in self._option_string_actions:
                 return f"no option {option} (did you mean {near[0]}?)"
         return ""
+
+
+ELSEWHERE = {
+    "simulate": "models are simulated in Python, simulate(graph, time, {'F': values}); "
+    "bondsight export writes code that does",
+    "plot": "bondsight diagnose and fit draw a page with --out; results have .plot() in Python",
+    "identify": "bondsight fit estimates parameters, bondsight diagnose says what is missing",
+}
+"""Words that one looks for as verbs, and where what they mean is done."""
 
 
 def _parser(called: str = "") -> argparse.ArgumentParser:

@@ -16,7 +16,7 @@ from bondgraph.graph.sensors import Sensor
 from bondgraph.signals.files.checks import map_argument
 from bondgraph.signals.recording import Recording, Split
 from bondgraph.signals.split import stretches
-from bondgraph.signals.units import same_dimension
+from bondgraph.signals.units import GRAM, GRAVITY, same_dimension
 from bondgraph.support.arrays import Array
 from bondgraph.support.errors import UnusableInput, unknown_name
 from identification.study.channel_names import left_in, renamed, rivals_for, unread
@@ -243,10 +243,16 @@ def require_channels(graph: BondGraph, recording: Recording) -> None:
     for s in (*drives(graph), *graph.of_type(Sensor)):
         unit = recording.units[s.name]
         if s.unit and unit and not same_dimension(unit, s.unit):
+            how = f"correct the header or choose the column with {map_argument(s.name)}"
+            if recording.read_in.get(s.name) == GRAM and same_dimension(s.unit, GRAVITY):
+                column = f"COLUMN[{GRAVITY}]"
+                how = (
+                    f"{GRAM} is the gram: for standard gravity write {s.name}[{GRAVITY}] in the "
+                    f"header, or {map_argument(s.name, column)}"
+                )
             raise UnusableInput(
                 f"channel {s.name} of {recording.name} is in {unit}, the model {graph.name} has "
-                f"{s.name} in {s.unit}; correct the header or choose the column with "
-                f"{map_argument(s.name)}"
+                f"{s.name} in {s.unit}; {how}"
             )
 
 

@@ -319,3 +319,16 @@ def test_a_model_without_a_sensor(tmp_path: Path, capsys: pytest.CaptureFixture[
     named = re.findall(r"\b(?:D[a-z]|Reading)\b", said)
     assert len(named) == 5
     assert all(issubclass(getattr(sensors, n), sensors.Sensor) for n in named)
+
+
+@pytest.mark.parametrize(("word", "where"), [("simulate", "in Python"), ("identify", "fit")])
+def test_a_verb_that_is_elsewhere_is_shown_there(
+    word: str, where: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(SystemExit) as ended:
+        main([word, "model"])
+    assert ended.value.code == 2
+    said = capsys.readouterr().err
+    assert f"no {word!r}: " in said
+    assert where in said
+    assert "did you mean" not in said

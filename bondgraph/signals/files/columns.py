@@ -10,6 +10,8 @@ import numpy as np
 
 from bondgraph.signals.files.checks import check_name, map_argument, means_time
 from bondgraph.signals.units import (
+    GRAM,
+    GRAVITY,
     Unit,
     meant_by,
     parse_unit,
@@ -215,6 +217,8 @@ def _find(target: str, headers: Sequence[str], where: str) -> tuple[str, Unit]:
     unit = _unit_of(matches[0], where)
     if tail:
         given = parse_unit(tail, f"{where}, map to {target!r}")
+        if (split_header(matches[0])[1] or "", tail) == (GRAM, GRAVITY):
+            return matches[0], given
         if given.dims != unit.dims or not np.isclose(given.scale, unit.scale, rtol=1e-12, atol=0):
             raise UnusableInput(
                 f"{where}: the map says {target!r} but the header says {matches[0]!r}; "

@@ -275,15 +275,25 @@ def _scaled(problem: Problem, y: Array, dy: Array, floor: Array) -> tuple[Array,
         block = weighted(problem, block.copy())
     else:
         block = block / floor[:, None, None]
+    flat = _without_offsets(problem, block).reshape(-1, block.shape[2])
+    return flat[:, 0], flat[:, 1:]
+
+
+def _without_offsets(problem: Problem, block: Array) -> Array:
+    """Take a constant out of each window, and of short ones a straight line; (n_y, N, columns).
+
+    The first one reaches back to the first sample, which a new experiment scores as all others.
+    """
+    block = block.copy()
     degree = 0 if problem.window is None else 1
-    for w in windows(problem):
+    first, *others = windows(problem)
+    for w in (slice(0, first.stop), *others):
         part = block[:, w]
         n = part.shape[1]
         basis = np.polynomial.legendre.legvander(np.linspace(-1, 1, n), degree)
         q = np.linalg.qr(basis)[0]
         block[:, w] = part - np.einsum("nk,ykc->ync", q, np.einsum("nk,ync->ykc", q, part))
-    flat = block.reshape(-1, block.shape[2])
-    return flat[:, 0], flat[:, 1:]
+    return block
 
 
 def _floors(problem: Problem, y: Array) -> Array:

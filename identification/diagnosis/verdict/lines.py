@@ -216,12 +216,19 @@ def sure_words(answer: str, chance: float, rest: float = 0.0) -> str:
     of = OF.get(answer, "that it is right")
     share = f"probability {100 * chance:.3g} %"
     said = f"{share} {of}: so many such answers were in tests with a hidden truth"
-    return f"{said}; {OF_NAMES}, and {rest:.3g} times the noise is left: {MORE}" if rest else said
+    if not rest:
+        return said
+    of_names = f"; {OF_NAMES}, and" if answer in NAMES else ", beside which"
+    return f"{said}{of_names} {rest:.3g} times the noise is left: {MORE}"
 
 
 OF_NAMES = "that is of the name among those of the catalogue"
 MORE = "more is missing, or the law is not quite this one"
 """What a probability does not tell where a repair leaves more than noise."""
+
+
+NAMES = ("exact", "approximate", "family")
+"""Answers that tell names."""
 
 
 OF = {

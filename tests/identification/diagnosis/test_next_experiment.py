@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -105,3 +106,13 @@ def test_one_model_is_no_rivalry() -> None:
         next_experiments(rivals()[:1], NAMES[:1])
     with pytest.raises(UnusableInput, match="one label for each"):
         next_experiments(rivals(), NAMES[:1])
+
+
+def test_what_only_an_offset_sets_apart_no_input_tells() -> None:
+    """The samples before the first window too: offsets of sensors are free there as well."""
+    data = replace(recorded(force(), 1), begin=66)
+    first = fit(Problem(rubbing(), data))
+    lifted = rubbing().with_element("x", offset=1e3 * NOISE)
+    other = replace(first, problem=replace(first.problem, graph=lifted, built=None))
+    found = next_experiments((first, other), NAMES, sensors=False)
+    assert max(e.expected_z for e in found) < 5.0
