@@ -40,7 +40,8 @@ class Polynomial(Law):
     starts: ClassVar[tuple[str, ...]] = ("size", "unit")
     name: ClassVar[str] = "polynomial"
     meanings: ClassVar[Mapping[str, str]] = {
-        "a_i": "what this term adds at the end of the range, where (argument - centre)/half is 1",
+        "a_i": "what this term adds at the end of the range, where (argument - centre)/half is 1; "
+        "about the centre, not about zero",
         "centre_i": "middle of the range",
         "half_i": "half of the range",
     }

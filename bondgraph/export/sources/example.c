@@ -1,8 +1,10 @@
 /* Reads lines "time input input ..." in SI units and writes "time output output ..." for each.
- * Usage: program [steps between two lines] < inputs > outputs
+ * Usage: program [steps between two lines] [hold] < inputs > outputs
+ * Inputs run straight from line to line, or stay as they are up to the next one with "hold".
  * Build: cc -std=c99 -O2 @.c @_example.c -lm */
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "@.h"
 
@@ -18,12 +20,13 @@ static int read_row(double *t, double *u)
 int main(int argc, char **argv)
 {
   const int steps = argc > 1 ? atoi(argv[1]) : 1;
+  const int held = argc > 2 && strcmp(argv[2], "hold") == 0;
   double x[@_SIZE_X], z[@_SIZE_Z], p[@_SIZE_P], m[@_SIZE_M], y[@_SIZE_Y];
   double last[@_SIZE_U], next[@_SIZE_U], from[@_SIZE_U], to[@_SIZE_U], t, t_next, begin;
   int i, k, first = 1, status;
   @_start(x, z, p, m);
   if (steps < 1 || !read_row(&t, last)) {
-    fprintf(stderr, "usage: %s [steps between two lines] < inputs > outputs\n"
+    fprintf(stderr, "usage: %s [steps between two lines] [hold] < inputs > outputs\n"
                     "each line of inputs: time in s, then %d inputs in SI units; at least one line\n",
             argv[0], @_N_INPUTS);
     return 2;
@@ -41,8 +44,9 @@ int main(int argc, char **argv)
       for (k = 0; k < steps && status == @_OK; k++) {
         double before[@_SIZE_M];
         for (i = 0; i < @_N_INPUTS; i++) {
-          from[i] = last[i] + (next[i] - last[i]) * k / steps;
-          to[i] = last[i] + (next[i] - last[i]) * (k + 1) / steps;
+          const double change = held ? 0.0 : next[i] - last[i];
+          from[i] = last[i] + change * k / steps;
+          to[i] = last[i] + change * (k + 1) / steps;
         }
         for (i = 0; i < @_N_MEMORY; i++) before[i] = m[i];
         status = @_step(t - begin + k * h, h, from, to, p, x, z, m);

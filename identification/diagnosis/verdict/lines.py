@@ -263,5 +263,11 @@ def reason_lines(d: Diagnosis) -> list[str]:
 
 
 def colour(d: Diagnosis) -> list[str]:
-    """Return the note on the colour of what is left: it stands beside the answer."""
-    return [n for n in d.notes if n.startswith(COLOURED)]
+    """Return the note on the colour of what is left: it stands beside the answer.
+
+    Without a repair it is of the model as it is, whatever rivals leave.
+    """
+    found = [n for n in d.notes if n.startswith(COLOURED)]
+    if d.repaired is not None or d.kind != "unknown_physics":
+        return found
+    return [f"what the model as it is leaves{n.removeprefix('what is left')}" for n in found]

@@ -15,6 +15,7 @@ from identification.diagnosis.diagnose import STOPPED_AT_ONCE, Diagnosis
 from identification.diagnosis.evidence.answer import Decision
 from identification.diagnosis.evidence.conclusion import QUIET
 from identification.diagnosis.evidence.kinds_told import EXACT, open_kinds
+from identification.diagnosis.explanation.colour import COLOURED
 from identification.diagnosis.explanation.common_lag import lag_of_all
 from identification.diagnosis.explanation.doubts import doubts, forgotten_units
 from identification.diagnosis.explanation.law_formula import gain_of
@@ -300,7 +301,7 @@ def in_words(d: Diagnosis) -> str:
     answer = " ".join((first, *more))
     said = (first, " ".join(more), what_remains(d), *map(stopped, colour(d)))
     lines = [s for s in said if s] + [""]
-    notes = (s for s in d.notes if s not in answer and s not in colour(d))
+    notes = (s for s in d.notes if s not in answer and not s.startswith(COLOURED))
     lines += [f"note: {s}" for s in gathered(notes)]
     lines += [*error_lines(d), *recording_lines(d)]
     lines += [*parameter_lines(d), *alike_lines(d)]

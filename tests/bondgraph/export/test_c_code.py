@@ -110,6 +110,18 @@ def test_the_example_follows_our_simulation_through_minor_loops(
         assert rms < 5e-3 * float(np.ptp(expected["i"]))
 
 
+def test_the_example_holds_its_inputs_where_it_is_told_to(tmp_path: Path) -> None:
+    graph = GRAPHS["linear"]()
+    model = program(graph)
+    steps = np.repeat(VOLTAGE[::20], 20)[: TIME.size]
+    target, rows = build(model, tmp_path), np.column_stack([TIME, steps]).tolist()
+    expected = simulate(graph, TIME, {"V_in": steps}, accuracy=1e-6, hold="hold")["x"]
+    at, size = 1 + model.outputs.index("x"), float(np.ptp(expected))
+    held, straight = (run(target, rows, "64", *more)[:, at] for more in (("hold",), ()))
+    assert float(np.abs(held - expected).max()) < 1e-3 * size
+    assert float(np.abs(straight - expected).max()) > 1e-2 * size
+
+
 @pytest.mark.parametrize("name", [*GRAPHS, "cubic"])
 def test_functions_are_the_programs_at_random_points(name: str, tmp_path: Path) -> None:
     model = programs()[name]

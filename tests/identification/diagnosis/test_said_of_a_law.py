@@ -118,8 +118,8 @@ def test_what_the_elements_own_value_means_is_said() -> None:
     spring_with = spring().with_element("k", law=series())
     assert own_value(trial(spring_with, "k")).startswith("k itself is the value in the middle of")
     assert own_value(trial(spring(), "k")) == ""
-    d = "what this term adds at the end of the range, where (argument - centre)/half is 1"
-    assert meaning_of("a_3_k", trial(spring_with, "k")) == d
+    d = "what this term adds at the end of the range, where (argument - centre)/half is 1; "
+    assert meaning_of("a_3_k", trial(spring_with, "k")) == d + "about the centre, not about zero"
 
 
 def test_a_capacitor_has_no_stiffness_in_the_headline() -> None:
