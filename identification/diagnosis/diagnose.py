@@ -278,7 +278,7 @@ def diagnose(
         Training and held-out samples; if not given, every third stretch (of few samples the end).
     limits : Thresholds, optional
         Limits of the decision.
-    hold : {"hold", "linear", "band-limited"}, optional
+    hold : {"hold", "hold-after", "linear", "band-limited"}, optional
         Behaviour of the commands between samples; chosen on the training part when not given.
     noise : mapping of str to float, optional
         Standard deviation of the noise of sensors, SI, where it is known better than the recording

@@ -103,7 +103,7 @@ class Study:
         Initial states: fitted in each recording; the rest under its first inputs; or some known
         (SI) and the others fitted. Under a first velocity, however small, dry friction rests as a
         slider that has moved for ever: where a machine stands still, give its states.
-    hold : {"estimate", "linear", "hold", "band-limited"}
+    hold : {"estimate", "linear", "hold", "hold-after", "band-limited"}
         What the commands do between samples; "estimate" takes linear, and hold of commands that are
         steps, unless another fits clearly better, or as well where that one needs a delay.
     noise : {"white", "coloured"} or mapping of str to float or sequence of float
